@@ -1,0 +1,72 @@
+"""What features are for, whatever a camera calls them.
+
+The Standard Feature Naming Convention (SFNC) names come first; older cameras follow. A role is what the
+window's favourites, the YARP feature ids and the ROS 2 services mean when they say "exposure".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+
+
+class Role(Enum):
+    """A purpose, and the names cameras have given to it, best first."""
+
+    EXPOSURE = ("ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw", "Shutter")
+    GAIN = ("Gain", "GainAbs", "GainRaw")
+    FRAME_RATE = ("AcquisitionFrameRate", "AcquisitionFrameRateAbs", "AcquisitionFrameRateRaw", "FrameRate")
+    BLACK_LEVEL = ("BlackLevel", "BlackLevelAbs", "BlackLevelRaw", "Brightness")
+    GAMMA = ("Gamma", "GammaAbs", "GammaRaw")
+    BALANCE_RATIO = ("BalanceRatio", "BalanceRatioAbs", "BalanceRatioRaw")
+    WIDTH = ("Width",)
+    HEIGHT = ("Height",)
+    PIXEL_FORMAT = ("PixelFormat",)
+    TEMPERATURE = ("DeviceTemperature", "TemperatureAbs", "DeviceTemperatureRaw")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Feature names in order of preference."""
+        return self.value
+
+    def find(self, has: Callable[[str], bool]) -> str | None:
+        """The first name for which `has` holds, or None."""
+        return next((name for name in self.names if has(name)), None)
+
+
+FAVOURITES = (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)
+"""What an operator reaches for first."""
+
+_AUTOMATIC = {
+    Role.EXPOSURE: ("ExposureAuto",),
+    Role.GAIN: ("GainAuto",),
+    Role.FRAME_RATE: ("AcquisitionFrameRateAuto",),
+    Role.BLACK_LEVEL: ("BlackLevelAuto",),
+    Role.BALANCE_RATIO: ("BalanceWhiteAuto",),
+}
+
+_AUTO_OF = {name: autos for role, autos in _AUTOMATIC.items() for name in role.names}
+
+AUTO_OFF = "Off"
+AUTO_ONCE = "Once"
+AUTO_CONTINUOUS = "Continuous"
+
+_ENABLERS = {
+    name: ("AcquisitionFrameRateEnable", "AcquisitionFrameRateEnabled") for name in Role.FRAME_RATE.names
+}
+
+
+def automatic_mode_of(name: str, has: Callable[[str], bool]) -> str | None:
+    """The feature that regulates `name` by itself (`ExposureAuto` for `ExposureTime`), if there is one."""
+    candidates = (*_AUTO_OF.get(name, ()), f"{name}Auto")
+    return next((candidate for candidate in candidates if has(candidate)), None)
+
+
+def enabler_of(name: str, has: Callable[[str], bool]) -> str | None:
+    """The boolean that must be on for `name` to act (`AcquisitionFrameRateEnable`), if there is one."""
+    return next((candidate for candidate in _ENABLERS.get(name, ()) if has(candidate)), None)
+
+
+def role_of(name: str) -> Role | None:
+    """What a feature of this name is for, where we know."""
+    return next((role for role in Role if name in role.names), None)

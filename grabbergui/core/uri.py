@@ -1,0 +1,43 @@
+"""How a source is named everywhere: `sim:`, `gige:192.168.0.10`, `yarp:/grabber?carrier=mjpeg`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from urllib.parse import parse_qsl, unquote, urlencode
+
+from grabbergui.core.errors import UsageError
+
+_SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class SourceUri:
+    """A kind of source, which one of that kind, and options."""
+
+    scheme: str
+    "`sim`, `gige`, `u3v`, `gentl`, `yarp`, `ros2`."
+    name: str = ""
+    "An address, serial number, port or topic; empty means the first found."
+    options: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: str) -> SourceUri:
+        """Read a URI as a user types it. Raises UsageError."""
+        scheme, colon, rest = text.strip().partition(":")
+        scheme = scheme.lower()
+        if not colon or not _SCHEME.fullmatch(scheme):
+            raise UsageError(f"'{text}' is no source; write its kind first, as in sim: or gige:192.168.0.10")
+        # Two slashes are what people type out of habit; one begins a YARP port or a ROS topic.
+        name, _, query = rest.removeprefix("//").partition("?")
+        if query and "=" not in query:
+            raise UsageError(f"'{text}': write options as ?name=value&name=value")
+        return cls(scheme, unquote(name), dict(parse_qsl(query, keep_blank_values=True)))
+
+    def __str__(self) -> str:
+        query = "?" + urlencode(self.options) if self.options else ""
+        return f"{self.scheme}:{self.name}{query}"
+
+    def option(self, name: str, default: str = "") -> str:
+        """One option's text."""
+        return self.options.get(name, default)

@@ -1,0 +1,78 @@
+"""What a transport provides: registers, a description, a stream.
+
+GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `driver.camera.Camera`
+turns any of them into a `FrameGrabber`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+
+
+@dataclass(frozen=True)
+class StreamRequest:
+    """What the stream must be ready for before the camera is told to send."""
+
+    payload_size: int
+    "Bytes of the largest payload (feature PayloadSize), chunks included."
+    deliver_incomplete: bool = False
+    "Whether frames with missing packets are delivered (with their status) or only counted."
+
+
+class Device(ABC):
+    """One camera on one transport. Registers are addressed in bytes; their content is as on the device.
+
+    Register calls may come from any thread and are serialised by the caller (`Camera`); stream callbacks
+    run on the device's own receiving thread.
+    """
+
+    info: DeviceInfo
+
+    on_lost: Callable[[str], None] | None = None
+    """Called once, from any thread, when the device vanished or our control was taken; says why."""
+
+    on_event: Callable[[int, bytes], None] | None = None
+    """Called with (event id, event data as GenApi's event adapters expect it) for each device event."""
+
+    @abstractmethod
+    def open(self, access: Access) -> Access:
+        """Connect and return what was granted.
+
+        Raises SourceNotFoundError, AccessDeniedError (control asked for, held by another), TransportError.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release control and sockets or handles. May be called twice; never raises."""
+
+    @abstractmethod
+    def read(self, address: int, length: int) -> bytes:
+        """Exactly `length` bytes. Raises DeviceStatusError, AckTimeoutError, DeviceLostError."""
+
+    @abstractmethod
+    def write(self, address: int, data: bytes) -> None:
+        """Write all of `data`. Raises as `read`; AccessDeniedError without control."""
+
+    @abstractmethod
+    def description(self) -> bytes:
+        """The GenICam XML, unzipped, as the device stores it (junk before `<?xml` included)."""
+
+    @abstractmethod
+    def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        """Get ready to receive; `deliver` is called on the receiving thread and returns at once.
+
+        Called before AcquisitionStart. Counters start anew.
+        """
+
+    @abstractmethod
+    def close_stream(self) -> None:
+        """Stop receiving; called after AcquisitionStop. `deliver` is not called any more on return."""
+
+    @abstractmethod
+    def stream_statistics(self) -> StreamStatistics:
+        """A snapshot of the counters of the current or the last stream. Any thread; never waits."""

@@ -1,0 +1,72 @@
+"""Which kinds of source there are, and how each is found and opened.
+
+The only place that knows every kind; it imports each on demand, so that one whose packages are missing
+costs nothing and hinders no other.
+"""
+
+from __future__ import annotations
+
+import importlib
+import logging
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from types import ModuleType
+from typing import cast
+
+from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.uri import SourceUri
+
+log = logging.getLogger(__name__)
+
+DEFAULT_URI = "sim:"
+
+_KINDS: dict[str, str] = {
+    "sim": "grabbergui.driver.sim.source",
+    "gige": "grabbergui.driver.gige.source",
+}
+"""Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
+
+
+def schemes() -> list[str]:
+    """The kinds of source that a URI can name."""
+    return list(_KINDS)
+
+
+def create(uri: str | SourceUri) -> FrameGrabber:
+    """The grabber that a URI names, not yet opened.
+
+    Raises UsageError for a malformed URI or unknown kind, SourceUnavailableError where the kind needs
+    something this machine lacks.
+    """
+    parsed = SourceUri.parse(uri) if isinstance(uri, str) else uri
+    if parsed.scheme not in _KINDS:
+        known = ", ".join(f"{scheme}:" for scheme in _KINDS)
+        raise UsageError(f"'{parsed}' is of no known kind; there are {known}")
+    opener = cast(Callable[[SourceUri], FrameGrabber], _load(parsed.scheme).create)
+    return opener(parsed)
+
+
+def discover(timeout: float = 1.0) -> list[DeviceInfo]:
+    """Every source found within `timeout` seconds, all kinds at once; a kind that fails finds none."""
+    with ThreadPoolExecutor(len(_KINDS)) as pool:
+        found = pool.map(lambda scheme: _discover(scheme, timeout), _KINDS)
+        return [info for infos in found for info in infos]
+
+
+def _discover(scheme: str, timeout: float) -> list[DeviceInfo]:
+    try:
+        finder = cast(Callable[[float], list[DeviceInfo]], _load(scheme).discover)
+        return finder(timeout)
+    except GrabberError as error:
+        log.info("looking for %s: sources: %s", scheme, error)
+    except OSError as error:
+        log.warning("looking for %s: sources: %s", scheme, error)
+    return []
+
+
+def _load(scheme: str) -> ModuleType:
+    try:
+        return importlib.import_module(_KINDS[scheme])
+    except ImportError as error:
+        raise SourceUnavailableError(f"{scheme}: sources need a package that is missing: {error}") from error
