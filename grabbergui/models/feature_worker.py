@@ -1,0 +1,113 @@
+"""One thread for all calls of one open source."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from grabbergui.core.errors import GrabberError
+
+log = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class _Job:
+    run: Callable[[], Any]
+    done: Callable[[Any], None] | None
+    failed: Callable[[GrabberError], None] | None
+
+
+class FeatureWorker:
+    """Runs jobs one after the other, in the order they came, on a thread of its own.
+
+    A call of a camera takes as long as the network does; here it holds up only the calls behind it.
+    `submit` and `close` may be called from any thread and `submit` never waits. A job must end by itself:
+    every grabber call has a timeout.
+    """
+
+    def __init__(self, name: str = "features") -> None:
+        self._waiting: OrderedDict[object, _Job] = OrderedDict()
+        self._wakeup = threading.Condition()
+        self._closed = False
+        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
+        self._thread.start()
+
+    def submit(
+        self,
+        job: Callable[[], T],
+        *,
+        key: str | None = None,
+        done: Callable[[T], None] | None = None,
+        failed: Callable[[GrabberError], None] | None = None,
+    ) -> bool:
+        """Run `job` later; then `done` with its result or `failed` with its error, both on the worker.
+
+        A job with a `key` takes the place of a waiting one with the same key, which is then neither run nor
+        answered, and goes to the end: what was asked for in between comes first. An exception that is no
+        GrabberError is a bug; it is logged and reported like an error. False, and nothing happens, once
+        closed.
+        """
+        with self._wakeup:
+            if self._closed:
+                return False
+            slot: object = object() if key is None else key
+            self._waiting.pop(slot, None)
+            self._waiting[slot] = _Job(job, done, failed)
+            self._wakeup.notify()
+            return True
+
+    def close(self, timeout: float = 6.0) -> bool:
+        """Take no more jobs, finish those waiting, end the thread. Whether it ended within `timeout` seconds.
+
+        May be called twice; called by a job, it does not wait.
+        """
+        with self._wakeup:
+            self._closed = True
+            self._wakeup.notify()
+        if threading.current_thread() is self._thread:
+            return False
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _work(self) -> None:
+        while (job := self._next()) is not None:
+            self._run(job)
+
+    def _next(self) -> _Job | None:
+        with self._wakeup:
+            while not self._waiting:
+                if self._closed:
+                    return None
+                self._wakeup.wait()
+            return self._waiting.popitem(last=False)[1]
+
+    def _run(self, job: _Job) -> None:
+        try:
+            try:
+                result = job.run()
+            except GrabberError as error:
+                if job.failed is not None:
+                    job.failed(error)
+                else:
+                    log.warning("%s", error)
+            else:
+                if job.done is not None:
+                    job.done(result)
+        except Exception as error:
+            # The thread must survive: without it the window could not even close its camera.
+            log.exception("a job of the feature worker failed")
+            self._report(job, error)
+
+    def _report(self, job: _Job, error: Exception) -> None:
+        if job.failed is None:
+            return
+        try:
+            job.failed(GrabberError(f"internal error, see the log: {type(error).__name__}: {error}"))
+        except Exception:
+            log.exception("the feature worker could not report an error")
