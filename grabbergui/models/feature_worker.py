@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ class _Job:
     run: Callable[[], Any]
     done: Callable[[Any], None] | None
     failed: Callable[[GrabberError], None] | None
+    due: float
+    "Not before this moment of `time.monotonic`."
 
 
 class FeatureWorker:
@@ -45,27 +48,28 @@ class FeatureWorker:
         key: str | None = None,
         done: Callable[[T], None] | None = None,
         failed: Callable[[GrabberError], None] | None = None,
+        delay: float = 0.0,
     ) -> bool:
         """Run `job` later; then `done` with its result or `failed` with its error, both on the worker.
 
         A job with a `key` takes the place of a waiting one with the same key, which is then neither run nor
         answered, and goes to the end: what was asked for in between comes first. An exception that is no
-        GrabberError is a bug; it is logged and reported like an error. False, and nothing happens, once
-        closed.
+        GrabberError is a bug; it is logged and reported like an error. With a `delay` in seconds the job
+        lets others pass until then. False, and nothing happens, once closed.
         """
         with self._wakeup:
             if self._closed:
                 return False
             slot: object = object() if key is None else key
             self._waiting.pop(slot, None)
-            self._waiting[slot] = _Job(job, done, failed)
+            self._waiting[slot] = _Job(job, done, failed, time.monotonic() + delay)
             self._wakeup.notify()
             return True
 
     def close(self, timeout: float = 6.0) -> bool:
         """Take no more jobs, finish those waiting, end the thread. Whether it ended within `timeout` seconds.
 
-        May be called twice; called by a job, it does not wait.
+        Delays are cut short. May be called twice; called by a job, it does not wait.
         """
         with self._wakeup:
             self._closed = True
@@ -81,11 +85,15 @@ class FeatureWorker:
 
     def _next(self) -> _Job | None:
         with self._wakeup:
-            while not self._waiting:
-                if self._closed:
-                    return None
-                self._wakeup.wait()
-            return self._waiting.popitem(last=False)[1]
+            while self._waiting or not self._closed:
+                now = time.monotonic()
+                for slot, job in self._waiting.items():
+                    if job.due <= now or self._closed:
+                        del self._waiting[slot]
+                        return job
+                earliest = min((job.due for job in self._waiting.values()), default=None)
+                self._wakeup.wait(None if earliest is None else earliest - now)
+            return None
 
     def _run(self, job: _Job) -> None:
         try:

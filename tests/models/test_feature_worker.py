@@ -1,5 +1,6 @@
 import logging
 import threading
+import time
 
 import pytest
 
@@ -58,6 +59,24 @@ def test_a_running_job_is_not_replaced(worker):
     gate.set()
     assert worker.close()
     assert calls == [1, 2]
+
+
+def test_a_delayed_job_lets_others_pass(worker):
+    calls, done = [], threading.Event()
+    start = time.monotonic()
+    worker.submit(lambda: calls.append(time.monotonic() - start), delay=0.05, done=lambda _: done.set())
+    worker.submit(lambda: calls.append("at once"))
+    assert done.wait(5)
+    assert calls[0] == "at once"
+    assert calls[1] >= 0.05
+
+
+def test_closing_cuts_delays_short_and_keeps_the_order(worker):
+    calls = []
+    worker.submit(lambda: calls.append("delayed"), delay=60)
+    worker.submit(lambda: calls.append("delayed more"), delay=90)
+    assert worker.close()
+    assert calls == ["delayed", "delayed more"]
 
 
 def test_a_grabber_error_goes_to_failed(worker):

@@ -1,0 +1,1 @@
+"""Its presence makes the modules of this folder, such as `fakes`, importable from every test."""
