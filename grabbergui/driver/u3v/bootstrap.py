@@ -1,0 +1,204 @@
+"""USB3 Vision bootstrap registers: ABRM, SBRM, SIRM, EIRM and the manifest. Little-endian.
+
+ABRM begins at address 0 and tells where the others are. Addresses of SBRM, SIRM and EIRM registers are
+offsets within their map.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import ClassVar
+
+from grabbergui.core.errors import RemoteProtocolError
+
+STRING_SIZE = 64
+"Bytes of every string register; NUL-terminated unless full."
+
+LARGEST_ALIGNMENT_EXPONENT = 20
+"Of SIRM info; real cameras have 0 to 10."
+
+
+class Abrm:
+    """Addresses in the technology-agnostic bootstrap register map."""
+
+    GENCP_VERSION = 0x000
+    MANUFACTURER_NAME = 0x004
+    MODEL_NAME = 0x044
+    FAMILY_NAME = 0x084
+    DEVICE_VERSION = 0x0C4
+    MANUFACTURER_INFO = 0x104
+    SERIAL_NUMBER = 0x144
+    USER_DEFINED_NAME = 0x184
+    DEVICE_CAPABILITY = 0x1C4
+    MAXIMUM_RESPONSE_TIME = 0x1CC
+    "u32, milliseconds."
+    MANIFEST_TABLE_ADDRESS = 0x1D0
+    SBRM_ADDRESS = 0x1D8
+    DEVICE_CONFIGURATION = 0x1E0
+    TIMESTAMP = 0x1F0
+    "u64, ticks; valid after a latch."
+    TIMESTAMP_LATCH = 0x1F8
+    TIMESTAMP_INCREMENT = 0x1FC
+    "u64, nanoseconds a tick."
+    ACCESS_PRIVILEGE = 0x204
+    PROTOCOL_ENDIANNESS = 0x208
+    IMPLEMENTATION_ENDIANNESS = 0x20C
+    SIZE = 0x210
+
+    CAPABILITY_USER_DEFINED_NAME = 1 << 0
+    CAPABILITY_TIMESTAMP = 1 << 3
+    CAPABILITY_FAMILY_NAME = 1 << 8
+    CAPABILITY_SBRM = 1 << 9
+    CAPABILITY_ENDIANNESS = 1 << 10
+    CAPABILITY_WRITTEN_LENGTH = 1 << 11
+
+
+class Sbrm:
+    """Offsets in the technology-specific map."""
+
+    U3V_VERSION = 0x00
+    CAPABILITY = 0x04
+    CONFIGURATION = 0x0C
+    MAXIMUM_COMMAND_TRANSFER = 0x14
+    MAXIMUM_ACKNOWLEDGE_TRANSFER = 0x18
+    STREAM_CHANNELS = 0x1C
+    SIRM_ADDRESS = 0x20
+    SIRM_LENGTH = 0x28
+    EIRM_ADDRESS = 0x2C
+    EIRM_LENGTH = 0x34
+    IIDC2_ADDRESS = 0x38
+    CURRENT_SPEED = 0x40
+    SIZE = 0x44
+
+    CAPABILITY_SIRM = 1 << 0
+    CAPABILITY_EIRM = 1 << 1
+
+
+class Sirm:
+    """Offsets in a stream interface's map."""
+
+    INFO = 0x00
+    CONTROL = 0x04
+    REQUIRED_PAYLOAD_SIZE = 0x08
+    REQUIRED_LEADER_SIZE = 0x10
+    REQUIRED_TRAILER_SIZE = 0x14
+    MAXIMUM_LEADER_SIZE = 0x18
+    PAYLOAD_TRANSFER_SIZE = 0x1C
+    PAYLOAD_TRANSFER_COUNT = 0x20
+    PAYLOAD_FINAL_TRANSFER_1_SIZE = 0x24
+    PAYLOAD_FINAL_TRANSFER_2_SIZE = 0x28
+    MAXIMUM_TRAILER_SIZE = 0x2C
+    SIZE = 0x30
+
+    STREAM_ENABLE = 1
+    "Bit of CONTROL."
+
+
+class Eirm:
+    """Offsets in the event interface's map."""
+
+    CONTROL = 0x00
+    MAXIMUM_EVENT_TRANSFER = 0x04
+    TEST_CONTROL = 0x08
+    SIZE = 0x0C
+
+    EVENT_ENABLE = 1
+    "Bit of CONTROL."
+    TEST_EVENT_ID = 0x4FFF
+
+
+def string(data: bytes) -> str:
+    """Text of a string register; bytes that are no UTF-8 are replaced."""
+    return data.split(b"\0", 1)[0].decode("utf-8", "replace").strip()
+
+
+@dataclass(frozen=True)
+class StreamRequirements:
+    """What the device needs of the stream's transfers (SIRM 0x00 to 0x17)."""
+
+    FORMAT: ClassVar[struct.Struct] = struct.Struct("<IIQII")
+
+    alignment: int
+    "Every payload transfer size must be a multiple of this; a power of two."
+    enabled: bool
+    "Whether the stream is on, perhaps since a former host died."
+    payload_size: int
+    leader_size: int
+    trailer_size: int
+
+    @classmethod
+    def decode(cls, data: bytes) -> StreamRequirements:
+        """Read the first 24 bytes of a SIRM. Raises RemoteProtocolError for an absurd alignment."""
+        if len(data) < cls.FORMAT.size:
+            raise RemoteProtocolError(f"SIRM of {len(data)} bytes, need {cls.FORMAT.size}")
+        info, control, payload_size, leader_size, trailer_size = cls.FORMAT.unpack_from(data)
+        exponent = info >> 24
+        if exponent > LARGEST_ALIGNMENT_EXPONENT:
+            raise RemoteProtocolError(
+                f"SIRM asks for transfers aligned to 2^{exponent} bytes; "
+                f"at most 2^{LARGEST_ALIGNMENT_EXPONENT} makes sense"
+            )
+        enabled = bool(control & Sirm.STREAM_ENABLE)
+        return cls(1 << exponent, enabled, payload_size, leader_size, trailer_size)
+
+    def encode(self) -> bytes:
+        """The device's side of `decode`."""
+        info = (self.alignment.bit_length() - 1) << 24
+        return self.FORMAT.pack(
+            info, int(self.enabled), self.payload_size, self.leader_size, self.trailer_size
+        )
+
+
+@dataclass(frozen=True)
+class ManifestEntry:
+    """One file that the device stores."""
+
+    FORMAT: ClassVar[struct.Struct] = struct.Struct("<HBBIQQ20s20x")
+
+    DEVICE_XML: ClassVar[int] = 0
+    RAW: ClassVar[int] = 0
+    ZIP: ClassVar[int] = 1
+
+    version: tuple[int, int, int]
+    "Of the file: major, minor, subminor."
+    file_type: int
+    "0: the device's description; 1: a buffer's."
+    file_format: int
+    "0: plain XML; 1: a zip archive."
+    schema: tuple[int, int]
+    "GenApi schema: major, minor."
+    address: int
+    size: int
+    sha1: bytes = bytes(20)
+    "Of the file as stored; zeros where not given."
+
+    def encode(self) -> bytes:
+        """The entry's 64 bytes."""
+        major, minor, subminor = self.version
+        kind = self.schema[0] << 24 | self.schema[1] << 16 | self.file_format << 10 | self.file_type
+        return self.FORMAT.pack(subminor, minor, major, kind, self.address, self.size, self.sha1)
+
+    @classmethod
+    def decode(cls, data: bytes) -> ManifestEntry:
+        """Read one entry. Raises RemoteProtocolError where fewer than 64 bytes are there."""
+        if len(data) < cls.FORMAT.size:
+            raise RemoteProtocolError(f"manifest entry of {len(data)} bytes, need {cls.FORMAT.size}")
+        subminor, minor, major, kind, address, size, sha1 = cls.FORMAT.unpack_from(data)
+        return cls(
+            version=(major, minor, subminor),
+            file_type=kind & 0x7,
+            file_format=kind >> 10 & 0x3F,
+            schema=(kind >> 24, kind >> 16 & 0xFF),
+            address=address,
+            size=size,
+            sha1=sha1,
+        )
+
+
+def best_description(entries: list[ManifestEntry]) -> ManifestEntry:
+    """The device's description of the highest version. Raises RemoteProtocolError where there is none."""
+    candidates = [entry for entry in entries if entry.file_type == ManifestEntry.DEVICE_XML]
+    if not candidates:
+        raise RemoteProtocolError(f"none of the manifest's {len(entries)} files is a GenICam description")
+    return max(candidates, key=lambda entry: entry.version)
