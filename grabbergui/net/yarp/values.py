@@ -1,0 +1,82 @@
+"""The values a Bottle holds, beyond Python's own.
+
+Plain ``int`` stands for int32 (int64 where it does not fit), ``float`` for float64, ``str`` for a string,
+``bytes`` for a blob, a list for a list. The classes here name the other types of the wire.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Union
+
+from grabbergui.core.errors import LocalProtocolError
+
+
+class Dialect(Enum):
+    """Which YARP speaks: the two disagree on what type code 10 means."""
+
+    YARP3 = "3.x"
+    "float64 is 10, float32 is 128, no vocab64."
+    YARP4 = "4.0"
+    "float64 is 20, float32 is 10, vocab64 is 18."
+
+
+class Int8(int):
+    """An int8, where the wire must say so."""
+
+
+class Int16(int):
+    """An int16."""
+
+
+class Int64(int):
+    """An int64, even where the value would fit 32 bits."""
+
+
+class Float32(float):
+    """A float32."""
+
+
+class _AnyVocab(int):
+    LETTERS = 4
+
+    def __new__(cls, word: str | int) -> _AnyVocab:
+        if isinstance(word, int):
+            return super().__new__(cls, word)
+        letters = word.encode("latin-1", "replace")
+        if len(letters) > cls.LETTERS:
+            raise LocalProtocolError(f"vocab [{word}] is too long, allowed are {cls.LETTERS} letters")
+        return super().__new__(cls, int.from_bytes(letters.ljust(cls.LETTERS, b"\0"), "little", signed=True))
+
+    def __str__(self) -> str:
+        return self.to_bytes(self.LETTERS, "little", signed=True).split(b"\0", 1)[0].decode("latin-1")
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({str(self)!r})"
+
+
+class Vocab(_AnyVocab):
+    """A word of up to four letters packed into an int32, low byte first: ``Vocab("fgi")``.
+
+    Compares as the integer it is; ``str`` gives the letters back.
+    """
+
+
+class Vocab64(_AnyVocab):
+    """A word of up to eight letters in an int64; YARP 4.0 only."""
+
+    LETTERS = 8
+
+
+TRUE = Vocab("1")
+"""What YARP writes for true; false is the vocab 0."""
+
+FALSE = Vocab(0)
+
+Item = Union[int, float, str, bytes, bytearray, memoryview, "list[Item]"]
+"""What may stand in a Bottle. A ``bool`` goes as the vocab YARP uses for it."""
+
+
+def word(item: object) -> str:
+    """The text of a string or vocab, as commands are matched; empty for anything else."""
+    return str(item) if isinstance(item, (str, _AnyVocab)) else ""
