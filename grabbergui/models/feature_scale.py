@@ -1,0 +1,147 @@
+"""How numbers map to a slider's positions, and which numbers a feature takes. Pure functions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from grabbergui.core.features import Feature, FeatureKind, Representation
+
+STEPS = 1000
+"""Positions of a slider, less where an integer has fewer values."""
+
+HUGE = 1e9
+"""A range from here on is no real range: nobody finds a value in it with a slider."""
+
+_SLIDABLE = (Representation.LINEAR, Representation.LOGARITHMIC)
+
+
+@dataclass(frozen=True)
+class SliderScale:
+    """A feature's range as positions 0 … `steps`; linear or logarithmic, zero included."""
+
+    minimum: int | float
+    maximum: int | float
+    increment: int | float = 0
+    "0 where any value is taken."
+    integer: bool = False
+    logarithmic: bool = False
+
+    @classmethod
+    def of(cls, feature: Feature) -> SliderScale | None:
+        """The scale for a feature, or None where a slider makes no sense."""
+        low, high = feature.minimum, feature.maximum
+        if low is None or high is None or feature.representation not in _SLIDABLE:
+            return None
+        if not 0 < high - low < HUGE:
+            return None
+        integer = feature.kind is FeatureKind.INTEGER
+        increment = feature.increment or (1 if integer else 0)
+        if integer:
+            # The highest value on a step, so that the slider's end is a value the camera takes.
+            high = low + (int(high) - int(low)) // int(increment) * int(increment)
+        return cls(low, high, increment, integer, feature.logarithmic) if high > low else None
+
+    @property
+    def steps(self) -> int:
+        """The highest position."""
+        if self.integer and not self.logarithmic:
+            return min(STEPS, int(self.maximum - self.minimum) // int(self.increment))
+        return STEPS
+
+    def to_value(self, position: int) -> int | float:
+        """The number at a position; both ends are exact, between them it is rounded to what one can see."""
+        if position <= 0:
+            return self.minimum
+        if position >= self.steps:
+            return self.maximum
+        if self.logarithmic:
+            fraction = (position - self._zero) / (self.steps - self._zero)
+            exact = self._floor * math.exp(fraction * math.log(self.maximum / self._floor))
+            ratio = math.log(self.maximum / self._floor) / (self.steps - self._zero)
+            number = _significant(exact, 1 + math.ceil(-math.log10(ratio)))
+        else:
+            resolution = (self.maximum - self.minimum) / self.steps
+            exact = self.minimum + resolution * position
+            number = round(exact, max(0, -math.floor(math.log10(resolution))))
+        return self._on_step(number)
+
+    def to_position(self, number: int | float) -> int:
+        """The position nearest to a number; beyond the range, the end."""
+        if not number > self.minimum:
+            return 0
+        if number >= self.maximum:
+            return self.steps
+        if not self.logarithmic:
+            return round((number - self.minimum) / (self.maximum - self.minimum) * self.steps)
+        if number <= self._floor:
+            return self._zero
+        fraction = math.log(number / self._floor) / math.log(self.maximum / self._floor)
+        return self._zero + round(fraction * (self.steps - self._zero))
+
+    @property
+    def _zero(self) -> int:
+        """Where the logarithm begins: one above zero, which has no logarithm."""
+        return 0 if self.minimum > 0 else 1
+
+    @property
+    def _floor(self) -> float:
+        """The smallest number with a logarithm."""
+        if self.minimum > 0:
+            return self.minimum
+        smallest = self.increment or self.maximum * 1e-6
+        return min(smallest, self.maximum / 2)
+
+    def _on_step(self, number: int | float) -> int | float:
+        if self.increment:
+            steps = round((number - self.minimum) / self.increment)
+            number = self.minimum + steps * self.increment
+        number = min(max(number, self.minimum), self.maximum)
+        return int(number) if self.integer else number
+
+
+def nearest_allowed(feature: Feature, number: int | float) -> int | float:
+    """The number a feature takes that is nearest to this one: within its range, an integer on its step."""
+    low, high = feature.minimum, feature.maximum
+    if high is not None and number > high:
+        number = high
+    if low is not None and number < low:
+        number = low
+    if feature.kind is not FeatureKind.INTEGER:
+        return float(number)
+    whole = number if isinstance(number, int) else round(number)
+    step = int(feature.increment or 1)
+    if low is None or step <= 1:
+        return whole
+    snapped = int(low) + (whole - int(low) + step // 2) // step * step
+    return snapped if high is None or snapped <= high else snapped - step
+
+
+def natural_step(feature: Feature) -> int | float:
+    """What one press of an arrow key adds: the increment, or about a hundredth of the range or the value."""
+    integer = feature.kind is FeatureKind.INTEGER
+    scale = SliderScale.of(feature)
+    increment = feature.increment or (1 if integer else 0)
+    if increment and not feature.logarithmic:
+        return increment
+    size = abs(feature.value) if isinstance(feature.value, int | float) else 0
+    if scale is not None and not scale.logarithmic:
+        size = scale.maximum - scale.minimum
+    step = 10.0 ** math.floor(math.log10(size / 100)) if size and math.isfinite(size) else 1.0
+    if integer:
+        return max(int(increment), int(step))
+    return max(step, increment)
+
+
+def stepped(feature: Feature, steps: int) -> int | float:
+    """The value some presses of an arrow key away; 64-bit integers exact, fractions on the step's grid."""
+    step = natural_step(feature)
+    value = feature.value if isinstance(feature.value, int | float) else feature.minimum or 0
+    number = value + steps * step
+    if isinstance(number, float) and not feature.increment:
+        number = round(number, max(0, -math.floor(math.log10(step))))
+    return nearest_allowed(feature, number)
+
+
+def _significant(number: float, digits: int) -> float:
+    return float(f"{number:.{max(digits, 1)}g}")

@@ -1,0 +1,126 @@
+"""Features as people read and type them. Pure functions."""
+
+from __future__ import annotations
+
+import html
+import ipaddress
+import math
+import re
+
+from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Representation
+
+CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
+"""Representations of integers that are typed as text."""
+
+_UNITS = {
+    "us": "µs",
+    "usec": "µs",
+    "C": "°C",
+    "degC": "°C",
+    "DegC": "°C",
+    "Celsius": "°C",
+    "deg": "°",
+    "Percent": "%",
+    "percent": "%",
+}
+
+_LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+_ZERO_WIDTH_SPACE = "\u200b"
+
+
+def unit_text(unit: str) -> str:
+    """A unit as people write it: `us` is `µs`."""
+    return _UNITS.get(unit, unit)
+
+
+def breakable(title: str) -> str:
+    """A title that may be broken into lines between its words, also where it is one CamelCase word."""
+    return _LOWER_UPPER.sub(_ZERO_WIDTH_SPACE, title)
+
+
+def number_text(number: int | float) -> str:
+    """A number to look at: integers in full, fractions with seven significant digits."""
+    if isinstance(number, int):
+        return str(number)
+    if not math.isfinite(number) or (number and not 1e-6 <= abs(number) < 1e15):
+        return f"{number:.7g}"
+    decimals = 6 - math.floor(math.log10(abs(number))) if number else 0
+    text = f"{number:.{max(decimals, 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def parse_number(text: str, feature: Feature) -> int | float:
+    """What somebody typed into a number's field, with or without the unit. Raises ValueError."""
+    bare = text.strip()
+    for unit in (feature.unit, unit_text(feature.unit)):
+        if unit and bare.endswith(unit):
+            bare = bare[: -len(unit)].strip()
+    if feature.kind is FeatureKind.INTEGER:
+        try:
+            return int(bare, 0)
+        except ValueError:
+            as_float = float(bare)
+            if not math.isfinite(as_float):
+                raise ValueError("not a finite number") from None
+            return round(as_float)
+    number = float(bare if "." in bare else bare.replace(",", ".", 1))
+    if math.isnan(number):
+        raise ValueError("not a number")
+    return number
+
+
+def coded_text(number: int, representation: Representation) -> str:
+    """An integer as hexadecimal digits, an IPv4 or a MAC address; the first octet is the highest byte."""
+    if representation is Representation.IPV4_ADDRESS and 0 <= number < 1 << 32:
+        return str(ipaddress.IPv4Address(number))
+    if representation is Representation.MAC_ADDRESS and 0 <= number < 1 << 48:
+        return ":".join(f"{byte:02X}" for byte in number.to_bytes(6, "big"))
+    return f"-0x{-number:X}" if number < 0 else f"0x{number:X}"
+
+
+def parse_coded(text: str, representation: Representation) -> int:
+    """The integer that somebody typed; also plain or hexadecimal digits. Raises ValueError."""
+    bare = text.strip()
+    if representation is Representation.IPV4_ADDRESS and "." in bare:
+        return int(ipaddress.IPv4Address(bare))
+    if representation is Representation.MAC_ADDRESS and re.fullmatch(
+        r"[0-9A-Fa-f]{1,2}([:-][0-9A-Fa-f]{1,2}){5}", bare
+    ):
+        return int.from_bytes(bytes(int(octet, 16) for octet in re.split("[:-]", bare)), "big")
+    try:
+        return int(bare, 0)
+    except ValueError:
+        if representation is not Representation.HEX_NUMBER:
+            raise
+        return int(bare, 16)
+
+
+def value_text(feature: Feature) -> str:
+    """The value with its unit, as a read-only row shows it; a dash where there is none."""
+    value: FeatureValue | None = feature.value
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return next((e.display_name or e.name for e in feature.entries if e.name == value), value)
+    if feature.representation in CODED and isinstance(value, int):
+        return coded_text(value, feature.representation)
+    unit = unit_text(feature.unit)
+    return f"{number_text(value)} {unit}".rstrip()
+
+
+def tooltip_html(feature: Feature) -> str:
+    """All there is to know about a feature, for a tooltip: why it cannot be used, help, range, name."""
+    parts = [f"<b>{html.escape(feature.title)}</b>"]
+    if not feature.access.writable:
+        parts.append(f"<i>{html.escape(f'It {feature.access_problem()}.')}</i>")
+    parts.extend(html.escape(text) for text in dict.fromkeys((feature.tooltip, feature.description)) if text)
+    if feature.kind is not FeatureKind.COMMAND and not feature.problem:
+        parts.append(f"Range: {html.escape(_shortened(feature.range_text()))}")
+    parts.append(f"<code>{html.escape(feature.name)}</code>")
+    return "<br>".join(parts)
+
+
+def _shortened(text: str, length: int = 300) -> str:
+    return text if len(text) <= length else text[: length - 1] + "…"
