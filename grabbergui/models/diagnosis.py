@@ -1,0 +1,195 @@
+"""Why there is no picture: the stage at which it stops, and the likely cause. Pure logic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.core.sfnc import Role
+
+PATIENCE = 2.0
+"Seconds without a picture before anything is said."
+BLACK = 2.0
+"A mean of 8-bit pixels below which a picture looks black."
+
+
+class Stage(Enum):
+    """The way of a picture, in order; each needs those before it."""
+
+    CONTROL = "control"
+    PACKETS = "packets"
+    FRAMES = "frames"
+    CONVERSION = "conversion"
+    DISPLAY = "display"
+
+
+@dataclass(frozen=True)
+class CameraFacts:
+    """What the camera's own features say that bears on it; None where it has no such feature."""
+
+    trigger_source: str | None = None
+    "Where the trigger comes from, while TriggerMode is On; None otherwise."
+    stream_port: int | None = None
+    "The UDP port on this host that the camera sends to."
+    packet_size: int | None = None
+    "Bytes of a stream packet, IP and UDP headers included."
+    exposure: str = ""
+    "The exposure with its unit, for people."
+    period: float | None = None
+    "Seconds between two frames as the camera is set."
+
+    @classmethod
+    def read(cls, grabber: FrameGrabber) -> CameraFacts:
+        """Ask the camera; on the thread that makes its calls. What cannot be read is left out."""
+        trigger = _value(grabber, "TriggerMode") == "On"
+        rate = _of_role(grabber, Role.FRAME_RATE)
+        exposure = _of_role(grabber, Role.EXPOSURE)
+        hertz = rate.value if rate is not None and isinstance(rate.value, (int, float)) else 0
+        return cls(
+            trigger_source=str(_value(grabber, "TriggerSource") or "an input") if trigger else None,
+            stream_port=_integer(_value(grabber, "GevSCPHostPort")),
+            packet_size=_integer(_value(grabber, "GevSCPSPacketSize")),
+            exposure=f"{exposure.value:g} {exposure.unit}".strip()
+            if exposure is not None and isinstance(exposure.value, (int, float))
+            else "",
+            period=1 / hertz if hertz > 0 else None,
+        )
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What was seen of a streaming source."""
+
+    source: str
+    "Its name for people."
+    address: str = ""
+    "Its IP address, USB path or port."
+    bus: str = ""
+    seconds: float = 0.0
+    "Since it was started."
+    silent: float = 0.0
+    "Seconds since the last frame; since the start where none came."
+    statistics: StreamStatistics = field(default_factory=StreamStatistics)
+    received: int = 0
+    "Frames that reached the window."
+    problem: str = ""
+    "Why they cannot be converted."
+    painted: int = 0
+    mean: float | None = None
+    "Of the 8-bit pixels last painted."
+    facts: CameraFacts = CameraFacts()
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Where the picture stops and what to do, in sentences for people."""
+
+    stage: Stage
+    summary: str
+    advice: str
+
+
+def diagnose(seen: Observation) -> Diagnosis | None:
+    """What is wrong, or None where nothing is, or where it is too early to say."""
+    if seen.problem:
+        return Diagnosis(
+            Stage.CONVERSION,
+            f"Frames arrive but cannot be shown: {seen.problem}",
+            "Choose another PixelFormat; a snapshot still saves the raw bytes.",
+        )
+    patience = max(PATIENCE, 3 * (seen.facts.period or 0))
+    if seen.silent >= patience:
+        return _silent(seen)
+    if seen.received and not seen.painted and seen.seconds >= patience:
+        return Diagnosis(Stage.DISPLAY, "Frames arrive but the window does not paint them.", "See the log.")
+    if seen.mean is not None and seen.mean < BLACK:
+        exposure = f" ({seen.facts.exposure})" if seen.facts.exposure else ""
+        return Diagnosis(
+            Stage.DISPLAY,
+            f"The picture is black: the exposure{exposure} may be too short.",
+            "Raise exposure or gain, press auto, open the iris, or take the lens cap off.",
+        )
+    return None
+
+
+def _silent(seen: Observation) -> Diagnosis:
+    count = seen.statistics
+    if seen.facts.trigger_source is not None:
+        return Diagnosis(
+            Stage.CONTROL,
+            f"{seen.source} waits for a trigger from {seen.facts.trigger_source}.",
+            "Send one (TriggerSoftware), or set TriggerMode to Off.",
+        )
+    if count.frames:
+        return Diagnosis(
+            Stage.FRAMES,
+            f"No frame for {seen.silent:.0f} s, after {count.frames} that came.",
+            "Look at the cable and the camera's power; then stop and start again.",
+        )
+    if count.incomplete:
+        size = f" (GevSCPSPacketSize, now {seen.facts.packet_size} bytes)" if seen.facts.packet_size else ""
+        return Diagnosis(
+            Stage.FRAMES,
+            f"Packets arrive, but no frame is complete: {count.packets_missing} packets are missing.",
+            f"Choose smaller packets{size} or a longer packet delay (GevSCPD); raise net.core.rmem_max.",
+        )
+    if count.packets:
+        return Diagnosis(
+            Stage.FRAMES,
+            f"{count.packets} packets arrived, but no frame was finished.",
+            "The frame rate may be very low, or packets larger than the network's MTU are dropped.",
+        )
+    return _no_packets(seen)
+
+
+def _no_packets(seen: Observation) -> Diagnosis:
+    summary = f"{seen.source} is under control but sends nothing that arrives here."
+    if "GigE" not in seen.bus:
+        return Diagnosis(
+            Stage.PACKETS, summary, "Stop and start again; look at the camera's cable and power."
+        )
+    port = f"UDP port {seen.facts.stream_port}" if seen.facts.stream_port else "UDP"
+    allow = f"from {seen.address}" if seen.address else "from the camera"
+    size = seen.facts.packet_size
+    large = (
+        f" Packets of {size} bytes need an MTU as large on every device between."
+        if size and size > 1500
+        else ""
+    )
+    command = (
+        f" (sudo ufw allow proto udp from {seen.address} to any port {seen.facts.stream_port})"
+        if seen.facts.stream_port and seen.address
+        else ""
+    )
+    return Diagnosis(
+        Stage.PACKETS, summary, f"A firewall may drop it: let {port} {allow} pass{command}.{large}"
+    )
+
+
+def _value(grabber: FrameGrabber, name: str) -> FeatureValue | None:
+    feature = _feature(grabber, name)
+    return None if feature is None else feature.value
+
+
+def _of_role(grabber: FrameGrabber, role: Role) -> Feature | None:
+    name = role.find(_has(grabber))
+    return None if name is None else _feature(grabber, name)
+
+
+def _feature(grabber: FrameGrabber, name: str) -> Feature | None:
+    try:
+        return grabber.feature(name) if grabber.has_feature(name) else None
+    except GrabberError:
+        return None
+
+
+def _has(grabber: FrameGrabber) -> Callable[[str], bool]:
+    return grabber.has_feature
+
+
+def _integer(value: FeatureValue | None) -> int | None:
+    return int(value) if isinstance(value, int) and value > 0 else None

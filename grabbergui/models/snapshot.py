@@ -1,0 +1,140 @@
+"""Saves one frame at full resolution, from the sensor's data and not from what is painted."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from dataclasses import asdict
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from psygnal import Signal
+
+from grabbergui.core.errors import GrabberError, PixelFormatError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.pfnc import Family
+
+
+class SnapshotError(GrabberError):
+    """A file could not be written."""
+
+
+def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = None) -> Path:
+    """Write a frame into a folder, which is made if need be, and return the file's path.
+
+    8-bit formats become PNG (Bayer and YUV in colour). Deeper ones become TIFF of 16 bits with the
+    sensor's own values in the low bits, a Bayer pattern as it is. What cannot be laid out becomes its
+    payload bytes (`.raw`) with a `.json` beside it that says what they are. No file is overwritten.
+    `moment` is seconds since the epoch; the frame's own by default. Raises SnapshotError.
+    """
+    if moment is None:
+        moment = frame.received_ns / 1e9 if frame.received_ns else time.time()
+    stem = _stem(info, moment)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            suffix, content = _encoded(frame)
+        except PixelFormatError:
+            path = _write_new(folder, stem, ".raw", frame.payload.tobytes())
+            path.with_suffix(".json").write_text(
+                json.dumps(_particulars(frame, info, moment), indent=2) + "\n"
+            )
+            return path
+        return _write_new(folder, stem, suffix, content)
+    except OSError as error:
+        raise SnapshotError(
+            f"the snapshot could not be written to {folder}: {error.strerror or error}; choose another folder"
+        ) from error
+
+
+class SnapshotWriter:
+    """Saves frames one after the other on threads of its own. Signals come from there."""
+
+    saved = Signal(Path)
+    failed = Signal(str)
+
+    def __init__(self) -> None:
+        self._threads: list[threading.Thread] = []
+        self._order = threading.Lock()
+
+    def save(self, frame: Frame, folder: Path, info: DeviceInfo) -> None:
+        """Save a frame soon. Never waits."""
+        thread = threading.Thread(target=self._save, args=(frame, folder, info), name="snapshot", daemon=True)
+        self._threads = [*(t for t in self._threads if t.is_alive()), thread]
+        thread.start()
+
+    def wait(self, timeout: float) -> bool:
+        """Whether everything is saved, within `timeout` seconds. For quitting."""
+        deadline = time.monotonic() + timeout
+        for thread in self._threads:
+            thread.join(max(0.0, deadline - time.monotonic()))
+        return not any(thread.is_alive() for thread in self._threads)
+
+    def _save(self, frame: Frame, folder: Path, info: DeviceInfo) -> None:
+        try:
+            with self._order:
+                path = save(frame, folder, info)
+        except GrabberError as error:
+            self.failed.emit(str(error))
+        else:
+            self.saved.emit(path)
+
+
+def _encoded(frame: Frame) -> tuple[str, bytes]:
+    """The file's suffix and content. Raises PixelFormatError."""
+    raw = frame.raw()
+    if raw.dtype == np.uint16:
+        return ".tiff", _encode(".tiff", raw)
+    if frame.pixel_format.family is Family.MONO:
+        return ".png", _encode(".png", raw)
+    return ".png", _encode(".png", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))
+
+
+def _encode(suffix: str, pixels: NDArray[Any]) -> bytes:
+    done, content = cv2.imencode(suffix, pixels)
+    if not done:
+        raise SnapshotError(f"a picture of shape {pixels.shape} could not be encoded as {suffix}")
+    return bytes(content.tobytes())
+
+
+def _stem(info: DeviceInfo, moment: float) -> str:
+    """`Model_Serial_20260801-142530.125`, without what a file's name cannot hold."""
+    name = "_".join(part for part in (info.model or info.title, info.serial) if part)
+    safe = "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")[:80]
+    milliseconds = int(moment * 1000) % 1000
+    return f"{safe or 'frame'}_{time.strftime('%Y%m%d-%H%M%S', time.localtime(moment))}.{milliseconds:03d}"
+
+
+def _write_new(folder: Path, stem: str, suffix: str, content: bytes) -> Path:
+    for attempt in count():
+        path = folder / (f"{stem}_{attempt}{suffix}" if attempt else f"{stem}{suffix}")
+        try:
+            with path.open("xb") as file:
+                file.write(content)
+        except FileExistsError:
+            continue
+        return path
+    raise AssertionError("unreachable")
+
+
+def _particulars(frame: Frame, info: DeviceInfo, moment: float) -> dict[str, object]:
+    return {
+        "time": moment,
+        "source": asdict(info),
+        "width": frame.width,
+        "height": frame.height,
+        "pixel_format": frame.pixel_format.name,
+        "pixel_format_code": f"0x{frame.pixel_format.code:08X}",
+        "bytes": int(frame.payload.nbytes),
+        "frame_id": frame.frame_id,
+        "timestamp_ns": frame.timestamp_ns,
+        "complete": frame.complete,
+        "padding_x": frame.padding_x,
+        "big_endian": frame.big_endian,
+    }

@@ -1,0 +1,137 @@
+"""Which sources there are: those found, refreshed by itself, and those a user named."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from psygnal import Signal
+
+from grabbergui import sources
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.uri import SourceUri
+
+log = logging.getLogger(__name__)
+
+REFRESH_INTERVAL = 3.0
+"Seconds between the end of one search and the next."
+SEARCH_TIME = 0.6
+"Seconds a search waits for answers; closing the window may have to wait for it."
+KEEP_MISSES = 2
+"A source stays listed for that many searches that miss it: a broadcast or its answer may get lost."
+
+
+@dataclass(frozen=True)
+class ListedSource:
+    """One line of the list."""
+
+    info: DeviceInfo
+    manual: bool = False
+    "Named by the user, not found."
+
+
+class SourceListModel:
+    """The sources found, in a steady order, and after them those named by the user.
+
+    Searching happens on a thread of its own between `start` and `stop`; the signals are emitted there.
+    """
+
+    changed = Signal(tuple)
+    """All lines (tuple[ListedSource, ...]); only when they differ from before."""
+    searching = Signal(bool)
+    """Whether a search is under way."""
+
+    def __init__(
+        self,
+        discover: Callable[[float], list[DeviceInfo]] = sources.discover,
+        interval: float = REFRESH_INTERVAL,
+    ) -> None:
+        self._discover = discover
+        self._interval = interval
+        self._found: dict[str, DeviceInfo] = {}
+        self._missed: dict[str, int] = {}
+        self._manual: dict[str, DeviceInfo] = {}
+        self._shown: tuple[ListedSource, ...] = ()
+        self._lock = threading.Lock()
+        self._wakeup = threading.Event()
+        self._stopping = False
+        self._thread: threading.Thread | None = None
+
+    @property
+    def sources(self) -> tuple[ListedSource, ...]:
+        """All lines as they are now. Any thread."""
+        with self._lock:
+            return self._shown
+
+    def start(self) -> None:
+        """Begin to search; does nothing where it does already."""
+        if self._thread is None:
+            self._stopping = False
+            self._thread = threading.Thread(target=self._search_on, name="discovery", daemon=True)
+            self._thread.start()
+
+    def stop(self, timeout: float = 2.0) -> bool:
+        """Search no more. Whether the thread ended within `timeout` seconds."""
+        self._stopping = True
+        self._wakeup.set()
+        thread, self._thread = self._thread, None
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(timeout)
+            return not thread.is_alive()
+        return True
+
+    def refresh(self) -> None:
+        """Search at once instead of at the next turn. Never waits."""
+        self._wakeup.set()
+
+    def add(self, uri: str) -> SourceUri:
+        """Remember a source that was named by hand. Raises UsageError for a malformed one."""
+        parsed = SourceUri.parse(uri)
+        with self._lock:
+            self._manual[str(parsed)] = DeviceInfo(str(parsed), address=parsed.name)
+        self._publish()
+        return parsed
+
+    def remove(self, uri: str) -> None:
+        """Forget a source named by hand."""
+        with self._lock:
+            self._manual.pop(uri, None)
+        self._publish()
+
+    def _search_on(self) -> None:
+        while not self._stopping:
+            self.searching.emit(True)
+            try:
+                self._note(self._discover(SEARCH_TIME))
+            except Exception:
+                # One kind of source that misbehaves must not end the search for all others.
+                log.exception("searching for sources failed")
+            self.searching.emit(False)
+            self._wakeup.wait(0 if self._stopping else self._interval)
+            self._wakeup.clear()
+
+    def _note(self, found: list[DeviceInfo]) -> None:
+        with self._lock:
+            seen = {info.uri: info for info in found}
+            for uri in [uri for uri in self._found if uri not in seen]:
+                self._missed[uri] = self._missed.get(uri, 0) + 1
+                if self._missed[uri] > KEEP_MISSES:
+                    del self._found[uri], self._missed[uri]
+            for uri, info in seen.items():
+                self._found[uri] = info
+                self._missed.pop(uri, None)
+        self._publish()
+
+    def _publish(self) -> None:
+        with self._lock:
+            lines = [ListedSource(info) for info in self._found.values()]
+            lines += [
+                ListedSource(info, True) for uri, info in self._manual.items() if uri not in self._found
+            ]
+            if tuple(lines) == self._shown:
+                return
+            self._shown = tuple(lines)
+            shown = self._shown
+        self.changed.emit(shown)
