@@ -1,0 +1,107 @@
+"""Joins the feature panel and the favourites to the feature tree."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
+from grabbergui.core.sfnc import Role, role_of
+from grabbergui.models.feature_tree import FeatureTreeModel
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.favourites import FavouritesStrip
+from grabbergui.ui.views.feature_panel import FeaturePanel
+from grabbergui.ui.widgets.pacer import Pacer
+
+
+class FeatureController(QObject):
+    """Shows the model's features in both views and passes on what people do there."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+
+    def __init__(
+        self, panel: FeaturePanel, favourites: FavouritesStrip, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent or panel)
+        self._panel = panel
+        self._favourites = favourites
+        self._model: FeatureTreeModel | None = None
+        self._bridge: Bridge | None = None
+        # A thousand features may arrive at once, and each may need a new editor.
+        self._pacer = Pacer(self)
+        for rows in (panel.rows, favourites.rows):
+            rows.edited.connect(self._on_rows_edited)
+            rows.executed.connect(self._on_rows_executed)
+            rows.held.connect(self._on_rows_held)
+            rows.released.connect(self._on_rows_released)
+        panel.watchedChanged.connect(self._watch)
+
+    def set_model(self, model: FeatureTreeModel | None) -> None:
+        """Show another source's features, or none."""
+        if self._bridge is not None:
+            self._bridge.close()
+            self._bridge = None
+        self._model = model
+        if model is not None:
+            self._bridge = Bridge(self)
+            self._bridge.bind(model.feature_changed, self._on_model_feature_changed)
+            self._bridge.bind(model.structure_changed, self._show_structure)
+            self._bridge.bind(model.failed, self._on_model_failed)
+        self._show_structure()
+
+    def _show_structure(self) -> None:
+        self._pacer.clear()
+        model = self._model
+        if model is None:
+            self._favourites.setFavourites([])
+            self._panel.setTree(None)
+            return
+        self._favourites.setFavourites([self._favourite(model, name) for name in model.favourites])
+        self._panel.setTree(model.root, model.favourites)
+        self._watch()
+
+    def _favourite(self, model: FeatureTreeModel, name: str) -> FeatureDescription:
+        """A favourite under the name of what it is for, which is short and the same for every camera."""
+        titles = {
+            Role.EXPOSURE: self.tr("Exposure"),
+            Role.GAIN: self.tr("Gain"),
+            Role.FRAME_RATE: self.tr("Frame rate"),
+        }
+        description = model.description(name) or FeatureDescription(name=name, kind=FeatureKind.FLOAT)
+        role = role_of(name)
+        title = titles.get(role, description.title) if role is not None else description.title
+        return replace(description, display_name=title)
+
+    def _watch(self) -> None:
+        if self._model is not None:
+            self._model.watch(self._panel.watched.union(self._model.favourites))
+
+    def _on_model_feature_changed(self, feature: Feature) -> None:
+        self._pacer.add(feature.name, partial(self._show, feature))
+
+    def _show(self, feature: Feature) -> None:
+        self._favourites.setFeature(feature)
+        self._panel.setFeature(feature)
+
+    def _on_model_failed(self, error: GrabberError) -> None:
+        self.failed.emit(str(error))
+
+    def _on_rows_edited(self, name: str, value: object) -> None:
+        if self._model is not None and isinstance(value, int | float | str):
+            self._model.write(name, value)
+
+    def _on_rows_executed(self, name: str) -> None:
+        if self._model is not None:
+            self._model.execute(name)
+
+    def _on_rows_held(self, name: str) -> None:
+        if self._model is not None:
+            self._model.hold(name)
+
+    def _on_rows_released(self, name: str) -> None:
+        if self._model is not None:
+            self._model.release(name)
