@@ -48,7 +48,8 @@ class BufferPool:
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
         lease = (ctypes.c_ubyte * self.size).from_buffer(storage)
         weakref.finalize(lease, self._give_back, storage).atexit = False
-        return np.frombuffer(lease, np.uint8)
+        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)  # type: ignore[call-overload]
+        return array
 
     def _give_back(self, storage: bytearray) -> None:
         with self._lock:

@@ -102,7 +102,7 @@ class FrameGrabber(ABC):
 
     Feature calls and start/stop may take as long as the device or the network does, so a window makes them
     on a thread of its own; each grabber serialises them. `open_queue` and `statistics` never wait. Signals
-    are emitted from whatever thread noticed.
+    are emitted from whatever thread noticed; a listener returns at once and calls no grabber.
 
     Errors are those of `core.errors`; nothing else leaves a grabber.
     """

@@ -1,0 +1,339 @@
+"""Any device plus GenApi's node map: a frame grabber."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import DeviceLostError, FeatureAccessError, GrabberError, TransportError
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
+from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
+from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.genapi.node_map import CameraNodeMap
+
+log = logging.getLogger(__name__)
+
+POLL_PERIOD = 0.2
+"""Seconds between looks at GenApi's polling times and at values under an automatic mode."""
+
+_CHANGES_PAYLOAD = (
+    "PixelFormat", "Width", "Height", "Binning", "Decimation", "ChunkModeActive", "ChunkEnable",
+)  # fmt: skip
+"""Beginnings of the names of features that change what a frame looks like: the stream is restarted."""
+
+
+class Camera(FrameGrabber):
+    """A local camera on whatever transport. Thread-safe; feature calls are serialised."""
+
+    def __init__(self, device: Device, *, deliver_incomplete: bool = False) -> None:
+        super().__init__(device.info)
+        self.device = device
+        "The transport, for what only it knows (its address, its stream's port)."
+        self._deliver_incomplete = deliver_incomplete
+        self._nodes: CameraNodeMap | None = None
+        self._access = Access.MONITOR
+        self._streaming = False
+        self._keep_trigger = False
+        # Held for whole operations (start, stop, write with its restart), not while frames arrive.
+        self._lock = threading.RLock()
+        self._poller: _Poller | None = None
+        self._automatic: dict[str, list[str]] = {}
+
+    # -- connection ------------------------------------------------------------------------------
+    def open(self, access: Access = Access.CONTROL) -> None:
+        """See FrameGrabber."""
+        with self._lock:
+            if self._nodes is not None:
+                return
+            self.connection_changed.emit(ConnectionState.OPENING, "")
+            self.device.on_lost = self._on_lost
+            try:
+                self._access = self.device.open(access)
+                self._nodes = CameraNodeMap(self.device, self.device.description(), self._on_features_changed)
+            except BaseException:
+                self.device.close()
+                self.connection_changed.emit(ConnectionState.CLOSED, "")
+                raise
+            self.info = self.device.info
+            self._automatic = self._automatic_modes(self._nodes)
+            self._poller = _Poller(self._poll)
+        self.connection_changed.emit(ConnectionState.OPEN, "")
+
+    def close(self) -> None:
+        """See FrameGrabber."""
+        with self._lock:
+            if self._nodes is None:
+                return
+            try:
+                self.stop()
+            except GrabberError as error:
+                log.info("stopping %s on closing: %s", self.info.uri, error)
+            poller, self._poller = self._poller, None
+            nodes, self._nodes = self._nodes, None
+            nodes.close()
+            self.device.close()
+        if poller is not None:
+            poller.stop()
+        self._fanout.close()
+        self.connection_changed.emit(ConnectionState.CLOSED, "")
+
+    @property
+    def access(self) -> Access:
+        """See FrameGrabber."""
+        return self._access
+
+    # -- features --------------------------------------------------------------------------------
+    def feature_tree(self) -> Category:
+        """See FrameGrabber."""
+        return self._opened().root
+
+    def has_feature(self, name: str) -> bool:
+        """See FrameGrabber."""
+        return self._opened().has(name)
+
+    def feature(self, name: str) -> Feature:
+        """See FrameGrabber."""
+        nodes = self._opened()
+        self._require(name)
+        feature = nodes.feature(name)
+        if self._access is Access.MONITOR and feature.access is AccessMode.READ_WRITE:
+            feature = replace(feature, access=AccessMode.READ_ONLY)
+        return feature
+
+    def write_feature(self, name: str, value: FeatureValue) -> Feature:
+        """See FrameGrabber.
+
+        A value that changes the size of a frame while streaming stops the stream, is written, and starts it
+        again. A switch that makes the feature act (AcquisitionFrameRateEnable) is turned on.
+        """
+        with self._lock:
+            feature = self.feature(name)
+            if self._access is Access.MONITOR:
+                raise FeatureAccessError(
+                    f"{name}: this camera is open for reading only, another application controls it", name
+                )
+            restart = self._streaming and name.startswith(_CHANGES_PAYLOAD)
+            # Refuse a wrong value before anything is switched or stopped for its sake.
+            if feature.value is not None:
+                replace(feature, access=AccessMode.READ_WRITE).validated(value)
+            with self._paused() if restart else nullcontext():
+                self._prepare_write(feature)
+                feature = self._opened().feature(name)
+                self._opened().write(name, feature.validated(value))
+            return self.feature(name)
+
+    def execute(self, name: str) -> None:
+        """See FrameGrabber."""
+        self._opened()
+        self._require(name)
+        if self._access is Access.MONITOR:
+            raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
+        self._opened().execute(name)
+
+    def _prepare_write(self, feature: Feature) -> None:
+        nodes = self._opened()
+        if feature.auto is not None:
+            mode = nodes.feature(feature.auto)
+            if mode.value != AUTO_OFF and mode.access.writable and self._has_entry(mode, AUTO_OFF):
+                nodes.write(mode.name, AUTO_OFF)
+        enabler = enabler_of(feature.name, nodes.has)
+        if enabler is not None:
+            switch = nodes.feature(enabler)
+            if switch.kind is FeatureKind.BOOLEAN and switch.value is False and switch.access.writable:
+                nodes.write(enabler, True)
+
+    @staticmethod
+    def _has_entry(feature: Feature, name: str) -> bool:
+        return any(entry.name == name and entry.available for entry in feature.entries)
+
+    # -- acquisition -----------------------------------------------------------------------------
+    def start(self, *, keep_trigger: bool = False) -> None:
+        """See FrameGrabber."""
+        with self._lock:
+            if self._streaming:
+                return
+            self._opened()
+            self._keep_trigger = keep_trigger
+            if self._access is Access.CONTROL:
+                self._write_if_other("AcquisitionMode", "Continuous")
+                if not keep_trigger:
+                    self._trigger_off()
+            self._start_stream()
+
+    def stop(self) -> None:
+        """See FrameGrabber."""
+        with self._lock:
+            if self._streaming:
+                self._stop_stream()
+
+    @property
+    def streaming(self) -> bool:
+        """See FrameGrabber."""
+        return self._streaming
+
+    def statistics(self) -> StreamStatistics:
+        """See FrameGrabber."""
+        return self.device.stream_statistics()
+
+    def _start_stream(self) -> None:
+        request = StreamRequest(self._payload_size(), self._deliver_incomplete)
+        self._fanout.clear()
+        self.device.open_stream(request, self._deliver)
+        try:
+            if self._access is Access.CONTROL:
+                self._lock_transport(True)
+                self._opened().execute("AcquisitionStart")
+        except BaseException:
+            self.device.close_stream()
+            self._lock_transport(False)
+            raise
+        self._streaming = True
+
+    def _stop_stream(self) -> None:
+        self._streaming = False
+        try:
+            if self._access is Access.CONTROL:
+                self._opened().execute("AcquisitionStop")
+        finally:
+            self.device.close_stream()
+            self._lock_transport(False)
+
+    @contextmanager
+    def _paused(self) -> Iterator[None]:
+        self._stop_stream()
+        try:
+            yield
+        finally:
+            self._start_stream()
+
+    def _payload_size(self) -> int:
+        nodes = self._opened()
+        if nodes.has_node("PayloadSize"):
+            nodes.invalidate(frozenset({"PayloadSize"}))
+            size = nodes.feature("PayloadSize").value
+            if isinstance(size, int) and size > 0:
+                return size
+        width, height = nodes.feature("Width").value, nodes.feature("Height").value
+        pixel_format = nodes.feature("PixelFormat").value
+        if not isinstance(width, int) or not isinstance(height, int):
+            raise FeatureAccessError(
+                "the camera tells neither PayloadSize nor Width and Height", "PayloadSize"
+            )
+        try:
+            return pfnc.by_name(str(pixel_format)).image_bytes(width, height)
+        except KeyError:
+            return width * height * 8  # more than any format takes
+
+    def _trigger_off(self) -> None:
+        nodes = self._opened()
+        if not nodes.has("TriggerMode"):
+            return
+        if not nodes.has("TriggerSelector"):
+            self._write_if_other("TriggerMode", "Off")
+            return
+        selector = nodes.feature("TriggerSelector")
+        if not selector.access.writable:
+            self._write_if_other("TriggerMode", "Off")
+            return
+        for entry in selector.entries:
+            if entry.available:
+                self._write_if_other("TriggerSelector", entry.name)
+                self._write_if_other("TriggerMode", "Off")
+        if isinstance(selector.value, str):
+            self._write_if_other("TriggerSelector", selector.value)
+
+    def _write_if_other(self, name: str, value: str) -> None:
+        nodes = self._opened()
+        if not nodes.has(name):
+            return
+        feature = nodes.feature(name)
+        if feature.value != value and feature.access.writable and self._has_entry(feature, value):
+            nodes.write(name, value)
+
+    def _lock_transport(self, locked: bool) -> None:
+        """TLParamsLocked keeps others from changing what a frame looks like while it streams (SFNC)."""
+        nodes = self._nodes
+        if nodes is None or not nodes.has_node("TLParamsLocked"):
+            return
+        try:
+            if nodes.feature("TLParamsLocked").access.writable:
+                nodes.write("TLParamsLocked", int(locked))
+        except GrabberError as error:
+            log.info("%s: TLParamsLocked=%d: %s", self.info.uri, locked, error)
+
+    def _deliver(self, frame: Frame) -> None:
+        self._fanout.put(frame)
+
+    # -- changes ---------------------------------------------------------------------------------
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        self.features_changed.emit(names)
+
+    def _poll(self) -> None:
+        """Let values that move by themselves be noticed, while anybody listens."""
+        nodes = self._nodes
+        if nodes is None or not len(self.features_changed):
+            return
+        nodes.poll(int(POLL_PERIOD * 1000))
+        moving = frozenset(self._regulated(nodes))
+        if moving:
+            nodes.invalidate(moving)
+
+    @staticmethod
+    def _automatic_modes(nodes: CameraNodeMap) -> dict[str, list[str]]:
+        """Each automatic mode and the features it regulates."""
+        modes: dict[str, list[str]] = {}
+        for description in nodes.root.descriptions():
+            auto = automatic_mode_of(description.name, nodes.has)
+            if auto is not None:
+                modes.setdefault(auto, []).append(description.name)
+        return modes
+
+    def _regulated(self, nodes: CameraNodeMap) -> Iterator[str]:
+        """Features whose automatic mode is on: cameras seldom give these a PollingTime."""
+        for auto, names in self._automatic.items():
+            if nodes.feature(auto).value not in (AUTO_OFF, None):
+                yield auto  # Once falls back to Off by itself
+                yield from names
+
+    def _on_lost(self, reason: str) -> None:
+        log.warning("%s: %s", self.info.uri, reason)
+        self._streaming = False
+        self.connection_changed.emit(ConnectionState.LOST, reason)
+
+    def _opened(self) -> CameraNodeMap:
+        nodes = self._nodes
+        if nodes is None:
+            raise DeviceLostError(f"{self.info.title} is not open")
+        return nodes
+
+
+class _Poller:
+    """Calls a function every POLL_PERIOD on a thread of its own until stopped."""
+
+    def __init__(self, function: Callable[[], None]) -> None:
+        self._function = function
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="feature-poll", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End it; returns once it has ended."""
+        self._stopped.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stopped.wait(POLL_PERIOD):
+            try:
+                self._function()
+            except TransportError as error:
+                log.debug("polling features: %s", error)
+            except GrabberError as error:
+                log.info("polling features: %s", error)
+

@@ -1,0 +1,224 @@
+"""A camera's node map behind one lock."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from genicam import genapi
+
+from grabbergui.core.errors import (
+    DeviceLostError,
+    FeatureAccessError,
+    FeatureError,
+    FeatureValueError,
+    GrabberError,
+    RemoteProtocolError,
+    TransportError,
+)
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureValue
+from grabbergui.core.sfnc import automatic_mode_of
+from grabbergui.driver.device import Device
+from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.port import RegisterPort
+from grabbergui.driver.genapi.xml_text import clean_xml, port_name
+
+COMMAND_TIMEOUT = 5.0
+"""Seconds a command may take."""
+
+
+class CameraNodeMap:
+    """The features of one open device. Any thread; calls are serialised.
+
+    GenApi locks its map in C++ while it calls our port, and the binding does not let go of the GIL there:
+    two threads inside would wait for each other for ever. So each use holds `_lock`, which is Python's.
+
+    `on_change` is called with the names of features whose value, range or access may have changed, outside
+    the lock, on the thread whose call caused it.
+    """
+
+    def __init__(self, device: Device, xml: bytes, on_change: Callable[[frozenset[str]], None]) -> None:
+        self._lock = threading.RLock()
+        self._depth = 0
+        self._on_change = on_change
+        self._changed: set[str] = set()
+        self._port = RegisterPort(device)
+        self._map = genapi.NodeMap()
+        text = clean_xml(xml)
+        try:
+            self._map.load_xml_from_string(text)
+            self._map.connect(self._port, port_name(text))
+        except (genapi.GenericException, RuntimeError) as error:
+            raise RemoteProtocolError(
+                f"the camera's description cannot be used: {node_features.reason_of(error)}"
+            ) from error
+        self._descriptions: dict[str, FeatureDescription] = {}
+        self._callbacks: list[tuple[Any, int]] = []
+        with self._lock:
+            self._root = self._build_tree()
+            self._listen()
+
+    @property
+    def root(self) -> Category:
+        """The feature tree."""
+        return self._root
+
+    def has(self, name: str) -> bool:
+        """Whether the camera implements a feature of this name."""
+        return name in self._descriptions
+
+    def has_node(self, name: str) -> bool:
+        """Whether the description has a node of this name, listed among the features or not."""
+        with self._lock:
+            return bool(self._map.has_node(name))
+
+    def feature(self, name: str) -> Feature:
+        """A snapshot; `name` must be one that `has` knows, or a node outside the tree."""
+        with self._use() as lookup:
+            description = self._descriptions.get(name) or node_features.describe(lookup(name).node, "")
+            if description is None:
+                raise FeatureAccessError(f"{name} is a register without a value of its own", name)
+            feature = node_features.snapshot(lookup(name), description, automatic_mode_of(name, self.has))
+            failure = self._port.take_failure()
+        if isinstance(failure, DeviceLostError):
+            raise failure
+        return feature
+
+    def write(self, name: str, value: FeatureValue) -> None:
+        """Write a validated value. Raises FeatureError and what the device raised."""
+        with self._use() as lookup, self._answering(name, value):
+            node = lookup(name)
+            node_features.assign(node, self.feature(name).kind, value)
+
+    def execute(self, name: str) -> None:
+        """Run a command and wait until it is done. Raises FeatureError and what the device raised."""
+        with self._use() as lookup, self._answering(name, None):
+            command = lookup(name)
+            if not isinstance(command, genapi.ICommand):
+                raise FeatureAccessError(f"{name} is no command; it can be written instead", name)
+            access = node_features.access_of(command)
+            if not access.writable:
+                feature = self.feature(name)
+                raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
+            command.execute()
+        # The lock is free between looks, so that a slow command does not hold up the others.
+        deadline = time.monotonic() + COMMAND_TIMEOUT
+        while not self._is_done(name):
+            if time.monotonic() > deadline:
+                raise FeatureError(f"{name} was not done within {COMMAND_TIMEOUT:g} s", name)
+            time.sleep(0.005)
+
+    def invalidate(self, names: frozenset[str]) -> None:
+        """Forget cached values, so that the next snapshot asks the camera."""
+        with self._use() as lookup:
+            for name in names:
+                lookup(name).node.invalidate_node()
+            self._changed.update(names)
+
+    def poll(self, elapsed_ms: int) -> None:
+        """Let GenApi forget the values whose PollingTime has passed. Reads nothing."""
+        with self._use():
+            self._map.poll(elapsed_ms)
+
+    def close(self) -> None:
+        """Drop the callbacks; the map must not be used any more."""
+        with self._lock:
+            self._on_change = lambda names: None
+            for node, handle in self._callbacks:
+                node.deregister_callback(handle)
+            self._callbacks.clear()
+
+    # -- inside ----------------------------------------------------------------------------------
+    @contextmanager
+    def _use(self) -> Iterator[Callable[[str], Any]]:
+        with self._lock:
+            self._depth += 1
+            try:
+                yield self._map.get_node
+            finally:
+                self._depth -= 1
+                changed: frozenset[str] = frozenset()
+                if self._depth == 0 and self._changed:
+                    changed = frozenset(self._changed)
+                    self._changed.clear()
+        if changed:
+            self._on_change(changed)
+
+    @contextmanager
+    def _answering(self, name: str, value: FeatureValue | None) -> Iterator[None]:
+        """Turn GenApi's exceptions into ours, and into the device's own where it caused them."""
+        what = name if value is None else f"{name}={value}"
+        self._port.take_failure()
+        try:
+            yield
+        except (genapi.GenericException, RuntimeError) as error:
+            failure = self._port.take_failure()
+            if isinstance(failure, TransportError):
+                raise failure from error
+            answer = str(failure) if failure else node_features.reason_of(error)
+            message = f"{what}: the camera answered: {answer}"
+            if isinstance(error, genapi.OutOfRangeException):
+                raise FeatureValueError(f"{message} (allowed is {self._range(name)})", name) from error
+            if isinstance(error, genapi.AccessException) and failure is None:
+                raise FeatureAccessError(f"{what}: {self.feature(name).access_problem()}", name) from error
+            raise FeatureError(message, name) from error
+        except (OverflowError, TypeError, ValueError) as error:
+            raise FeatureValueError(f"{what}: {error}", name) from error
+
+    def _range(self, name: str) -> str:
+        return self.feature(name).range_text()
+
+    def _is_done(self, name: str) -> bool:
+        with self._use() as lookup:
+            try:
+                return bool(lookup(name).is_done())
+            except (genapi.GenericException, RuntimeError) as error:
+                failure = self._port.take_failure()
+                if isinstance(failure, GrabberError) and not isinstance(failure, TransportError):
+                    raise FeatureError(f"{name}: the camera answered: {failure}", name) from error
+                # DeviceReset and its like take the device away before it can say that it is done.
+                return True
+
+    def _build_tree(self) -> Category:
+        root = self._map.get_node("Root")
+        tree = self._category(root, frozenset())
+        self._port.take_failure()
+        return tree
+
+    def _category(self, category: Any, above: frozenset[str]) -> Category:
+        node = category.node
+        name = node.name
+        members: list[Category | FeatureDescription] = []
+        for value in category.features:
+            if not self._implemented(value):
+                continue
+            if node_features.is_category(value):
+                if value.node.name not in above | {name}:
+                    branch = self._category(value, above | {name})
+                    if branch.members:
+                        members.append(branch)
+            elif (description := node_features.describe(value.node, name)) is not None:
+                self._descriptions.setdefault(description.name, description)
+                members.append(description)
+        return Category(
+            name, node.display_name, node.tooltip, node_features.visibility_of(node), tuple(members)
+        )
+
+    def _implemented(self, value: Any) -> bool:
+        try:
+            return node_features.access_of(value) is not AccessMode.NOT_IMPLEMENTED
+        except (genapi.GenericException, RuntimeError):
+            # A register that fails says nothing about whether the feature is there; its row will tell.
+            return True
+
+    def _listen(self) -> None:
+        for name in self._descriptions:
+            node = self._map.get_node(name).node
+            handle = genapi.register(node, self._note, genapi.ECallbackType.cbPostInsideLock)
+            self._callbacks.append((node, handle))
+
+    def _note(self, node: Any) -> None:
+        self._changed.add(node.name)
