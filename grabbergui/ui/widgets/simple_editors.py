@@ -62,5 +62,5 @@ class ReadingLabel(FeatureEditor):
         self.label.setAccessibleName(feature.title)
         text = feature.kind in (FeatureKind.STRING, FeatureKind.ENUMERATION) or feature.value is None
         side = Qt.AlignmentFlag.AlignLeft if text else Qt.AlignmentFlag.AlignRight
-        self.label.setAlignment(Qt.Alignment(side | Qt.AlignmentFlag.AlignVCenter))
+        self.label.setAlignment(Qt.Alignment(side) | Qt.AlignmentFlag.AlignVCenter)
         self.label.setText(value_text(feature))
