@@ -1,0 +1,154 @@
+"""What the simulated camera looks at.
+
+A scene gives linear radiance: `UNIT` is the light that fills a pixel to white in `UNIT_EXPOSURE_US` at 0 dB.
+Any picture can be a scene; the default one is drawn here: a grey gradient that wanders, with things in it
+that show focus, motion and colour.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
+
+UNIT = 8192
+UNIT_EXPOSURE_US = 10_000.0
+
+ILLUMINANT = (1 / 1.6, 1.0, 1 / 1.3)
+"How strongly the sensor answers to the scene's light in red, green and blue; the balance has to undo it."
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """What the sensor sees at one moment: a window on a picture."""
+
+    picture: NDArray[np.uint16]
+    "(rows, columns, 3) radiance in red, green, blue. The same object as long as it did not change."
+    x: int = 0
+    "Column of the picture on which the sensor's first pixel lies; even, and so is `y`."
+    y: int = 0
+
+
+class Scene(ABC):
+    """Something to look at. Used from one thread, the one that renders."""
+
+    @abstractmethod
+    def view(self, time_ns: int) -> SceneView:
+        """What is seen at a time on the device's clock; at least a sensor's size from (x, y) on."""
+
+
+class StillScene(Scene):
+    """One picture that does not move, for tests."""
+
+    def __init__(self, picture: NDArray[np.uint16]) -> None:
+        self._view = SceneView(picture)
+
+    def view(self, time_ns: int) -> SceneView:
+        """The picture."""
+        return self._view
+
+
+class StudioScene(Scene):
+    """A grey gradient with test figures, wandering slowly on a figure of eight."""
+
+    MARGIN = 192
+    "How far it wanders, in pixels."
+    PERIOD_S = 12.0
+
+    def view(self, time_ns: int) -> SceneView:
+        """The studio, moved on."""
+        phase = 2 * math.pi * (time_ns * 1e-9 / self.PERIOD_S)
+        x = round(self.MARGIN / 2 * (1 + math.sin(phase)))
+        y = round(self.MARGIN / 2 * (1 + math.sin(2 * phase) / 2))
+        return SceneView(studio_picture(), x & ~1, y & ~1)
+
+
+@cache
+def studio_picture() -> NDArray[np.uint16]:
+    """The default scene, drawn once: (2240, 2640, 3), radiance up to about 1.3 units."""
+    height, width = SENSOR_HEIGHT + StudioScene.MARGIN, SENSOR_WIDTH + StudioScene.MARGIN
+    grey = _gradient(height, width)
+    _grid(grey)
+    centre = (width // 2, height // 2)
+    _siemens_star(grey, (centre[0] - 300, centre[1] - 60), 210)
+    _steps(grey, (centre[0] - 480, centre[1] + 250), 96, 10)
+    _line_pairs(grey, (centre[0] + 60, centre[1] - 270))
+    _checkerboard(grey, (centre[0] + 330, centre[1] - 80), 40, (7, 5))
+    for x, y in ((360, 330), (width - 360, 330), (360, height - 330), (width - 360, height - 330)):
+        _siemens_star(grey, (x, y), 150)
+        cv2.circle(grey, (x, y), 190, 0.75, 6, cv2.LINE_AA)
+    cv2.putText(grey, "grabbergui", (centre[0] - 10, centre[1] + 205), cv2.FONT_HERSHEY_DUPLEX, 2.6, 0.95, 5, cv2.LINE_AA)
+    picture = np.repeat(grey[:, :, None], 3, axis=2)
+    _colour_patches(picture, (centre[0] - 480, centre[1] + 370), 96)
+    picture *= np.array(ILLUMINANT, np.float32) * UNIT
+    return np.clip(picture + 0.5, 0, 65535).astype(np.uint16)
+
+
+def _gradient(height: int, width: int) -> NDArray[np.float32]:
+    """Grey from dark to bright along the diagonal, with a soft spot of light."""
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    diagonal = (x / width + y / height) / 2
+    spot = np.exp(-(((x - 0.66 * width) / (0.22 * width)) ** 2 + ((y - 0.36 * height) / (0.22 * height)) ** 2))
+    gradient: NDArray[np.float32] = (0.06 + 0.62 * diagonal + 0.18 * spot).astype(np.float32)
+    return gradient
+
+
+def _grid(grey: NDArray[np.float32]) -> None:
+    grey[::128] *= 0.86
+    grey[:, ::128] *= 0.86
+
+
+def _siemens_star(grey: NDArray[np.float32], centre: tuple[int, int], radius: int, spokes: int = 36) -> None:
+    """Spokes that grow finer to the middle: where they melt together is the limit of sharpness."""
+    x0, y0 = centre
+    y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(np.float32)
+    distance = np.hypot(x, y)
+    # The edge is as wide as a pixel, so that the star looks as if a lens had drawn it.
+    wave = np.sin(np.arctan2(y, x) * spokes) * distance / spokes * 2
+    star = 0.05 + 0.85 * np.clip(wave + 0.5, 0, 1)
+    patch = grey[y0 - radius : y0 + radius + 1, x0 - radius : x0 + radius + 1]
+    np.copyto(patch, star, where=distance <= radius)
+
+
+def _steps(grey: NDArray[np.float32], corner: tuple[int, int], size: int, count: int) -> None:
+    """Neutral patches from black to beyond white."""
+    x, y = corner
+    for index, value in enumerate(np.linspace(0.02, 1.1, count)):
+        grey[y : y + size, x + index * size : x + (index + 1) * size] = value
+
+
+def _line_pairs(grey: NDArray[np.float32], corner: tuple[int, int]) -> None:
+    """Vertical lines of 1 to 6 pixels."""
+    x, y = corner
+    for width in range(1, 7):
+        columns = (np.arange(72) // width) % 2
+        grey[y : y + 130, x : x + 72] = np.where(columns, 0.9, 0.05)
+        x += 84
+
+
+def _checkerboard(grey: NDArray[np.float32], corner: tuple[int, int], size: int, fields: tuple[int, int]) -> None:
+    x, y = corner
+    columns, rows = fields
+    board = (np.indices((rows, columns)).sum(axis=0) % 2).astype(np.float32)
+    grey[y : y + rows * size, x : x + columns * size] = np.kron(0.05 + 0.85 * board, np.ones((size, size)))
+
+
+_PATCHES = (
+    (0.60, 0.10, 0.10), (0.75, 0.30, 0.06), (0.80, 0.62, 0.08), (0.34, 0.58, 0.10), (0.08, 0.45, 0.16),
+    (0.06, 0.45, 0.42), (0.07, 0.30, 0.62), (0.12, 0.12, 0.55), (0.36, 0.12, 0.50), (0.66, 0.16, 0.36),
+)  # fmt: skip
+"Reflectances in red, green and blue."
+
+
+def _colour_patches(picture: NDArray[np.float32], corner: tuple[int, int], size: int) -> None:
+    x, y = corner
+    for patch in _PATCHES:
+        picture[y : y + size, x : x + size] = patch
+        x += size

@@ -1,0 +1,200 @@
+"""Light to pixels: exposure, gain, noise, black level and gamma, as fast as the memory allows.
+
+The order of things on the chip is: radiance × exposure × gain, balanced, clipped at white, to the power of
+gamma, plus black level and noise. A power of a product is the product of powers, so everything that does not
+change from frame to frame (binning, mirroring, balance, gamma, Bayer pattern) goes into a prepared picture,
+and a frame is one multiplication of a window of it. Work goes in strips that stay in the processor's cache.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.driver.sim import packing, patterns
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
+from grabbergui.driver.sim.scene import UNIT, UNIT_EXPOSURE_US, Scene, SceneView, StudioScene
+from grabbergui.driver.sim.settings import FrameSettings, Optics
+
+_STRIP_VALUES = 128 * 1024
+_NOISE_VALUES = 1 << 20
+_READ_NOISE = 0.3
+"Standard deviation of the noise at 0 dB, in values of an 8-bit pixel."
+_LUMINANCE = np.array([[0.299, 0.587, 0.114]], np.float32)
+
+
+class Sensor:
+    """Renders frames of a scene. Use from one thread."""
+
+    def __init__(self, scene: Scene | None = None, seed: int = 1) -> None:
+        self.scene: Scene = scene or StudioScene()
+        self._seed = seed
+        self._prepared = _Prepared()
+        self._noise = _Noise(seed)
+        self._still_key: tuple[Any, ...] | None = None
+        self._still = np.empty(0, np.uint8)
+
+    def render(self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[np.uint8]) -> NDArray[Any]:
+        """Fill `out` (at least the image's bytes) and return the picture's values before packing.
+
+        The values are (height, width) for mono and Bayer, (height, width, 3) R G B for colour formats, uint8
+        or uint16; valid until the next call.
+        """
+        out = out[: settings.image_bytes]
+        pattern = settings.test_pattern
+        if pattern not in (TestPattern.OFF, TestPattern.FRAME_COUNTER):
+            return self._render_pattern(settings, frame_id, out)
+        pixel_format = settings.pixel_format
+        direct = out.reshape(settings.height, settings.width) if _is_plain(pixel_format) else None
+        values = self._expose(settings, frame_id, time_ns, direct)
+        if pattern is TestPattern.FRAME_COUNTER:
+            patterns.stamp(values, frame_id, (1 << pixel_format.depth) - 1)
+        if direct is None:
+            _pack(values, pixel_format, out)
+        return values
+
+    def _render_pattern(self, settings: FrameSettings, frame_id: int, out: NDArray[np.uint8]) -> NDArray[Any]:
+        """Patterns that stand still are drawn once, so that a benchmark's source costs one copy a frame."""
+        pattern, pixel_format = settings.test_pattern, settings.pixel_format
+        key = (pattern, pixel_format.code, settings.width, settings.height)
+        if pattern in patterns.MOVING or key != self._still_key:
+            values = patterns.draw(pattern, settings.width, settings.height, frame_id, pixel_format)
+            self._still = np.empty(settings.image_bytes, np.uint8)
+            self._still_values = values
+            self._still_key = key
+            _pack(values, pixel_format, self._still)
+        out[:] = self._still
+        return self._still_values
+
+    def _expose(
+        self, settings: FrameSettings, frame_id: int, time_ns: int, direct: NDArray[np.uint8] | None
+    ) -> NDArray[Any]:
+        pixel_format, optics = settings.pixel_format, settings.optics
+        window = self._prepared.window(self.scene.view(time_ns), settings)
+        light = settings.exposure_us / UNIT_EXPOSURE_US * settings.amplification
+        # The prepared picture holds (radiance / UNIT) ** gamma * UNIT.
+        factor = light**optics.gamma / UNIT
+        deep = pixel_format.depth > 8
+        values = direct
+        if values is None:
+            values = np.empty(window.shape, np.uint16 if deep else np.uint8)
+        noise = self._noise.at(settings.amplification, deep, frame_id)
+        lines = max(_STRIP_VALUES // (window.shape[1] * (window.shape[2] if window.ndim == 3 else 1)), 1)
+        for top in range(0, settings.height, lines):
+            source, target = window[top : top + lines], values[top : top + lines]
+            if deep:
+                cv2.addWeighted(source, factor * 65535, source, 0, settings.black_level * 257, dst=target)
+            else:
+                cv2.convertScaleAbs(source, dst=target, alpha=factor * 255, beta=settings.black_level)
+            bright, dark = noise.next(target.shape)
+            cv2.add(target, bright, dst=target)
+            cv2.subtract(target, dark, dst=target)
+            if deep and pixel_format.depth < 16:
+                np.right_shift(target, 16 - pixel_format.depth, out=target)
+        return values
+
+
+def _is_plain(pixel_format: PixelFormat) -> bool:
+    """Whether values are the payload's bytes as they are."""
+    return pixel_format.bits_per_pixel == 8
+
+
+def _pack(values: NDArray[Any], pixel_format: PixelFormat, out: NDArray[np.uint8]) -> None:
+    if pixel_format.family in (Family.RGB, Family.YUV):
+        packing.pack_colour(values, pixel_format, out)
+    else:
+        packing.pack(values, pixel_format, out)
+
+
+class _Prepared:
+    """The scene's picture with everything applied that does not change from frame to frame."""
+
+    def __init__(self) -> None:
+        self._scene_picture: NDArray[np.uint16] | None = None
+        self._key: tuple[Optics, str] | None = None
+        self._picture: NDArray[np.uint16] = np.empty((0, 0), np.uint16)
+
+    def window(self, view: SceneView, settings: FrameSettings) -> NDArray[np.uint16]:
+        """What the frame's region of the sensor sees."""
+        optics, pixel_format = settings.optics, settings.pixel_format
+        kind = pixel_format.order if pixel_format.family is Family.BAYER else pixel_format.family.value
+        if pixel_format.family is Family.YUV:
+            kind = Family.RGB.value
+        key = (optics, kind)
+        if view.picture is not self._scene_picture or key != self._key:
+            self._picture = _prepare(view.picture, optics, kind)
+            self._scene_picture, self._key = view.picture, key
+        rows, columns = view.picture.shape[:2]
+        x = _start(view.x, columns, SENSOR_WIDTH, optics.binning_horizontal, optics.reverse_x) + settings.offset_x
+        y = _start(view.y, rows, SENSOR_HEIGHT, optics.binning_vertical, optics.reverse_y) + settings.offset_y
+        return self._picture[y : y + settings.height, x : x + settings.width]
+
+
+def _start(position: int, size: int, sensor: int, binning: int, reverse: bool) -> int:
+    """Where the sensor's first pixel lies along one axis of the prepared picture; even, for the mosaic."""
+    if reverse:
+        position = size - sensor - position
+    return position // binning & ~1
+
+
+def _prepare(picture: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[np.uint16]:
+    if optics.reverse_x:
+        picture = picture[:, ::-1]
+    if optics.reverse_y:
+        picture = picture[::-1]
+    horizontal, vertical = optics.binning_horizontal, optics.binning_vertical
+    if horizontal > 1 or vertical > 1:
+        rows, columns = picture.shape[0] // vertical, picture.shape[1] // horizontal
+        picture = np.ascontiguousarray(picture[: rows * vertical, : columns * horizontal])
+        picture = cv2.resize(picture, (columns, rows), interpolation=cv2.INTER_AREA)
+    picture = np.ascontiguousarray(picture)
+    if kind == Family.MONO.value:
+        prepared = cv2.transform(picture, _LUMINANCE)
+    elif kind == Family.RGB.value:
+        prepared = cv2.multiply(picture, (*optics.ratios, 0.0))
+    else:
+        prepared = patterns.mosaic(cv2.multiply(picture, (*optics.ratios, 0.0)), kind)
+    if optics.gamma == 1.0:
+        return prepared
+    curve = (np.arange(65536) / UNIT) ** optics.gamma * UNIT
+    return np.clip(curve + 0.5, 0, 65535).astype(np.uint16)[prepared]
+
+
+class _Noise:
+    """Read noise from a store of random numbers, entered at a place that depends on the frame.
+
+    Kept as what is added and what is taken away, both unsigned, so that saturating 8-bit arithmetic does it.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._normal = np.random.default_rng(seed).standard_normal(_NOISE_VALUES, np.float32)
+        self._key: tuple[int, bool] | None = None
+        self._bright: NDArray[Any] = np.empty(0)
+        self._dark: NDArray[Any] = np.empty(0)
+        self._position = 0
+
+    def at(self, amplification: float, deep: bool, frame_id: int) -> _Noise:
+        """Ready for one frame."""
+        # In steps of a tenth, so that auto gain does not scale a million numbers for every frame.
+        step = round(amplification * 10)
+        if (step, deep) != self._key:
+            scaled = np.rint(self._normal * (_READ_NOISE * step / 10 * (257 if deep else 1)))
+            kind = np.uint16 if deep else np.uint8
+            top = np.iinfo(kind).max
+            self._bright = np.clip(scaled, 0, top).astype(kind)
+            self._dark = np.clip(-scaled, 0, top).astype(kind)
+            self._key = (step, deep)
+        self._position = frame_id * 7919 * 64
+        return self
+
+    def next(self, shape: tuple[int, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Noise for the next strip: to add, to take away."""
+        count = int(np.prod(shape))
+        start = self._position % (_NOISE_VALUES - count)
+        self._position += 982_451_653 % _NOISE_VALUES
+        part = slice(start, start + count)
+        return self._bright[part].reshape(shape), self._dark[part].reshape(shape)
