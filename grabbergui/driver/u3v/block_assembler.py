@@ -1,0 +1,243 @@
+"""Bulk transfers to blocks: which requests to make, and what their completion means. No I/O.
+
+Requests are made ahead of the data, by the plan. A device that ends a block early (fewer valid bytes than
+planned) or loses a transfer puts the requests in flight out of step with what it sends. Then all of them are
+given up and the assembler goes on one request at a time, where each is chosen by what came before, until
+several blocks in a row have followed the plan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver.u3v.stream_protocol import (
+    Leader,
+    Trailer,
+    TransferPlan,
+    is_leader,
+    is_trailer,
+    round_up,
+)
+
+BLOCKS_TO_TRUST = 8
+"Blocks that must follow the plan before requests are made ahead again."
+
+
+class Kind(Enum):
+    """What a request expects."""
+
+    LEADER = "leader"
+    PAYLOAD = "payload"
+    TRAILER = "trailer"
+
+
+@dataclass(eq=False)
+class Block:
+    """A leader, a payload, a trailer; perhaps still on their way."""
+
+    buffer: NDArray[np.uint8]
+    "Where the payload goes: 1-D, at least the plan's payload space and one packet."
+    dropped: bool
+    "No pooled buffer was free: the payload goes to a common scratch buffer and is lost."
+    leader: Leader | None = None
+    trailer: Trailer | None = None
+    received: int = 0
+    "Payload bytes without a gap from the start."
+    gap: bool = False
+    "A payload transfer was short; what follows it does not count."
+
+    @property
+    def missing(self) -> int:
+        """Valid bytes that did not come."""
+        valid = self.trailer.valid_payload_size if self.trailer else 0
+        return max(valid - self.received, 0)
+
+
+@dataclass(eq=False)
+class Request:
+    """One bulk transfer to ask for."""
+
+    kind: Kind
+    block: Block
+    view: NDArray[np.uint8]
+    "Where the bytes go; its length is a multiple of the packet size."
+    size: int = 0
+    "Bytes that the plan has for a payload transfer."
+
+
+@dataclass(eq=False)
+class BlockAssembler:
+    """Makes requests and reads what they brought. One thread."""
+
+    plan: TransferPlan
+    take_buffer: Callable[[], NDArray[np.uint8] | None]
+    "Gives a payload buffer of `buffer_size` bytes, or None where all are in use."
+    packet_size: int = 1024
+    in_step: bool = True
+    "Whether requests may be made ahead of the data."
+    ignored: int = 0
+    "Transfers that belonged to no block."
+    broken: int = 0
+    "Blocks that were begun and given up."
+    _followed: int = 0
+    _ahead: list[Request] = field(default_factory=list)
+    _block: Block | None = None
+    _piece: int = 0
+
+    def __post_init__(self) -> None:
+        self._sizes = self.plan.payload_sizes
+        self._offsets = [sum(self._sizes[:index]) for index in range(len(self._sizes))]
+        self._scratch = np.empty(self.buffer_size, np.uint8)
+
+    @property
+    def buffer_size(self) -> int:
+        """Bytes of a payload buffer: the last request may be longer than its transfer."""
+        return round_up(self.plan.payload_space, self.packet_size) + self.packet_size
+
+    def next_request(self) -> Request:
+        """What to ask for next, following the requests given out before; when out of step, one at a time."""
+        if not self.in_step:
+            return self._request_one()
+        if not self._ahead:
+            self._ahead = self._requests_of_a_block()[::-1]
+        return self._ahead.pop()
+
+    def put_back(self, request: Request) -> None:
+        """Undo the last `next_request`."""
+        if self.in_step:
+            self._ahead.append(request)
+
+    def give_up(self) -> None:
+        """The requests given out and not completed are void; begin with the next leader."""
+        self._ahead.clear()
+        self._drop_block()
+        self.in_step = False
+        self._followed = 0
+
+    def complete(self, request: Request, length: int) -> Block | None:
+        """Take a request's first `length` bytes; gives the block that they complete.
+
+        Sets `in_step` to False where they are not what the request expected: the caller cancels the
+        requests in flight and calls `give_up`.
+        """
+        head = request.view[: min(length, 64)].tobytes()
+        if is_leader(head) and (request.kind is not Kind.PAYLOAD or self._is_successor(head)):
+            self._begin(request, head)
+            return None
+        block = self._block
+        if block is None or block is not request.block or block.leader is None:
+            self.ignored += 1
+            self._lose_step()
+            return None
+        if is_trailer(head):
+            return self._end(request, head, block)
+        if request.kind is not Kind.PAYLOAD:
+            self.ignored += 1
+            self._drop_block()
+            self._lose_step()
+            return None
+        self._piece += 1
+        if not block.gap:
+            block.received += length
+        block.gap = block.gap or length < request.size
+        return None
+
+    def _begin(self, request: Request, head: bytes) -> None:
+        """A leader came, expected or in place of the end of the block before."""
+        expected = request.kind is Kind.LEADER
+        if self._block is not None:
+            self._drop_block()
+        try:
+            request.block.leader = Leader.decode(head)
+        except RemoteProtocolError:
+            self.ignored += 1
+            self._lose_step()
+            return
+        self._block = request.block
+        self._block.received, self._block.gap = 0, False
+        self._piece = 0
+        if not expected:
+            self._lose_step()
+
+    def _end(self, request: Request, head: bytes, block: Block) -> Block | None:
+        assert block.leader is not None
+        try:
+            trailer = Trailer.decode(head, block.leader.payload_type)
+        except RemoteProtocolError:
+            trailer = None
+        if trailer is None or trailer.block_id != block.leader.block_id:
+            # A leader that contradicts its trailer: one of them belongs to another block.
+            self.ignored += 1
+            self._drop_block()
+            self._lose_step()
+            return None
+        block.trailer = trailer
+        self._block = None
+        if request.kind is Kind.TRAILER:
+            self._followed += 1
+            self.in_step = self.in_step or self._followed >= BLOCKS_TO_TRUST
+        else:
+            self._lose_step()
+        return block
+
+    def _is_successor(self, head: bytes) -> bool:
+        """Whether what came for a payload transfer is the next block's leader rather than pixels."""
+        try:
+            leader = Leader.decode(head)
+        except RemoteProtocolError:
+            return False
+        before = self._block.leader if self._block else None
+        return before is None or 0 < leader.block_id - before.block_id < 1 << 16
+
+    def _requests_of_a_block(self) -> list[Request]:
+        block = self._new_block()
+        payload = [self._payload_request(block, index) for index in range(len(self._sizes))]
+        return [self._leader_request(block), *payload, self._trailer_request(block)]
+
+    def _request_one(self) -> Request:
+        if self._block is None:
+            # Whatever comes must fit: perhaps a payload transfer of a block whose start was missed.
+            block = self._new_block()
+            return Request(Kind.LEADER, block, self._scratch[: self._longest()])
+        if self._piece < len(self._sizes):
+            return self._payload_request(self._block, self._piece)
+        return self._trailer_request(self._block)
+
+    def _new_block(self) -> Block:
+        buffer = self.take_buffer()
+        return Block(self._scratch if buffer is None else buffer, dropped=buffer is None)
+
+    def _leader_request(self, block: Block) -> Request:
+        return Request(Kind.LEADER, block, self._space(self.plan.leader_size))
+
+    def _trailer_request(self, block: Block) -> Request:
+        return Request(Kind.TRAILER, block, self._space(self.plan.trailer_size))
+
+    def _payload_request(self, block: Block, index: int) -> Request:
+        size, offset = self._sizes[index], self._offsets[index]
+        # A transfer that is no multiple of the packet ends in a short one, so asking for more is harmless,
+        # and a device that sends too much does not overflow the request.
+        view = block.buffer[offset : offset + round_up(size, self.packet_size)]
+        return Request(Kind.PAYLOAD, block, view, size)
+
+    def _longest(self) -> int:
+        sizes = (*self._sizes, self.plan.leader_size, self.plan.trailer_size)
+        return min(round_up(max(sizes), self.packet_size), len(self._scratch))
+
+    def _space(self, size: int) -> NDArray[np.uint8]:
+        return np.empty(round_up(size, self.packet_size), np.uint8)
+
+    def _drop_block(self) -> None:
+        if self._block is not None:
+            self.broken += 1
+            self._block = None
+
+    def _lose_step(self) -> None:
+        self.in_step = False
+        self._followed = 0

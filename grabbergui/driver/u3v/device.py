@@ -1,0 +1,299 @@
+"""A USB3 Vision camera as a `Device`."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceLostError,
+    DeviceStatusError,
+    GrabberError,
+    TransportError,
+)
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.u3v.bootstrap import (
+    STRING_SIZE,
+    Abrm,
+    Eirm,
+    Sbrm,
+    Sirm,
+    StreamRequirements,
+    string,
+)
+from grabbergui.driver.u3v.clock import DeviceClock
+from grabbergui.driver.u3v.description import read_description
+from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera
+from grabbergui.driver.u3v.register_access import RegisterAccess
+from grabbergui.driver.u3v.stream_protocol import TransferPlan
+from grabbergui.driver.u3v.stream_receiver import StreamReceiver
+from grabbergui.driver.u3v.transfer_queue import TransferQueue, open_queue
+from grabbergui.driver.u3v.usb import UsbHandle
+from grabbergui.driver.u3v.watcher import Watcher
+
+log = logging.getLogger(__name__)
+
+LARGEST_TRANSFER = 1 << 20
+"Bytes of a payload transfer. Some controllers lose data beyond 64 KiB: the URI's transfer_size lowers it."
+TRANSFERS_IN_FLIGHT = 64
+
+
+class U3vDevice(Device):
+    """One camera, opened by exclusive claim of its interfaces: USB3 Vision has no second reader."""
+
+    def __init__(
+        self,
+        name: str = "",
+        *,
+        backend: Any | None = None,
+        largest_transfer: int = LARGEST_TRANSFER,
+        transfers_in_flight: int = TRANSFERS_IN_FLIGHT,
+    ) -> None:
+        """`name` is a serial number, GUID or place on the bus; empty means the first camera found."""
+        self.info = DeviceInfo(uri=f"u3v:{name}", bus="USB3 Vision")
+        self._name = name
+        self._backend = backend
+        self._largest_transfer = largest_transfer
+        self._transfers_in_flight = transfers_in_flight
+        self._access = Access.CONTROL
+        self._clock = DeviceClock()
+        self._camera: UsbCamera | None = None
+        self._handle: UsbHandle | None = None
+        self._registers: RegisterAccess | None = None
+        self._watcher: Watcher | None = None
+        self._queue: TransferQueue | None = None
+        self._receiver: StreamReceiver | None = None
+        self._statistics = StreamStatistics()
+        self._manifest_address = 0
+        self._sirm_address = 0
+        self._eirm_address = 0
+        self._has_clock = False
+        self._lost = ""
+        "Why the camera is gone, once it is."
+        self._lost_lock = threading.Lock()
+
+    # -- connection ------------------------------------------------------------------------------
+    def open(self, access: Access) -> Access:
+        """See Device. The claim is exclusive, so MONITOR also keeps others out."""
+        if self._handle is not None:
+            return self._access
+        camera = find_camera(self._name, self._backend)
+        self._lost = ""
+        handle = UsbHandle(camera.backend, camera.device_id, camera.info.title)
+        try:
+            handle.claim(camera.control.number)
+            registers = RegisterAccess(handle, camera.control)
+            # A former host that died may have left either end halted.
+            registers.clear_halts()
+            self._camera, self._handle, self._registers = camera, handle, registers
+            self._read_bootstrap(registers)
+            self._start_watching(camera, handle, registers)
+        except BaseException:
+            self._camera = self._handle = self._registers = None
+            handle.close()
+            raise
+        self._access = access
+        # The same camera again after a replug, whatever was asked for the first time.
+        self._name = self._name or camera.info.serial
+        self.info = camera.info
+        with contextlib.suppress(DeviceStatusError):
+            self.info = replace(self.info, **self._names(registers))
+        return access
+
+    def close(self) -> None:
+        """See Device."""
+        self.close_stream()
+        watcher, self._watcher = self._watcher, None
+        if watcher is not None:
+            watcher.stop()
+            self._disable_events()
+        handle, self._handle = self._handle, None
+        self._camera = self._registers = None
+        self._clock.forget()
+        if handle is not None:
+            handle.close()
+
+    def _read_bootstrap(self, registers: RegisterAccess) -> None:
+        registers.channel.set_maximum_response_time(registers.read_u32(Abrm.MAXIMUM_RESPONSE_TIME))
+        capability = registers.read_u64(Abrm.DEVICE_CAPABILITY)
+        self._has_clock = bool(capability & Abrm.CAPABILITY_TIMESTAMP)
+        self._manifest_address = registers.read_u64(Abrm.MANIFEST_TABLE_ADDRESS)
+        sbrm = registers.read_u64(Abrm.SBRM_ADDRESS)
+        technology = registers.read_u64(sbrm + Sbrm.CAPABILITY)
+        registers.set_longest_transfers(
+            registers.read_u32(sbrm + Sbrm.MAXIMUM_COMMAND_TRANSFER),
+            registers.read_u32(sbrm + Sbrm.MAXIMUM_ACKNOWLEDGE_TRANSFER),
+        )
+        has_sirm, has_eirm = technology & Sbrm.CAPABILITY_SIRM, technology & Sbrm.CAPABILITY_EIRM
+        self._sirm_address = registers.read_u64(sbrm + Sbrm.SIRM_ADDRESS) if has_sirm else 0
+        self._eirm_address = registers.read_u64(sbrm + Sbrm.EIRM_ADDRESS) if has_eirm else 0
+
+    def _names(self, registers: RegisterAccess) -> dict[str, str]:
+        """What the registers know better than the USB strings."""
+        places = {
+            "vendor": Abrm.MANUFACTURER_NAME,
+            "model": Abrm.MODEL_NAME,
+            "version": Abrm.DEVICE_VERSION,
+            "user_name": Abrm.USER_DEFINED_NAME,
+        }
+        names = {name: string(registers.read(address, STRING_SIZE)) for name, address in places.items()}
+        return {name: text for name, text in names.items() if text}
+
+    # -- watching --------------------------------------------------------------------------------
+    def _start_watching(self, camera: UsbCamera, handle: UsbHandle, registers: RegisterAccess) -> None:
+        event = camera.event if self._eirm_address else None
+        longest = 0
+        if event is not None:
+            handle.claim(event.number)
+            handle.clear_halt(event.endpoint_in)
+            longest = registers.read_u32(self._eirm_address + Eirm.MAXIMUM_EVENT_TRANSFER)
+            registers.write_u32(self._eirm_address + Eirm.CONTROL, Eirm.EVENT_ENABLE)
+        self._watcher = Watcher(
+            handle, event, longest, self._on_device_event, self._on_gone, self._synchronise_clock
+        )
+        self._watcher.start()
+
+    def _disable_events(self) -> None:
+        if self._eirm_address and not self._lost and self._registers is not None:
+            with contextlib.suppress(GrabberError):
+                self._registers.write_u32(self._eirm_address + Eirm.CONTROL, 0)
+
+    def _on_device_event(self, event_id: int, packet: bytes) -> None:
+        if self.on_event is not None:
+            self.on_event(event_id, packet)
+
+    def _on_gone(self, reason: str) -> None:
+        with self._lost_lock:
+            if self._lost:
+                return
+            self._lost = reason
+        if self.on_lost is not None:
+            self.on_lost(reason)
+
+    def _synchronise_clock(self) -> None:
+        if not self._has_clock:
+            return
+        registers = self._opened()
+        try:
+            increment = registers.read_u64(Abrm.TIMESTAMP_INCREMENT) or 1
+            self._clock.synchronise(
+                lambda: registers.write_u32(Abrm.TIMESTAMP_LATCH, 1),
+                lambda: registers.read_u64(Abrm.TIMESTAMP) * increment,
+            )
+        except (DeviceStatusError, AckTimeoutError) as error:
+            self._has_clock = False
+            log.info("%s: its clock cannot be read: %s", self.info.title, error)
+
+    # -- registers -------------------------------------------------------------------------------
+    def read(self, address: int, length: int) -> bytes:
+        """See Device."""
+        with self._noticing_loss() as registers:
+            return registers.read(address, length)
+
+    def write(self, address: int, data: bytes) -> None:
+        """See Device."""
+        if self._access is not Access.CONTROL:
+            raise AccessDeniedError(f"{self.info.title} was opened for reading only")
+        with self._noticing_loss() as registers:
+            registers.write(address, data)
+
+    def description(self) -> bytes:
+        """See Device."""
+        with self._noticing_loss() as registers:
+            return read_description(registers.read, self._manifest_address)
+
+    @contextlib.contextmanager
+    def _noticing_loss(self) -> Any:
+        registers = self._opened()
+        try:
+            yield registers
+        except DeviceLostError as error:
+            self._on_gone(str(error))
+            raise
+
+    def _opened(self) -> RegisterAccess:
+        if self._lost:
+            raise DeviceLostError(self._lost)
+        if self._registers is None:
+            raise DeviceLostError(f"{self.info.title} is not open")
+        return self._registers
+
+    # -- stream ----------------------------------------------------------------------------------
+    def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        """See Device."""
+        self.close_stream()
+        with self._noticing_loss() as registers:
+            try:
+                self._open_stream(registers, request, deliver)
+            except BaseException:
+                self.close_stream()
+                raise
+
+    def _open_stream(
+        self, registers: RegisterAccess, request: StreamRequest, deliver: Callable[[Frame], None]
+    ) -> None:
+        camera, handle = self._camera, self._handle
+        if camera is None or handle is None or camera.stream is None or not self._sirm_address:
+            raise TransportError(f"{self.info.title} has no stream interface")
+        sirm = self._sirm_address
+        needs = self._requirements(registers)
+        if needs.enabled:  # left on by a host that died; sizes can be written only while it is off
+            registers.write_u32(sirm + Sirm.CONTROL, 0)
+            needs = self._requirements(registers)
+        if not needs.payload_size:
+            needs = replace(needs, payload_size=request.payload_size)
+        packet_size = camera.stream.packet_size
+        plan = TransferPlan.for_device(needs, self._largest_transfer, packet_size)
+        self._write_plan(registers, plan)
+        self._synchronise_clock()
+        self._queue = open_queue(camera, handle, self._transfers_in_flight)
+        self._queue.reset_endpoint()
+        self._receiver = StreamReceiver(
+            self._queue,
+            plan,
+            packet_size,
+            self._clock,
+            deliver,
+            self._on_gone,
+            deliver_incomplete=request.deliver_incomplete,
+        )
+        self._receiver.start()
+        registers.write_u32(sirm + Sirm.CONTROL, Sirm.STREAM_ENABLE)
+
+    def _requirements(self, registers: RegisterAccess) -> StreamRequirements:
+        # Register by register: some devices refuse to read across them.
+        sirm = self._sirm_address
+        sizes = ((Sirm.INFO, 4), (Sirm.CONTROL, 4), (Sirm.REQUIRED_PAYLOAD_SIZE, 8))
+        sizes += ((Sirm.REQUIRED_LEADER_SIZE, 4), (Sirm.REQUIRED_TRAILER_SIZE, 4))
+        return StreamRequirements.decode(b"".join(registers.read(sirm + at, size) for at, size in sizes))
+
+    def _write_plan(self, registers: RegisterAccess, plan: TransferPlan) -> None:
+        data = plan.encode()
+        for at in range(0, len(data), 4):
+            registers.write(self._sirm_address + TransferPlan.ADDRESS + at, data[at : at + 4])
+
+    def close_stream(self) -> None:
+        """See Device. Never raises."""
+        receiver, self._receiver = self._receiver, None
+        if receiver is not None:
+            receiver.stop()
+            self._statistics = receiver.statistics()
+        queue, self._queue = self._queue, None
+        if queue is not None:
+            queue.close()
+            if not self._lost and self._registers is not None:
+                with contextlib.suppress(GrabberError):
+                    self._registers.write_u32(self._sirm_address + Sirm.CONTROL, 0)
+
+    def stream_statistics(self) -> StreamStatistics:
+        """See Device."""
+        receiver = self._receiver
+        return receiver.statistics() if receiver is not None else self._statistics

@@ -1,0 +1,207 @@
+"""Finds USB3 Vision cameras on the USB buses."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import usb.core
+import usb.util
+
+from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.driver.u3v import descriptors
+from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor
+from grabbergui.driver.u3v.usb import default_backend, permission_denied
+
+log = logging.getLogger(__name__)
+
+ENGLISH = 0x0409
+STRING_TIMEOUT_MS = 300
+"For each string, so that one dead device does not hold up the search."
+
+_DIRECTION_IN = 0x80
+_BULK = 0x02
+
+
+@dataclass(frozen=True)
+class BulkInterface:
+    """One of a camera's interfaces and its endpoints, found by direction: numbers differ between makers."""
+
+    number: int
+    endpoint_in: int
+    endpoint_out: int
+    "0 where there is none."
+    packet_size: int
+    "Bytes of the largest packet: 1024 at SuperSpeed, 512 at High-Speed."
+
+
+@dataclass(frozen=True)
+class UsbCamera:
+    """A camera that was seen on a bus."""
+
+    info: DeviceInfo
+    guid: str
+    backend: Any
+    device_id: Any
+    "The backend's own."
+    bus: int
+    address: int
+    control: BulkInterface
+    event: BulkInterface | None
+    stream: BulkInterface | None
+
+    def answers_to(self, name: str) -> bool:
+        """Whether a URI's name means this one: its serial number, GUID, user name or place on the bus."""
+        names = (self.info.serial, self.guid, self.info.user_name, self.info.address)
+        return name.lower() in (known.lower() for known in names if known)
+
+
+def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
+    """All cameras on `backend` (libusb by default), in the order of the buses.
+
+    A device that cannot be opened is listed with a note that says why. Raises SourceUnavailableError where
+    there is no libusb.
+    """
+    backend = backend if backend is not None else default_backend()
+    if backend is None:
+        raise SourceUnavailableError("u3v: sources need libusb: pip install libusb-package")
+    try:
+        device_ids = list(backend.enumerate_devices())
+    except usb.core.USBError as error:
+        log.info("no USB bus can be searched: %s", error)
+        return []
+    found = []
+    for device_id in device_ids:
+        # Another device's broken descriptors must not hide this one's.
+        with contextlib.suppress(usb.core.USBError, NotImplementedError, IndexError, ValueError):
+            camera = _examine(backend, device_id)
+            if camera is not None:
+                found.append(camera)
+    return sorted(found, key=lambda camera: (camera.bus, camera.address))
+
+
+def find_camera(name: str, backend: Any | None = None) -> UsbCamera:
+    """The camera that a URI names; any where it names none. Raises SourceNotFoundError."""
+    cameras = find_cameras(backend)
+    for camera in cameras:
+        if not name or camera.answers_to(name):
+            return camera
+    if not cameras:
+        raise SourceNotFoundError("no USB3 Vision camera is plugged in")
+    known = ", ".join(camera.info.uri for camera in cameras)
+    raise SourceNotFoundError(f"no USB3 Vision camera answers to '{name}'; there is {known}")
+
+
+def _examine(backend: Any, device_id: Any) -> UsbCamera | None:
+    device = usb.core.Device(device_id, backend)
+    for configuration in device:
+        by_protocol: dict[int, Any] = {}
+        for interface in configuration:
+            if (interface.bInterfaceClass, interface.bInterfaceSubClass) == (
+                descriptors.MISCELLANEOUS_CLASS,
+                descriptors.U3V_SUBCLASS,
+            ):
+                by_protocol.setdefault(interface.bInterfaceProtocol, interface)
+        control = _bulk_interface(by_protocol.get(descriptors.CONTROL_PROTOCOL))
+        if control is None or not control.endpoint_out:
+            continue
+        described = DeviceInfoDescriptor.find(_extra(by_protocol[descriptors.CONTROL_PROTOCOL]))
+        info, guid = _identify(device, described)
+        return UsbCamera(
+            info=info,
+            guid=guid,
+            backend=backend,
+            device_id=device_id,
+            bus=device.bus or 0,
+            address=device.address or 0,
+            control=control,
+            event=_bulk_interface(by_protocol.get(descriptors.EVENT_PROTOCOL)),
+            stream=_bulk_interface(by_protocol.get(descriptors.STREAM_PROTOCOL)),
+        )
+    return None
+
+
+def _bulk_interface(interface: Any) -> BulkInterface | None:
+    if interface is None:
+        return None
+    ends = [endpoint for endpoint in interface if endpoint.bmAttributes & 3 == _BULK]
+    inward = [endpoint for endpoint in ends if endpoint.bEndpointAddress & _DIRECTION_IN]
+    outward = [endpoint for endpoint in ends if not endpoint.bEndpointAddress & _DIRECTION_IN]
+    if not inward:
+        return None
+    packet_size = inward[0].wMaxPacketSize & 0x7FF
+    return BulkInterface(
+        interface.bInterfaceNumber,
+        inward[0].bEndpointAddress,
+        outward[0].bEndpointAddress if outward else 0,
+        packet_size or 512,
+    )
+
+
+def _extra(interface: Any) -> bytes:
+    ends = b"".join(bytes(endpoint.extra_descriptors or b"") for endpoint in interface)
+    return bytes(interface.extra_descriptors or b"") + ends
+
+
+def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[DeviceInfo, str]:
+    """Names and GUID, from the device's strings or, where we may not ask it, from the system."""
+    place = f"{device.bus}-{'.'.join(map(str, device.port_numbers or (device.address,)))}"
+    d = described or DeviceInfoDescriptor(0, 0, 0)
+    note = ""
+    texts = dict.fromkeys(("vendor", "model", "serial", "version", "user_name", "guid"), "")
+    indices = {
+        "vendor": d.vendor_index or device.iManufacturer,
+        "model": d.model_index or device.iProduct,
+        "serial": d.serial_index or device.iSerialNumber,
+        "version": d.version_index,
+        "user_name": d.user_name_index,
+        "guid": d.guid_index,
+    }
+    try:
+        texts.update(_strings(device, indices))
+    except usb.core.USBError as error:
+        texts.update(_system_strings(place))
+        refused = error.errno == errno.EACCES
+        note = (
+            str(permission_denied(f"USB device {place}")) if refused else f"does not answer: {error.strerror}"
+        )
+    finally:
+        usb.util.dispose_resources(device)
+    guid = texts.pop("guid")
+    speed = descriptors.SPEED_NAMES.get(device.speed or 0, "")
+    info = DeviceInfo(
+        uri=f"u3v:{texts['serial'] or guid or place}",
+        bus="USB3 Vision",
+        address=place,
+        interface=f"USB bus {device.bus}" + (f", {speed}" if speed else ""),
+        note=note,
+        **texts,
+    )
+    return info, guid
+
+
+def _strings(device: Any, indices: dict[str, int]) -> Iterator[tuple[str, str]]:
+    device.default_timeout = STRING_TIMEOUT_MS
+    for name, index in indices.items():
+        if index:
+            try:
+                yield name, (usb.util.get_string(device, index, ENGLISH) or "").strip("\0 ")
+            except (UnicodeDecodeError, IndexError):
+                continue
+            except usb.core.USBError as error:
+                if error.errno != errno.EPIPE:  # a stall: it has no such string
+                    raise
+
+
+def _system_strings(place: str) -> Iterator[tuple[str, str]]:
+    """What Linux read when the device was plugged in."""
+    folder = Path("/sys/bus/usb/devices") / place
+    for name, file in (("vendor", "manufacturer"), ("model", "product"), ("serial", "serial")):
+        with contextlib.suppress(OSError):
+            yield name, (folder / file).read_text(encoding="utf-8", errors="replace").strip()

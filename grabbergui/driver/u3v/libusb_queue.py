@@ -1,0 +1,173 @@
+"""Several bulk transfers in flight, by python-libusb1, straight into the frame's buffer."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import logging
+import time
+from collections import deque
+from typing import Any
+
+import usb1  # type: ignore[import-untyped]
+
+from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
+from grabbergui.driver.u3v.block_assembler import Request
+from grabbergui.driver.u3v.enumeration import BulkInterface, UsbCamera
+from grabbergui.driver.u3v.transfer_queue import Completion, Outcome, TransferQueue
+from grabbergui.driver.u3v.usb import permission_denied
+
+log = logging.getLogger(__name__)
+
+CANCEL_TIME = 2.0
+"Seconds that cancelled transfers may take to come back."
+
+_OUTCOMES = {
+    usb1.TRANSFER_COMPLETED: Outcome.DONE,
+    usb1.TRANSFER_STALL: Outcome.HALTED,
+}
+_NOTHING = bytearray(1)
+
+
+class LibusbQueue(TransferQueue):
+    """Asynchronous transfers on a handle of its own, which holds the stream interface."""
+
+    def __init__(self, library: str, camera: UsbCamera, stream: BulkInterface, depth: int) -> None:
+        """Open the camera a second time, with the libusb that pyusb uses, and claim its stream interface.
+
+        Raises AccessDeniedError, DeviceLostError, TransportError.
+        """
+        super().__init__()
+        self.depth = depth
+        self._name = camera.info.title
+        self._stream = stream
+        self._idle: list[Any] = []
+        self._in_flight: deque[tuple[Any, Request]] = deque()
+        self._over: set[Any] = set()
+        usb1.loadLibrary(ctypes.CDLL(library))
+        self._context: Any = usb1.USBContext().open()
+        try:
+            self._handle: Any = self._open(camera)
+            self._handle.setAutoDetachKernelDriver(True)
+            self._handle.claimInterface(stream.number)
+        except usb1.USBError as error:
+            self._context.close()
+            raise self._ours(error) from error
+        except DeviceLostError:
+            self._context.close()
+            raise
+
+    def submit(self, request: Request) -> bool:
+        """Queue a request; False where the kernel's memory for USB is used up."""
+        transfer = self._idle.pop() if self._idle else self._handle.getTransfer()
+        transfer.setBulk(self._stream.endpoint_in, request.view.data, self._over.add)
+        try:
+            transfer.submit()
+        except (usb1.USBErrorNoMem, usb1.USBErrorIO) as error:
+            self._rest(transfer)
+            if self._in_flight:
+                return False
+            raise TransportError(
+                f"{self._name}: the system has no memory for a USB transfer of {len(request.view)} bytes; "
+                "raise /sys/module/usbcore/parameters/usbfs_memory_mb, to 1000 say"
+            ) from error
+        except usb1.USBError as error:
+            self._rest(transfer)
+            raise self._ours(error) from error
+        self._in_flight.append((transfer, request))
+        self._count(request, 1)
+        return True
+
+    def wait(self, timeout: float) -> Completion | None:
+        """The oldest request, completed."""
+        if not self._in_flight:
+            return None
+        transfer, request = self._in_flight[0]
+        if transfer not in self._over:
+            self._handle_events(timeout)
+            if transfer not in self._over:
+                return None
+        status, length = self._collect()
+        if status == usb1.TRANSFER_NO_DEVICE:
+            raise DeviceLostError(f"{self._name} was unplugged")
+        return Completion(request, length, _OUTCOMES.get(status, Outcome.FAILED))
+
+    def cancel(self) -> None:
+        """Cancel all and wait for each to come back."""
+        # The youngest first: else the kernel would go on with the next while the oldest is cancelled.
+        for transfer, _ in reversed(self._in_flight):
+            with contextlib.suppress(usb1.USBError):
+                transfer.cancel()
+        deadline = time.monotonic() + CANCEL_TIME
+        while self._in_flight and time.monotonic() < deadline:
+            if self._in_flight[0][0] in self._over:
+                self._collect()
+            else:
+                with contextlib.suppress(TransportError):
+                    self._handle_events(0.1)
+        if self._in_flight:
+            log.error("%s: %d USB transfers did not come back", self._name, len(self._in_flight))
+
+    def reset_endpoint(self) -> None:
+        """Halt and clear."""
+        try:
+            self._handle.controlWrite(0x02, usb1.REQUEST_SET_FEATURE, 0, self._stream.endpoint_in, b"", 500)
+            self._handle.clearHalt(self._stream.endpoint_in)
+        except usb1.USBError as error:
+            raise self._ours(error) from error
+
+    def wake(self) -> None:
+        """Interrupt libusb's wait."""
+        with contextlib.suppress(usb1.USBError, AttributeError):
+            self._context.interruptEventHandler()
+
+    def close(self) -> None:
+        """Cancel, release, close the handle and its context."""
+        if self._context is None:
+            return
+        self.cancel()
+        for transfer in self._idle:
+            transfer.close()
+        self._idle.clear()
+        with contextlib.suppress(usb1.USBError):
+            self._handle.releaseInterface(self._stream.number)
+        self._handle.close()
+        self._context.close()
+        self._context = None
+
+    def _open(self, camera: UsbCamera) -> Any:
+        for device in self._context.getDeviceIterator(skip_on_error=True):
+            if (device.getBusNumber(), device.getDeviceAddress()) == (camera.bus, camera.address):
+                return device.open()
+        raise DeviceLostError(f"{self._name} was unplugged")
+
+    def _handle_events(self, timeout: float) -> None:
+        try:
+            self._context.handleEventsTimeout(timeout)
+        except usb1.USBErrorInterrupted:
+            pass
+        except usb1.USBError as error:
+            raise self._ours(error) from error
+
+    def _collect(self) -> tuple[int, int]:
+        """Take the oldest, which is over; gives its libusb status and length."""
+        transfer, request = self._in_flight.popleft()
+        self._over.discard(transfer)
+        self._count(request, -1)
+        result = transfer.getStatus(), transfer.getActualLength()
+        self._rest(transfer)
+        return result
+
+    def _rest(self, transfer: Any) -> None:
+        """Keep a transfer for later, without its hold on the frame's buffer."""
+        transfer.setBulk(self._stream.endpoint_in, _NOTHING)
+        self._idle.append(transfer)
+
+    def _ours(self, error: usb1.USBError) -> AccessDeniedError | TransportError:
+        if isinstance(error, usb1.USBErrorNoDevice):
+            return DeviceLostError(f"{self._name} was unplugged")
+        if isinstance(error, usb1.USBErrorAccess):
+            return permission_denied(self._name)
+        if isinstance(error, usb1.USBErrorBusy):
+            return AccessDeniedError(f"{self._name}: another application holds its stream; close it there")
+        return TransportError(f"{self._name}: USB error: {error}")

@@ -1,0 +1,187 @@
+"""The receiving thread: keeps requests in flight, gives frames away."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core import pfnc
+from grabbergui.core.buffers import BufferPool
+from grabbergui.core.errors import DeviceLostError, GrabberError
+from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.frame_queue import RateMeter
+from grabbergui.core.grabber import StreamStatistics
+from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
+from grabbergui.driver.u3v.clock import DeviceClock
+from grabbergui.driver.u3v.stream_protocol import TransferPlan
+from grabbergui.driver.u3v.transfer_queue import Outcome, TransferQueue
+
+log = logging.getLogger(__name__)
+
+BYTES_IN_FLIGHT = 8 << 20
+"Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
+BUFFERS = 32
+"Payload buffers that may be in use at once, those being filled included."
+WAIT_TIME = 0.1
+"Seconds after which the thread looks whether it should end."
+ERRORS_IN_A_ROW = 5
+"Failed transfers after which the stream is given up."
+
+
+class StreamReceiver:
+    """Receives blocks on a thread of its own and delivers them as frames."""
+
+    def __init__(
+        self,
+        queue: TransferQueue,
+        plan: TransferPlan,
+        packet_size: int,
+        clock: DeviceClock,
+        deliver: Callable[[Frame], None],
+        on_lost: Callable[[str], None],
+        *,
+        deliver_incomplete: bool = False,
+    ) -> None:
+        self._queue = queue
+        self._clock = clock
+        self._deliver = deliver
+        self._on_lost = on_lost
+        self._deliver_incomplete = deliver_incomplete
+        self._assembler = BlockAssembler(plan, self._take_buffer, packet_size)
+        self._pool = BufferPool(self._assembler.buffer_size, BUFFERS)
+        self._statistics = StreamStatistics()
+        self._meter = RateMeter()
+        self._last_id: int | None = None
+        self._errors = 0
+        self._stopping = threading.Event()
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="u3v-stream", daemon=True)
+
+    def start(self) -> None:
+        """Begin; on return the first requests are in flight."""
+        self._thread.start()
+        self._ready.wait(2.0)
+
+    def stop(self) -> None:
+        """End the thread and collect its requests. Nothing is delivered any more on return."""
+        self._stopping.set()
+        self._queue.wake()
+        if self._thread is not threading.current_thread() and self._thread.ident is not None:
+            self._thread.join()
+
+    def statistics(self) -> StreamStatistics:
+        """A snapshot of the counters. Any thread."""
+        snapshot = StreamStatistics(**vars(self._statistics))
+        snapshot.packets_ignored = self._assembler.ignored
+        snapshot.frame_rate, snapshot.bandwidth = self._meter.rates()
+        return snapshot
+
+    def _take_buffer(self) -> NDArray[np.uint8] | None:
+        return self._pool.take()
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                self._fill()
+                self._ready.set()
+                self._step()
+        except GrabberError as error:
+            if not self._stopping.is_set():
+                if not isinstance(error, DeviceLostError):
+                    log.error("the stream ended: %s", error)
+                self._on_lost(str(error))
+        finally:
+            self._ready.set()
+            self._queue.cancel()
+
+    def _fill(self) -> None:
+        """Ask for as much as may be in flight; for one transfer while out of step."""
+        queue, assembler = self._queue, self._assembler
+        while queue.held == 0 or (
+            assembler.in_step and queue.held < queue.depth and queue.held_bytes < BYTES_IN_FLIGHT
+        ):
+            request = assembler.next_request()
+            if not queue.submit(request):
+                assembler.put_back(request)
+                return
+
+    def _step(self) -> None:
+        completion = self._queue.wait(WAIT_TIME)
+        if completion is None:
+            return
+        if completion.outcome is not Outcome.DONE:
+            self._recover(completion.outcome)
+            return
+        self._errors = 0
+        self._statistics.packets += 1
+        was_in_step = self._assembler.in_step
+        block = self._assembler.complete(completion.request, completion.length)
+        if was_in_step and not self._assembler.in_step:
+            log.debug("the stream lost step; %d requests are given up", self._queue.held)
+            if self._queue.held:
+                self._queue.cancel()
+                self._assembler.give_up()
+        if block is not None:
+            self._finish(block)
+
+    def _recover(self, outcome: Outcome) -> None:
+        """Begin anew after a stall or an error on the bus."""
+        self._errors += 1
+        self._statistics.packets_missing += 1
+        self._queue.cancel()
+        self._assembler.give_up()
+        if self._errors > ERRORS_IN_A_ROW:
+            raise DeviceLostError(
+                f"{self._errors} USB transfers in a row {outcome.value}; the camera seems dead"
+            )
+        self._queue.reset_endpoint()
+
+    def _finish(self, block: Block) -> None:
+        statistics = self._statistics
+        assert block.leader is not None and block.trailer is not None
+        block_id = block.leader.block_id
+        if self._last_id is not None and block_id > self._last_id + 1:
+            statistics.lost += block_id - self._last_id - 1
+        self._last_id = block_id
+        if block.dropped:
+            statistics.underruns += 1
+            return
+        complete = not block.missing and not block.trailer.status
+        if complete:
+            statistics.frames += 1
+            statistics.bytes += block.trailer.valid_payload_size
+            self._meter.add(block.trailer.valid_payload_size)
+        else:
+            statistics.incomplete += 1
+            if not self._deliver_incomplete:
+                return
+        self._deliver(self._frame(block, complete))
+
+    def _frame(self, block: Block, complete: bool) -> Frame:
+        leader, trailer = block.leader, block.trailer
+        assert leader is not None and trailer is not None
+        valid = min(trailer.valid_payload_size, len(block.buffer))
+        # A payload without geometry (chunks only, GenDC) goes on as one line of bytes of no known format.
+        width, height = valid, 1
+        if leader.has_geometry:
+            # Line-scan cameras and those with a variable height tell it at the end.
+            width, height = leader.size_x, leader.size_y if trailer.size_y is None else trailer.size_y
+        return Frame(
+            payload=block.buffer[:valid],
+            width=width,
+            height=height,
+            pixel_format=pfnc.by_code(leader.pixel_format),
+            frame_id=leader.block_id,
+            timestamp_ns=leader.timestamp,
+            received_ns=self._clock.host_time(leader.timestamp, time.time_ns()),
+            status=FrameStatus.COMPLETE if complete else FrameStatus.INCOMPLETE,
+            missing_bytes=block.missing,
+            offset_x=leader.offset_x,
+            offset_y=leader.offset_y,
+            padding_x=leader.padding_x,
+        )

@@ -1,0 +1,215 @@
+"""USB through pyusb's backends: libusb, or a simulated bus. Errors become ours here.
+
+Calls are synchronous. Any thread may call; a handle is closed when no other thread uses it any more.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import logging
+import time
+from array import array
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import usb.backend.libusb1
+import usb.core
+from numpy.typing import NDArray
+
+from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
+
+log = logging.getLogger(__name__)
+
+UDEV_RULE_FILE = "resources/udev/70-grabbergui-u3v.rules"
+
+_ENDPOINT_RECIPIENT = 0x02
+_DEVICE_TO_HOST = 0x80
+_GET_STATUS = 0
+_SET_FEATURE = 3
+_ENDPOINT_HALT = 0
+
+_GONE = (errno.ENODEV, errno.ESHUTDOWN, errno.ENXIO)
+
+
+class EndpointHaltedError(TransportError):
+    """The device stalls the endpoint; clearing the halt may help."""
+
+
+class UsbTimeoutError(TransportError):
+    """A transfer did not take place in time."""
+
+
+def default_backend() -> Any | None:
+    """Pyusb's libusb backend, with the system's libusb or the one of `libusb-package`; None without both."""
+    backend = usb.backend.libusb1.get_backend()
+    if backend is None:
+        try:
+            import libusb_package
+        except ImportError:
+            return None
+        backend = libusb_package.get_libusb1_backend()
+    return backend
+
+
+def permission_denied(name: str) -> AccessDeniedError:
+    """What to do when the system refuses us a device."""
+    return AccessDeniedError(
+        f"no permission to open {name}: run `grabbergui doctor --fix-udev`, or copy {UDEV_RULE_FILE} to "
+        "/etc/udev/rules.d and run `udevadm control --reload`; then plug the camera in again"
+    )
+
+
+@contextlib.contextmanager
+def translated(name: str) -> Iterator[None]:
+    """Raise pyusb's errors about the device `name` as ours."""
+    try:
+        yield
+    except usb.core.USBTimeoutError as error:
+        raise UsbTimeoutError(f"{name}: USB transfer timed out") from error
+    except usb.core.USBError as error:
+        if error.errno in _GONE:
+            raise DeviceLostError(f"{name} was unplugged") from error
+        if error.errno == errno.EACCES:
+            raise permission_denied(name) from error
+        if error.errno == errno.EBUSY:
+            raise AccessDeniedError(f"{name} is in use by another application; close it there") from error
+        if error.errno == errno.EPIPE:
+            raise EndpointHaltedError(f"{name} halted a USB endpoint") from error
+        raise TransportError(f"{name}: USB error: {error.strerror or error}") from error
+
+
+class _Window:
+    """Memory of others in the shape that pyusb's backends want: they ask an `array` where it lies."""
+
+    itemsize = 1
+
+    def __init__(self, view: NDArray[np.uint8]) -> None:
+        self._view = view
+
+    def buffer_info(self) -> tuple[int, int]:
+        return self._view.ctypes.data, len(self._view)
+
+    def __len__(self) -> int:
+        return len(self._view)
+
+
+class UsbHandle:
+    """One opened USB device."""
+
+    def __init__(self, backend: Any, device_id: Any, name: str) -> None:
+        """Open it. Raises AccessDeniedError, DeviceLostError, TransportError."""
+        self.name = name
+        "For messages."
+        self._backend = backend
+        self._claimed: dict[int, bool] = {}
+        "Interface to whether a kernel driver is to be given it back."
+        with translated(name):
+            self._handle = backend.open_device(device_id)
+
+    def claim(self, interface: int) -> None:
+        """Take an interface for us, from a kernel driver too. Raises AccessDeniedError where it is taken."""
+        detached = self._detach(interface)
+        try:
+            with translated(self.name):
+                self._backend.claim_interface(self._handle, interface)
+        except TransportError:
+            self._attach(interface, detached)
+            raise
+        except AccessDeniedError:
+            self._attach(interface, detached)
+            raise
+        self._claimed[interface] = detached
+
+    def release(self, interface: int) -> None:
+        """Let an interface go and give it back to the kernel driver that had it. Never raises."""
+        if interface not in self._claimed:
+            return
+        detached = self._claimed.pop(interface)
+        with contextlib.suppress(usb.core.USBError):
+            self._backend.release_interface(self._handle, interface)
+        self._attach(interface, detached)
+
+    def close(self) -> None:
+        """Let everything go. May be called twice; never raises."""
+        for interface in tuple(self._claimed):
+            self.release(interface)
+        handle, self._handle = self._handle, None
+        if handle is not None:
+            with contextlib.suppress(usb.core.USBError):
+                self._backend.close_device(handle)
+
+    def write(self, endpoint: int, interface: int, data: bytes, timeout: float) -> None:
+        """One bulk transfer out. Raises UsbTimeoutError, EndpointHaltedError, DeviceLostError."""
+        with translated(self.name):
+            sent = self._backend.bulk_write(
+                self._handle, endpoint, interface, array("B", data), _milliseconds(timeout)
+            )
+        if sent != len(data):
+            raise TransportError(f"{self.name} took {sent} of {len(data)} bytes")
+
+    def read_into(self, endpoint: int, interface: int, view: NDArray[np.uint8], timeout: float) -> int:
+        """One bulk transfer in, at most as long as `view`; gives its length. Raises as `write`."""
+        with translated(self.name):
+            length: int = self._backend.bulk_read(
+                self._handle, endpoint, interface, _Window(view), _milliseconds(timeout)
+            )
+        return length
+
+    def read_whole(self, endpoint: int, interface: int, view: NDArray[np.uint8], timeout: float) -> int:
+        """As `read_into`, but a transfer that has begun is read to its end whatever the time.
+
+        Without this, a time-out in the middle of a long transfer would look like its end.
+        """
+        length = 0
+        while True:
+            begun = time.monotonic()
+            part = self.read_into(endpoint, interface, view[length:], timeout)
+            length += part
+            timed_out = time.monotonic() - begun >= timeout
+            if not timed_out or part == 0 or part % 512 or length == len(view):
+                return length
+
+    def clear_halt(self, endpoint: int) -> None:
+        """End a stall, and begin the endpoint's sequence anew on both sides."""
+        with translated(self.name):
+            self._backend.clear_halt(self._handle, endpoint)
+
+    def set_halt(self, endpoint: int) -> None:
+        """Ask the device to stall the endpoint, which makes it forget what it wanted to send."""
+        with translated(self.name):
+            self._backend.ctrl_transfer(
+                self._handle, _ENDPOINT_RECIPIENT, _SET_FEATURE, _ENDPOINT_HALT, endpoint, array("B"), 500
+            )
+
+    def is_present(self) -> bool:
+        """Whether the device still answers on endpoint 0."""
+        try:
+            with translated(self.name):
+                self._backend.ctrl_transfer(
+                    self._handle, _DEVICE_TO_HOST, _GET_STATUS, 0, 0, array("B", bytes(2)), 500
+                )
+        except DeviceLostError:
+            return False
+        except TransportError:
+            return True
+        return True
+
+    def _detach(self, interface: int) -> bool:
+        try:
+            if self._backend.is_kernel_driver_active(self._handle, interface):
+                self._backend.detach_kernel_driver(self._handle, interface)
+                return True
+        except (usb.core.USBError, NotImplementedError) as error:
+            log.debug("%s: kernel driver of interface %d: %s", self.name, interface, error)
+        return False
+
+    def _attach(self, interface: int, detached: bool) -> None:
+        if detached:
+            with contextlib.suppress(usb.core.USBError, NotImplementedError):
+                self._backend.attach_kernel_driver(self._handle, interface)
+
+
+def _milliseconds(timeout: float) -> int:
+    return max(int(timeout * 1000), 1)  # libusb takes 0 for "no limit"
