@@ -159,7 +159,7 @@ class Feature(FeatureDescription):
         return {
             AccessMode.NOT_IMPLEMENTED: "is not implemented by this camera",
             AccessMode.NOT_AVAILABLE: "is not available just now; another feature's value hides it",
-            AccessMode.READ_ONLY: "is read-only just now; it may be locked while streaming, or by another feature",
+            AccessMode.READ_ONLY: "is read-only just now; streaming or another feature may lock it",
         }.get(self.access, "cannot be used just now")
 
     def range_text(self) -> str:

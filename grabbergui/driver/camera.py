@@ -336,4 +336,3 @@ class _Poller:
                 log.debug("polling features: %s", error)
             except GrabberError as error:
                 log.info("polling features: %s", error)
-

@@ -220,5 +220,5 @@ class CameraNodeMap:
             handle = genapi.register(node, self._note, genapi.ECallbackType.cbPostInsideLock)
             self._callbacks.append((node, handle))
 
-    def _note(self, node: Any) -> None:
-        self._changed.add(node.name)
+    def _note(self, value: Any) -> None:
+        self._changed.add(value.node.name)

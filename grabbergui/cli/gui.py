@@ -1,0 +1,41 @@
+"""`grabbergui gui`: the window."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.uri import SourceUri
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser("gui", help="open the window (what no command at all does)")
+    parser.add_argument("source", metavar="SOURCE", nargs="?", help="what to open at once (sim:)")
+    parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
+    parser.add_argument("--duration", type=float, metavar="S", help="close the window after S seconds")
+    parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a picture of the window")
+    parser.add_argument(
+        "--theme", choices=("auto", "light", "dark"), default="auto", help="colours (the desktop's)"
+    )
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.source is not None:
+        SourceUri.parse(options.source)
+    if options.duration is not None and not options.duration > 0:
+        raise UsageError(f"--duration {options.duration:g}: more than 0 seconds, please")
+    try:
+        from grabbergui.ui import app
+    except ImportError as error:
+        raise SourceUnavailableError(f"the window needs PyQt5, which cannot be loaded: {error}") from error
+    return app.run(
+        options.source,
+        offscreen=options.offscreen,
+        duration=options.duration,
+        screenshot=options.screenshot,
+        theme=options.theme,
+    )

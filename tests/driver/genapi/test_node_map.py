@@ -1,0 +1,256 @@
+"""The node map over a register memory: values, refusals, changes, odd nodes."""
+
+import threading
+
+import pytest
+
+from fakes import XmlDevice
+from grabbergui.core.errors import (
+    AckTimeoutError,
+    DeviceStatusError,
+    FeatureAccessError,
+    FeatureError,
+    FeatureValueError,
+    RemoteProtocolError,
+)
+from grabbergui.core.features import AccessMode, FeatureKind, Representation, Visibility
+from grabbergui.driver.genapi.node_map import CameraNodeMap
+
+XML = b"""<?xml version="1.0" encoding="utf-8"?>
+<RegisterDescription ModelName="Test" VendorName="Acme" StandardNameSpace="None" SchemaMajorVersion="1"
+ SchemaMinorVersion="1" SchemaSubMinorVersion="0" MajorVersion="1" MinorVersion="0" SubMinorVersion="0"
+ ToolTip="" ProductGuid="0" VersionGuid="0" xmlns="http://www.genicam.org/GenApi/Version_1_1">
+ <Category Name="Root"><pFeature>Image</pFeature><pFeature>Odd</pFeature></Category>
+ <Category Name="Image"><DisplayName>Image Format</DisplayName>
+  <pFeature>Width</pFeature><pFeature>WidthMax</pFeature><pFeature>Big</pFeature><pFeature>Gain</pFeature>
+  <pFeature>Mode</pFeature><pFeature>Reset</pFeature><pFeature>Hidden</pFeature><pFeature>Absent</pFeature>
+ </Category>
+ <Category Name="Odd"><pFeature>Broken</pFeature><pFeature>Fine</pFeature></Category>
+ <Integer Name="Width"><ToolTip>Columns</ToolTip><pValue>WidthReg</pValue><Min>16</Min><pMax>WidthMax</pMax>
+  <Inc>4</Inc><Unit>px</Unit></Integer>
+ <Integer Name="WidthMax"><pValue>WidthMaxReg</pValue></Integer>
+ <Integer Name="Big"><pValue>BigReg</pValue><Representation>HexNumber</Representation></Integer>
+ <Float Name="Gain"><Visibility>Guru</Visibility><pIsLocked>Lock</pIsLocked><pValue>GainConv</pValue><Min>0.5</Min>
+  <Max>48.25</Max><Unit>dB</Unit><Representation>Logarithmic</Representation></Float>
+ <Converter Name="GainConv"><FormulaTo>FROM*100</FormulaTo><FormulaFrom>TO/100</FormulaFrom>
+  <pValue>GainReg</pValue></Converter>
+ <Enumeration Name="Mode">
+  <EnumEntry Name="Off"><Value>0</Value></EnumEntry>
+  <EnumEntry Name="On"><DisplayName>Switched on</DisplayName><Value>1</Value></EnumEntry>
+  <EnumEntry Name="Never"><pIsAvailable>Zero</pIsAvailable><Value>2</Value></EnumEntry>
+  <pValue>ModeReg</pValue></Enumeration>
+ <Command Name="Reset"><pValue>ResetReg</pValue><CommandValue>1</CommandValue></Command>
+ <Integer Name="Hidden"><pIsAvailable>ModeReg</pIsAvailable><pValue>WidthReg</pValue></Integer>
+ <Integer Name="Absent"><pIsImplemented>Zero</pIsImplemented><pValue>WidthReg</pValue></Integer>
+ <Integer Name="Broken"><pValue>BrokenReg</pValue></Integer>
+ <Boolean Name="Fine"><pValue>ModeReg</pValue><OnValue>1</OnValue><OffValue>0</OffValue></Boolean>
+ <Integer Name="Zero"><Value>0</Value></Integer>
+ <IntReg Name="WidthReg"><Address>0x0</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="WidthMaxReg"><Address>0x4</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
+  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="BigReg"><Address>0x8</Address><Length>8</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+  <Sign>Signed</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="GainReg"><Address>0x10</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="ModeReg"><Address>0x14</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="ResetReg"><Address>0x18</Address><Length>4</Length><AccessMode>WO</AccessMode><pPort>Device</pPort>
+  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="Lock"><Address>0x1c</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
+  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <IntReg Name="BrokenReg"><Address>0xF000</Address><Length>4</Length><AccessMode>RW</AccessMode>
+  <pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+ <Port Name="Device"/>
+</RegisterDescription>"""
+
+
+class Memory(XmlDevice):
+    """Registers, one of which fails, and a wire that can go silent."""
+
+    def __init__(self) -> None:
+        super().__init__(XML)
+        self.reads = 0
+        self.silent = False
+        self.refuse_writes = False
+        self.word(0, 640)
+        self.word(4, 2048)
+        self.word(0x10, 100)
+
+    def word(self, address: int, value: int) -> None:
+        self.memory.update(enumerate(value.to_bytes(4, "big"), address))
+
+    def read(self, address: int, length: int) -> bytes:
+        self.reads += 1
+        if self.silent:
+            raise AckTimeoutError("no answer")
+        if address == 0xF000:
+            raise DeviceStatusError("register 0xF000: INVALID_ADDRESS", 0x8003)
+        return super().read(address, length)
+
+    def write(self, address: int, data: bytes) -> None:
+        if self.silent:
+            raise AckTimeoutError("no answer")
+        if self.refuse_writes:
+            raise DeviceStatusError(f"register 0x{address:X}: WRITE_PROTECT", 0x8004)
+        super().write(address, data)
+
+
+@pytest.fixture
+def memory():
+    return Memory()
+
+
+@pytest.fixture
+def changes():
+    return []
+
+
+@pytest.fixture
+def nodes(memory, changes):
+    nodes = CameraNodeMap(memory, memory.description(), changes.append)
+    yield nodes
+    nodes.close()
+
+
+def test_the_tree_has_what_is_implemented(nodes):
+    image, odd = nodes.root.members
+
+    assert (image.name, image.title, image.visibility) == ("Image", "Image Format", Visibility.BEGINNER)
+    assert [member.name for member in image.members] == [
+        "Width", "WidthMax", "Big", "Gain", "Mode", "Reset", "Hidden",
+    ]  # fmt: skip
+    assert [member.name for member in odd.members] == ["Broken", "Fine"]
+    assert not nodes.has("Absent")
+
+
+def test_an_integer(nodes):
+    width = nodes.feature("Width")
+
+    assert (width.kind, width.value, width.minimum, width.maximum, width.increment) == (
+        FeatureKind.INTEGER, 640, 16, 2048, 4,
+    )  # fmt: skip
+    assert (width.unit, width.access, width.tooltip) == ("px", AccessMode.READ_WRITE, "Columns")
+
+
+def test_a_float_over_a_converter(nodes, memory):
+    gain = nodes.feature("Gain")
+    assert (gain.value, gain.minimum, gain.maximum, gain.unit) == (1.0, 0.5, 48.25, "dB")
+    assert gain.representation is Representation.LOGARITHMIC and gain.visibility is Visibility.GURU
+
+    nodes.write("Gain", 12.34)
+
+    assert memory.writes[-1] == (0x10, (1234).to_bytes(4, "big"))
+    assert nodes.feature("Gain").value == pytest.approx(12.34)
+
+
+@pytest.mark.parametrize("value", [2**63 - 1, -(2**63), 2**53 + 1])
+def test_64_bit_integers_are_exact(nodes, memory, value):
+    nodes.write("Big", value)
+
+    assert nodes.feature("Big").value == value
+    assert memory.writes[-1] == (8, value.to_bytes(8, "big", signed=True))
+
+
+def test_an_enumeration(nodes):
+    mode = nodes.feature("Mode")
+
+    assert mode.value == "Off"
+    assert [(e.name, e.display_name, e.available) for e in mode.entries] == [
+        ("Off", "Off", True), ("On", "Switched on", True), ("Never", "Never", False),
+    ]  # fmt: skip
+
+
+def test_one_write_changes_what_hangs_on_it(nodes, changes):
+    assert nodes.feature("Hidden").access is AccessMode.NOT_AVAILABLE
+
+    nodes.write("Mode", "On")
+
+    assert {"Mode", "Hidden", "Fine"} <= set().union(*changes)
+    assert nodes.feature("Hidden").value == 640
+    assert nodes.feature("Fine").value is True
+
+
+def test_a_locked_feature_is_read_only(nodes):
+    nodes.write("Lock", 1)
+
+    assert nodes.feature("Gain").access is AccessMode.READ_ONLY
+    with pytest.raises(FeatureAccessError, match="Gain=2"):
+        nodes.write("Gain", 2.0)
+
+
+def test_cached_values_cost_no_reads(nodes, memory):
+    nodes.feature("Width")
+    before = memory.reads
+
+    for _ in range(100):
+        nodes.feature("Width")
+
+    assert memory.reads == before
+
+
+def test_a_failing_register_spoils_its_own_feature_only(nodes):
+    broken = nodes.feature("Broken")
+
+    assert broken.access is AccessMode.NOT_AVAILABLE and broken.problem
+    assert nodes.feature("Fine").value is False
+
+
+def test_out_of_range_names_the_range(nodes):
+    with pytest.raises(FeatureValueError, match=r"Width=9999: .*16 … 2048 px, step 4"):
+        nodes.write("Width", 9999)
+
+
+def test_the_cameras_own_refusal_is_told(nodes, memory):
+    memory.refuse_writes = True
+
+    with pytest.raises(FeatureError, match="Width=644: the camera answered: .*WRITE_PROTECT"):
+        nodes.write("Width", 644)
+
+
+def test_silence_is_a_transport_error(nodes, memory):
+    memory.silent = True
+
+    with pytest.raises(AckTimeoutError):
+        nodes.execute("Reset")
+
+
+def test_commands(nodes, memory):
+    nodes.execute("Reset")
+    assert memory.writes[-1] == (0x18, b"\0\0\0\x01")
+
+    with pytest.raises(FeatureAccessError, match="Width is no command"):
+        nodes.execute("Width")
+
+
+def test_two_threads_do_not_lock_each_other_out(memory):
+    """Without one Python lock, a change told on one thread and a read on another wait for ever."""
+    slow = threading.Event()
+    nodes = CameraNodeMap(memory, memory.description(), lambda names: slow.wait(0.0001))
+
+    def write() -> None:
+        for value in range(16, 400, 4):
+            nodes.write("Width", value)
+
+    def read() -> None:
+        for _ in range(300):
+            nodes.invalidate(frozenset({"Width", "Gain"}))
+            nodes.feature("Gain")
+
+    threads = [threading.Thread(target=target) for target in (write, read, read)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+
+    assert not any(thread.is_alive() for thread in threads)
+    assert nodes.feature("Width").value == 396
+    nodes.close()
+
+
+@pytest.mark.parametrize(
+    "xml", [b"", b"\0" * 100, b"<html></html>", XML[:900], XML.replace(b"Converter", b"Con")]
+)
+def test_what_is_no_description_is_refused(xml):
+    with pytest.raises(RemoteProtocolError, match="description"):
+        CameraNodeMap(XmlDevice(xml), xml, lambda names: None)
