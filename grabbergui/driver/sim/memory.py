@@ -176,7 +176,9 @@ class RegisterMemory:
                 raise RegisterRefusedError(Refusal.BAD_ALIGNMENT, f"0x{position:x} is inside {register.name}")
             content = data[position - address : register.end - address]
             if register.kind is not Kind.STRING and len(content) < register.length:
-                raise RegisterRefusedError(Refusal.BAD_ALIGNMENT, f"{register.name} is {register.length} bytes")
+                raise RegisterRefusedError(
+                    Refusal.BAD_ALIGNMENT, f"{register.name} is {register.length} bytes"
+                )
             self._write_register(register, register.decode(content))
             position = register.end
         if position < address + len(data):

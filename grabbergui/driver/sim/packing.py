@@ -99,12 +99,9 @@ def pack_colour(rgb: NDArray[np.uint8], pixel_format: PixelFormat, out: Bytes) -
 
 def _pack_yuv422(rgb: NDArray[np.uint8], order: str, out: NDArray[np.uint8]) -> None:
     """Y'CbCr of BT.601 over the full range; a chroma sample is the mean of two pixels."""
-    ycc = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
+    ycc: NDArray[Any] = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
     luma, chroma = (0, 1) if order == "YUYV" else (1, 0)
     out[:, :, luma] = ycc[:, :, 0]
-    pairs = ycc[:, 0::2, 1:].astype(np.uint16)
-    pairs += ycc[:, 1::2, 1:]
-    pairs += 1
-    pairs >>= 1
-    out[:, 0::2, chroma] = pairs[:, :, 1]
-    out[:, 1::2, chroma] = pairs[:, :, 0]
+    red, blue = ((ycc[:, 0::2, index].astype(np.uint16) + ycc[:, 1::2, index] + 1) >> 1 for index in (1, 2))
+    out[:, 0::2, chroma] = blue
+    out[:, 1::2, chroma] = red

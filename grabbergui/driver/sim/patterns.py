@@ -27,13 +27,15 @@ _BARS = np.array(
 def draw(
     pattern: TestPattern, width: int, height: int, frame_id: int, pixel_format: PixelFormat
 ) -> NDArray[Any]:
-    """Values of the format's depth: (height, width) for mono and Bayer, (height, width, 3) R G B for colour."""
+    """Values of the format's depth: (height, width) for mono and Bayer, (height, width, 3) for colour."""
     colour = pixel_format.family in (Family.RGB, Family.YUV)
     if pattern is TestPattern.COLOR_BAR:
         rgb = _bars(width, height)
         if colour:
             return rgb
-        values = mosaic(rgb, pixel_format.order) if pixel_format.order else cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+        values = (
+            mosaic(rgb, pixel_format.order) if pixel_format.order else cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+        )
     else:
         values = _grey(pattern, width, height, frame_id)
         if colour:

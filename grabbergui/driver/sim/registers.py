@@ -153,7 +153,12 @@ def _choice(
     name: str, address: int, default: IntEnum, *, saved: bool = True, writable: bool = True
 ) -> Register:
     return _uint32(
-        name, address, int(default), choices=frozenset(map(int, type(default))), saved=saved, writable=writable
+        name,
+        address,
+        int(default),
+        choices=frozenset(map(int, type(default))),
+        saved=saved,
+        writable=writable,
     )
 
 
@@ -180,7 +185,9 @@ def _float64(
     return _add(Register(name, address, Kind.FLOAT64, 8, default, writable, low, high, saved=writable))
 
 
-def _string(name: str, address: int, length: int, default: RegisterValue, *, writable: bool = False) -> Register:
+def _string(
+    name: str, address: int, length: int, default: RegisterValue, *, writable: bool = False
+) -> Register:
     return _add(Register(name, address, Kind.STRING, length, default, writable))
 
 
@@ -205,9 +212,7 @@ TIMESTAMP_RESET = _command("TimestampReset", 0x100128)
 TIMESTAMP_LATCH_VALUE = _int64("TimestampLatchValue", 0x100130)
 DEVICE_LINK_SPEED = _int64("DeviceLinkSpeed", 0x100138, 1_250_000_000)
 LINK_THROUGHPUT_LIMIT_MODE = _switch("DeviceLinkThroughputLimitMode", 0x100140)
-LINK_THROUGHPUT_LIMIT = _int64(
-    "DeviceLinkThroughputLimit", 0x100148, 1_250_000_000, 1_000_000, 1_250_000_000
-)
+LINK_THROUGHPUT_LIMIT = _int64("DeviceLinkThroughputLimit", 0x100148, 1_250_000_000, 1_000_000, 1_250_000_000)
 LINK_CURRENT_THROUGHPUT = _int64("DeviceLinkCurrentThroughput", 0x100150)
 
 # -- ImageFormatControl --------------------------------------------------------------------------
@@ -297,7 +302,9 @@ CHUNK_ENABLE = tuple(
 EVENT_SELECTOR = _choice("EventSelector", 0x100800, Event.FRAME_START)
 TEST_EVENT_GENERATE = _command("TestEventGenerate", 0x100804)
 EVENT_NOTIFICATION = tuple(
-    _switch(f"EventNotification[{event}]" if event else "EventNotification", 0x100810 + 4 * event, saved=False)
+    _switch(
+        f"EventNotification[{event}]" if event else "EventNotification", 0x100810 + 4 * event, saved=False
+    )
     for event in Event
 )
 

@@ -84,19 +84,27 @@ def studio_picture() -> NDArray[np.uint16]:
     for x, y in ((360, 330), (width - 360, 330), (360, height - 330), (width - 360, height - 330)):
         _siemens_star(grey, (x, y), 150)
         cv2.circle(grey, (x, y), 190, 0.75, 6, cv2.LINE_AA)
-    cv2.putText(grey, "grabbergui", (centre[0] - 10, centre[1] + 205), cv2.FONT_HERSHEY_DUPLEX, 2.6, 0.95, 5, cv2.LINE_AA)
-    picture = np.repeat(grey[:, :, None], 3, axis=2)
+    cv2.putText(
+        grey,
+        "grabbergui",
+        (centre[0] - 10, centre[1] + 205),
+        cv2.FONT_HERSHEY_DUPLEX,
+        2.6,
+        0.95,
+        5,
+        cv2.LINE_AA,
+    )
+    picture = np.stack([grey * (UNIT * answer) + 0.5 for answer in ILLUMINANT], axis=2).astype(np.uint16)
     _colour_patches(picture, (centre[0] - 480, centre[1] + 370), 96)
-    picture *= np.array(ILLUMINANT, np.float32) * UNIT
-    return np.clip(picture + 0.5, 0, 65535).astype(np.uint16)
+    return picture
 
 
 def _gradient(height: int, width: int) -> NDArray[np.float32]:
     """Grey from dark to bright along the diagonal, with a soft spot of light."""
-    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
-    diagonal = (x / width + y / height) / 2
-    spot = np.exp(-(((x - 0.66 * width) / (0.22 * width)) ** 2 + ((y - 0.36 * height) / (0.22 * height)) ** 2))
-    gradient: NDArray[np.float32] = (0.06 + 0.62 * diagonal + 0.18 * spot).astype(np.float32)
+    x = np.arange(width, dtype=np.float32) / width
+    y = np.arange(height, dtype=np.float32)[:, None] / height
+    spot_x, spot_y = np.exp(-(((x - 0.66) / 0.22) ** 2)), np.exp(-(((y - 0.36) / 0.22) ** 2))
+    gradient: NDArray[np.float32] = (0.06 + 0.31 * (x + y) + 0.18 * spot_x * spot_y).astype(np.float32)
     return gradient
 
 
@@ -133,7 +141,9 @@ def _line_pairs(grey: NDArray[np.float32], corner: tuple[int, int]) -> None:
         x += 84
 
 
-def _checkerboard(grey: NDArray[np.float32], corner: tuple[int, int], size: int, fields: tuple[int, int]) -> None:
+def _checkerboard(
+    grey: NDArray[np.float32], corner: tuple[int, int], size: int, fields: tuple[int, int]
+) -> None:
     x, y = corner
     columns, rows = fields
     board = (np.indices((rows, columns)).sum(axis=0) % 2).astype(np.float32)
@@ -147,8 +157,8 @@ _PATCHES = (
 "Reflectances in red, green and blue."
 
 
-def _colour_patches(picture: NDArray[np.float32], corner: tuple[int, int], size: int) -> None:
+def _colour_patches(picture: NDArray[np.uint16], corner: tuple[int, int], size: int) -> None:
     x, y = corner
     for patch in _PATCHES:
-        picture[y : y + size, x : x + size] = patch
+        picture[y : y + size, x : x + size] = np.multiply(patch, ILLUMINANT) * UNIT
         x += size

@@ -38,7 +38,9 @@ class Sensor:
         self._still_key: tuple[Any, ...] | None = None
         self._still = np.empty(0, np.uint8)
 
-    def render(self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[np.uint8]) -> NDArray[Any]:
+    def render(
+        self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[np.uint8]
+    ) -> NDArray[Any]:
         """Fill `out` (at least the image's bytes) and return the picture's values before packing.
 
         The values are (height, width) for mono and Bayer, (height, width, 3) R G B for colour formats, uint8
@@ -129,7 +131,10 @@ class _Prepared:
             self._picture = _prepare(view.picture, optics, kind)
             self._scene_picture, self._key = view.picture, key
         rows, columns = view.picture.shape[:2]
-        x = _start(view.x, columns, SENSOR_WIDTH, optics.binning_horizontal, optics.reverse_x) + settings.offset_x
+        x = (
+            _start(view.x, columns, SENSOR_WIDTH, optics.binning_horizontal, optics.reverse_x)
+            + settings.offset_x
+        )
         y = _start(view.y, rows, SENSOR_HEIGHT, optics.binning_vertical, optics.reverse_y) + settings.offset_y
         return self._picture[y : y + settings.height, x : x + settings.width]
 
@@ -150,18 +155,16 @@ def _prepare(picture: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[
     if horizontal > 1 or vertical > 1:
         rows, columns = picture.shape[0] // vertical, picture.shape[1] // horizontal
         picture = np.ascontiguousarray(picture[: rows * vertical, : columns * horizontal])
-        picture = cv2.resize(picture, (columns, rows), interpolation=cv2.INTER_AREA)
-    picture = np.ascontiguousarray(picture)
-    if kind == Family.MONO.value:
-        prepared = cv2.transform(picture, _LUMINANCE)
-    elif kind == Family.RGB.value:
-        prepared = cv2.multiply(picture, (*optics.ratios, 0.0))
-    else:
-        prepared = patterns.mosaic(cv2.multiply(picture, (*optics.ratios, 0.0)), kind)
+        picture = np.asarray(cv2.resize(picture, (columns, rows), interpolation=cv2.INTER_AREA), np.uint16)
+    colours = _LUMINANCE if kind == Family.MONO.value else np.diag(optics.ratios).astype(np.float32)
+    prepared: NDArray[Any] = cv2.transform(np.ascontiguousarray(picture), colours)
+    if prepared.ndim == 3 and kind != Family.RGB.value:
+        prepared = patterns.mosaic(prepared, kind)
     if optics.gamma == 1.0:
         return prepared
     curve = (np.arange(65536) / UNIT) ** optics.gamma * UNIT
-    return np.clip(curve + 0.5, 0, 65535).astype(np.uint16)[prepared]
+    shaped: NDArray[np.uint16] = np.clip(curve + 0.5, 0, 65535).astype(np.uint16)[prepared]
+    return shaped
 
 
 class _Noise:

@@ -1,0 +1,100 @@
+"""Automatic exposure, gain and white balance: from one picture to the next settings.
+
+All work on what the picture shows, as a camera does, and settle within a few frames: the sensor is linear,
+so one picture that is neither black nor white tells the right exposure at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.pfnc import Family
+from grabbergui.driver.sim.settings import FrameSettings
+
+BRIGHTNESS_TOLERANCE = 0.01
+"Difference from the target, as a part of white, that is good enough."
+BALANCE_TOLERANCE = 0.01
+_STRONGEST_STEP = 8.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Between what a value may be regulated; no room where its automatic mode is off."""
+
+    low: float
+    high: float
+
+    def clip(self, value: float) -> float:
+        """The nearest value inside."""
+        return min(max(value, self.low), self.high)
+
+
+def brightness(values: NDArray[Any], depth: int) -> float:
+    """Mean of a picture's values, 0 to 1."""
+    height, width = values.shape[:2]
+    step = 7  # odd, so that it falls on all sites of a Bayer pattern
+    sample = values[:: step if height > 256 else 1, :: step if width > 256 else 1]
+    return float(sample.mean()) / ((1 << depth) - 1)
+
+
+def correction(measured: float, target: float, settings: FrameSettings) -> float:
+    """By what the light has to be multiplied to reach the target; 1.0 where it is near enough."""
+    if abs(measured - target) < BRIGHTNESS_TOLERANCE:
+        return 1.0
+    black = settings.black_level / 255
+    ratio: float = (max(target - black, 0.01) / max(measured - black, 1e-3)) ** (1 / settings.optics.gamma)
+    return min(max(ratio, 1 / _STRONGEST_STEP), _STRONGEST_STEP)
+
+
+def share_light(
+    factor: float, exposure_us: float, gain_db: float, exposures: Limits, gains: Limits
+) -> tuple[float, float]:
+    """Spread a change of light over exposure time and gain, exposure first, gain as low as can be."""
+    light = factor * exposure_us * 10 ** (gain_db / 20)
+    exposure = exposures.clip(light / 10 ** (gains.low / 20))
+    gain = gains.clip(20 * float(np.log10(max(light, 1e-9) / exposure)))
+    # What gain could not take (it is at its limit) goes back to the exposure.
+    exposure = exposures.clip(light / 10 ** (gain / 20))
+    return exposure, gain
+
+
+def balance(values: NDArray[Any], settings: FrameSettings) -> tuple[float, float] | None:
+    """By what red and blue have to be multiplied so that grey is grey; None where nothing can be told.
+
+    The median of the pixels' ratios is grey's as long as half of the picture is; saturated and dark
+    pixels have no say.
+    """
+    pixel_format = settings.pixel_format
+    black = settings.black_level / 255 * ((1 << pixel_format.depth) - 1)
+    white = (1 << pixel_format.depth) - 1
+    red, green, blue = (plane.astype(np.float32) for plane in _planes(values, settings))
+    usable = np.ones(red.shape, bool)
+    for plane in (red, green, blue):
+        usable &= (plane > black + 0.04 * white) & (plane < 0.97 * white)
+    if np.count_nonzero(usable) < 64:
+        return None
+    red, green, blue = (plane[usable] - black for plane in (red, green, blue))
+    inverse = 1 / settings.optics.gamma
+    return float(np.median(green / red)) ** inverse, float(np.median(green / blue)) ** inverse
+
+
+def _planes(values: NDArray[Any], settings: FrameSettings) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Red, green and blue of some of the pixels."""
+    if settings.pixel_format.family is not Family.BAYER:
+        sample = values[::8, ::8]
+        return sample[:, :, 0], sample[:, :, 1], sample[:, :, 2]
+    order = settings.pixel_format.order
+    step = 8
+    site = {
+        "RG": ((0, 0), (0, 1), (1, 1)),
+        "GR": ((0, 1), (0, 0), (1, 0)),
+        "GB": ((1, 0), (0, 0), (0, 1)),
+        "BG": ((1, 1), (0, 1), (0, 0)),
+    }[order]
+    rows, columns = values.shape[0] & ~1, values.shape[1] & ~1
+    red, green, blue = (values[row:rows:step, column:columns:step] for row, column in site)
+    return red, green, blue

@@ -1,0 +1,158 @@
+"""The simulated camera in this process, without a transport: `sim:`."""
+
+from __future__ import annotations
+
+import struct
+import threading
+import time
+from collections.abc import Callable
+
+from grabbergui.core.buffers import BufferPool
+from grabbergui.core.errors import DeviceLostError, DeviceStatusError, LocalProtocolError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import RateMeter
+from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.sim import chunks
+from grabbergui.driver.sim.description import camera_xml
+from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
+from grabbergui.driver.sim.model import CameraModel, FramePlan
+from grabbergui.driver.sim.registers import EVENT_ID_BASE, Event
+
+_STATUS = {
+    Refusal.INVALID_ADDRESS: 0x8003,
+    Refusal.WRITE_PROTECT: 0x8004,
+    Refusal.BAD_ALIGNMENT: 0x8005,
+    Refusal.INVALID_PARAMETER: 0x8002,
+    Refusal.ACCESS_DENIED: 0x8006,
+}
+"GVCP's codes, for want of any of our own."
+
+_POLL_S = 0.1
+_EVENT = struct.Struct(">HHHHQqq")
+"""GVCP's EVENTDATA entry: reserved, id, stream channel, block id, timestamp; then our data: frame id,
+timestamp."""
+_NO_CHANNEL = 0xFFFF
+
+
+class SimulatedDevice(Device):
+    """A `CameraModel` as a device. Its frames are rendered straight into the pool's buffers."""
+
+    def __init__(self, info: DeviceInfo, model: CameraModel) -> None:
+        self.info = info
+        self.model = model
+        self._open = False
+        self._granted = Access.MONITOR
+        self._running = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._statistics = StreamStatistics()
+        self._rate = RateMeter()
+
+    def open(self, access: Access) -> Access:
+        """Connect; nobody else can hold it, so what is asked for is granted."""
+        self._open = True
+        self._granted = access
+        self.model.on_event = self._tell_event
+        return access
+
+    def close(self) -> None:
+        """Stop the acquisition and disconnect."""
+        self.close_stream()
+        if self._granted is Access.CONTROL:
+            self.model.stop()
+        self.model.on_event = None
+        self._open = False
+
+    def read(self, address: int, length: int) -> bytes:
+        """Register bytes."""
+        self._require_open()
+        try:
+            return self.model.read(address, length)
+        except RegisterRefusedError as error:
+            raise DeviceStatusError(f"the camera refused to read: {error}", _STATUS[error.reason]) from error
+
+    def write(self, address: int, data: bytes) -> None:
+        """Write registers."""
+        self._require_open()
+        try:
+            self.model.write(address, data)
+        except RegisterRefusedError as error:
+            raise DeviceStatusError(f"the camera refused to write: {error}", _STATUS[error.reason]) from error
+
+    def description(self) -> bytes:
+        """The GenICam XML."""
+        return camera_xml()
+
+    def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        """Start the thread that renders and delivers."""
+        if self._thread is not None:
+            raise LocalProtocolError("the simulated camera's stream is open already")
+        self._statistics = StreamStatistics()
+        self._rate.clear()
+        # The first look draws the scene, which must not make the first frames late.
+        self.model.sensor.scene.view(0)
+        self._running.set()
+        pool = BufferPool(max(request.payload_size, 1))
+        self._thread = threading.Thread(
+            target=self._stream, args=(pool, deliver), name="simulated camera", daemon=True
+        )
+        self._thread.start()
+
+    def close_stream(self) -> None:
+        """Stop the thread; waits until it is gone."""
+        self._running.clear()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def stream_statistics(self) -> StreamStatistics:
+        """A snapshot of the counters."""
+        snapshot = StreamStatistics(**vars(self._statistics))
+        snapshot.frame_rate, snapshot.bandwidth = self._rate.rates()
+        return snapshot
+
+    def _require_open(self) -> None:
+        if not self._open:
+            raise DeviceLostError("the simulated camera is closed")
+
+    def _stream(self, pool: BufferPool, deliver: Callable[[Frame], None]) -> None:
+        while self._running.is_set():
+            plan = self.model.next_frame(_POLL_S)
+            if plan is None:
+                continue
+            if plan.payload_bytes > pool.size:
+                # The stream was opened for smaller frames, as if packets beyond the buffer were dropped.
+                self._statistics.incomplete += 1
+                continue
+            buffer = pool.take()
+            if buffer is None:
+                self._statistics.underruns += 1
+                continue
+            used = self.model.render(plan, buffer)
+            self._statistics.frames += 1
+            self._statistics.bytes += used
+            self._rate.add(used)
+            frame = self._frame(plan, buffer[:used])
+            del buffer
+            deliver(frame)
+
+    def _frame(self, plan: FramePlan, payload: object) -> Frame:
+        settings = plan.settings
+        return Frame(
+            payload=payload,  # type: ignore[arg-type]
+            width=settings.width,
+            height=settings.height,
+            pixel_format=settings.pixel_format,
+            frame_id=plan.frame_id,
+            timestamp_ns=plan.timestamp_ns,
+            received_ns=time.time_ns() - (self.model.timestamp() - plan.timestamp_ns),
+            offset_x=settings.offset_x,
+            offset_y=settings.offset_y,
+            chunks={chunks.FEATURE[chunk]: value for chunk, value in plan.chunk_values.items()},
+        )
+
+    def _tell_event(self, event: Event, frame_id: int, timestamp: int) -> None:
+        if self.on_event:
+            event_id = EVENT_ID_BASE + event
+            entry = _EVENT.pack(0, event_id, _NO_CHANNEL, frame_id & 0xFFFF, timestamp, frame_id, timestamp)
+            self.on_event(event_id, entry)

@@ -1,0 +1,503 @@
+"""The simulated camera behind its registers, the same whatever transport stands before it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.pfnc import Family, PixelFormat, by_code
+from grabbergui.driver.sim import auto, chunks
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.memory import (
+    Refusal,
+    Register,
+    RegisterMemory,
+    RegisterRefusedError,
+    RegisterValue,
+)
+from grabbergui.driver.sim.registers import Auto, BinningMode, Chunk, Event, TestPattern
+from grabbergui.driver.sim.scene import Scene
+from grabbergui.driver.sim.sensor import Sensor
+from grabbergui.driver.sim.sequencer import Sequencer, Timing
+from grabbergui.driver.sim.settings import FrameSettings, Optics
+from grabbergui.driver.sim.temperature import Thermometer
+
+_FORMAT_REGISTERS = (
+    reg.WIDTH,
+    reg.HEIGHT,
+    reg.BINNING_HORIZONTAL,
+    reg.BINNING_VERTICAL,
+    reg.PIXEL_FORMAT,
+    reg.CHUNK_MODE_ACTIVE,
+    *reg.CHUNK_ENABLE,
+)
+"What decides the payload's size, locked while streaming."
+
+
+@dataclass(frozen=True)
+class FramePlan:
+    """A frame that has been exposed and waits to be rendered."""
+
+    frame_id: int
+    "From 1, anew with each acquisition."
+    timestamp_ns: int
+    "Start of the exposure on the device's clock."
+    settings: FrameSettings
+    chunk_values: dict[Chunk, float]
+    "Empty where chunk mode is off."
+    payload_bytes: int
+
+
+class CameraModel:
+    """Registers that act, and frames that obey them.
+
+    `read` and `write` may be called from any thread; `next_frame` and `render` from one, the stream's.
+    """
+
+    on_event: Callable[[Event, int, int], None] | None = None
+    """Called with event, frame id, timestamp (ns) for events that are on; any thread, without the lock."""
+    on_reset: Callable[[], None] | None = None
+    """Called after DeviceReset, on the writing thread."""
+
+    def __init__(
+        self,
+        *,
+        scene: Scene | None = None,
+        power_on: Mapping[Register, RegisterValue] | None = None,
+        clock: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        """Make a camera that has just been switched on.
+
+        `power_on` replaces registers' defaults and becomes the factory's user set; `clock` gives
+        nanoseconds and must advance as real time does where `next_frame` waits.
+        """
+        self.sensor = Sensor(scene)
+        self._clock = clock
+        self._changed = threading.Condition(threading.RLock())
+        self._pending_events: list[tuple[Event, int, int]] = []
+        self._sequencer = Sequencer()
+        self._epoch = clock()
+        self._thermometers = (
+            Thermometer(self._epoch, 16.0, 14.0),
+            Thermometer(self._epoch, 12.0, 7.0),
+        )
+        self.memory = RegisterMemory(reg.ALL)
+        for register, value in (power_on or {}).items():
+            self.memory.set(register, value)
+        self._update_format()
+        self._user_sets = {user_set: self._saved_values() for user_set in reg.UserSet}
+        self._install_hooks()
+
+    # -- the host's side -------------------------------------------------------------------------
+    def read(self, address: int, length: int) -> bytes:
+        """Register bytes. Raises RegisterRefusedError."""
+        with self._changed:
+            return self.memory.read(address, length)
+
+    def write(self, address: int, data: bytes) -> None:
+        """Write registers and do what follows from it. Raises RegisterRefusedError."""
+        try:
+            with self._changed:
+                self.memory.write(address, data)
+                self._changed.notify_all()
+        finally:
+            self._send_events()
+
+    @property
+    def streaming(self) -> bool:
+        """Whether an acquisition runs."""
+        return self._sequencer.running
+
+    def timestamp(self) -> int:
+        """The device's clock, ns since power-on or reset."""
+        return self._clock() - self._epoch
+
+    def stop(self) -> None:
+        """End the acquisition, as when control is lost."""
+        with self._changed:
+            self._stop()
+            self._changed.notify_all()
+
+    def trigger_action(self, at: int | None = None) -> bool:
+        """An action command for signal 1, now or at a device time; whether anything listened."""
+        with self._changed:
+            moment = self._clock() if at is None else at + self._epoch
+            heard = [
+                self._trigger(which, moment)
+                for which in range(len(reg.TRIGGER_SOURCE))
+                if self.memory.integer(reg.TRIGGER_SOURCE[which]) == reg.TriggerSource.ACTION1
+                and self.memory.integer(reg.TRIGGER_MODE[which])
+            ]
+            self._changed.notify_all()
+        self._send_events()
+        return any(heard)
+
+    # -- the stream's side -----------------------------------------------------------------------
+    def next_frame(self, timeout: float) -> FramePlan | None:
+        """Wait until an exposure ends; None after `timeout` seconds without one."""
+        deadline = self._clock() + int(timeout * 1e9)
+        with self._changed:
+            while True:
+                now = self._clock()
+                exposure = int(self.memory.number(reg.EXPOSURE_TIME) * 1000)
+                due = self._sequencer.due(self._timing())
+                if due is not None and due + exposure <= now:
+                    plan = self._take(now - exposure)
+                    break
+                if now >= deadline:
+                    return None
+                wake = deadline if due is None else min(deadline, due + exposure)
+                self._changed.wait((wake - now) * 1e-9)
+        self._send_events()
+        return plan
+
+    def render(self, plan: FramePlan, out: NDArray[np.uint8]) -> int:
+        """Write a frame's payload into `out`, let the automatic modes see it; returns its length."""
+        values = self.sensor.render(plan.settings, plan.frame_id, plan.timestamp_ns, out)
+        self._regulate(plan.settings, values)
+        if not plan.chunk_values:
+            return plan.settings.image_bytes
+        little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
+        return chunks.append(out, plan.settings.image_bytes, plan.chunk_values, little_endian=little)
+
+    def _take(self, now: int) -> FramePlan | None:
+        taken = self._sequencer.take(self._timing(), now)
+        if taken is None:
+            return None
+        frame_id, start = taken
+        settings, timestamp = self._settings(), start - self._epoch
+        values = {
+            Chunk.FRAME_ID: frame_id,
+            Chunk.TIMESTAMP: timestamp,
+            Chunk.EXPOSURE_TIME: settings.exposure_us,
+            Chunk.GAIN: settings.gain_db,
+        }
+        chosen = {chunk: values[chunk] for chunk in self._active_chunks()}
+        if self._sequencer.finished:
+            self._stop()
+        self._queue_event(Event.FRAME_START, frame_id, timestamp)
+        self._queue_event(Event.EXPOSURE_END, frame_id, timestamp + int(settings.exposure_us * 1000))
+        return FramePlan(frame_id, timestamp, settings, chosen, self.memory.integer(reg.PAYLOAD_SIZE))
+
+    # -- settings --------------------------------------------------------------------------------
+    def _pixel_format(self) -> PixelFormat:
+        return by_code(self.memory.integer(reg.PIXEL_FORMAT))
+
+    def _settings(self) -> FrameSettings:
+        memory = self.memory
+        pixel_format = self._pixel_format()
+        red, green, blue = (memory.number(ratio) for ratio in reg.BALANCE_RATIO)
+        optics = Optics(
+            memory.integer(reg.BINNING_HORIZONTAL),
+            memory.integer(reg.BINNING_VERTICAL),
+            bool(memory.integer(reg.REVERSE_X)),
+            bool(memory.integer(reg.REVERSE_Y)),
+            memory.number(reg.GAMMA),
+            (1.0, 1.0, 1.0) if pixel_format.family is Family.MONO else (red, green, blue),
+        )
+        return FrameSettings(
+            memory.integer(reg.WIDTH),
+            memory.integer(reg.HEIGHT),
+            memory.integer(reg.OFFSET_X),
+            memory.integer(reg.OFFSET_Y),
+            pixel_format,
+            optics,
+            memory.number(reg.EXPOSURE_TIME),
+            memory.integer(reg.GAIN_RAW) / 100,
+            memory.number(reg.BLACK_LEVEL),
+            TestPattern(memory.integer(reg.TEST_PATTERN)),
+            (
+                BinningMode(memory.integer(reg.BINNING_HORIZONTAL_MODE)),
+                BinningMode(memory.integer(reg.BINNING_VERTICAL_MODE)),
+            ),
+        )
+
+    def _active_chunks(self) -> tuple[Chunk, ...]:
+        if not self.memory.integer(reg.CHUNK_MODE_ACTIVE):
+            return ()
+        return tuple(
+            chunk
+            for chunk in Chunk
+            if chunk is not Chunk.IMAGE and self.memory.integer(reg.CHUNK_ENABLE[chunk])
+        )
+
+    def _fastest_rate(self) -> float:
+        """Frames per second that exposure, readout and link allow; the XML has the same formula."""
+        memory = self.memory
+        exposed = memory.number(reg.EXPOSURE_TIME) + reg.EXPOSURE_OVERHEAD_US
+        lines = memory.integer(reg.HEIGHT) * memory.integer(reg.BINNING_VERTICAL)
+        slowest = max(exposed, lines * reg.LINE_TIME_US + reg.FRAME_OVERHEAD_US)
+        if memory.integer(reg.LINK_THROUGHPUT_LIMIT_MODE):
+            payload = memory.integer(reg.PAYLOAD_SIZE)
+            slowest = max(slowest, payload * 1e6 / memory.integer(reg.LINK_THROUGHPUT_LIMIT))
+        return min(1e6 / slowest, reg.FASTEST_RATE)
+
+    def _asked_rate(self) -> float:
+        return min(float(self.memory.stored(reg.FRAME_RATE)), self._fastest_rate())
+
+    def _resulting_rate(self) -> float:
+        enabled = self.memory.integer(reg.FRAME_RATE_ENABLE)
+        return self._asked_rate() if enabled else self._fastest_rate()
+
+    def _timing(self) -> Timing:
+        frame, burst = (bool(self.memory.integer(mode)) for mode in reg.TRIGGER_MODE)
+        # A trigger sets the pace itself; only the sensor bounds it.
+        rate = self._fastest_rate() if frame else self._resulting_rate()
+        return Timing(int(1e9 / rate), (frame, burst), self.memory.integer(reg.BURST_FRAME_COUNT))
+
+    # -- what registers do -----------------------------------------------------------------------
+    def _install_hooks(self) -> None:
+        memory = self.memory
+        for register in _FORMAT_REGISTERS:
+            memory.on_check(register, self._check_unlocked(register))
+            memory.on_written(register, self._update_format)
+        memory.on_check(reg.OFFSET_X, self._check_offset(reg.OFFSET_X, reg.WIDTH, reg.WIDTH_MAX))
+        memory.on_check(reg.OFFSET_Y, self._check_offset(reg.OFFSET_Y, reg.HEIGHT, reg.HEIGHT_MAX))
+        for which, register in enumerate(reg.DEVICE_TEMPERATURE):
+            thermometer = self._thermometers[which]
+            memory.on_read(register, partial(self._temperature, thermometer))
+        memory.on_read(reg.FRAME_RATE, self._asked_rate)
+        memory.on_read(reg.RESULTING_FRAME_RATE, self._resulting_rate)
+        memory.on_read(
+            reg.LINK_CURRENT_THROUGHPUT,
+            lambda: int(self._resulting_rate() * memory.integer(reg.PAYLOAD_SIZE)),
+        )
+        memory.on_check(reg.FRAME_RATE, self._check_frame_rate)
+        for register, wanted in ((reg.EXPOSURE_TIME, reg.EXPOSURE_AUTO), (reg.GAIN_RAW, reg.GAIN_AUTO)):
+            memory.on_check(register, self._check_manual(register, wanted))
+        for register in reg.BALANCE_RATIO:
+            memory.on_check(register, self._check_manual(register, reg.BALANCE_WHITE_AUTO))
+        self._command(reg.ACQUISITION_START, self._start)
+        self._command(reg.ACQUISITION_STOP, self._stop)
+        for which, register in enumerate(reg.TRIGGER_SOFTWARE):
+            self._command(register, partial(self._software_trigger, which))
+        self._command(reg.TIMESTAMP_LATCH, lambda: memory.set(reg.TIMESTAMP_LATCH_VALUE, self.timestamp()))
+        self._command(reg.TIMESTAMP_RESET, self._reset_timestamp)
+        self._command(reg.DEVICE_RESET, self._reset)
+        self._command(reg.USER_SET_LOAD, self._load_user_set)
+        self._command(reg.USER_SET_SAVE, self._save_user_set)
+        self._command(
+            reg.TEST_EVENT_GENERATE,
+            lambda: self._queue_event(Event.TEST, self._sequencer.frames_taken, self.timestamp()),
+        )
+
+    def _command(self, register: Register, execute: Callable[[], object]) -> None:
+        def check(value: RegisterValue) -> RegisterValue:
+            if value:
+                execute()
+            return 0
+
+        self.memory.on_check(register, check)
+
+    def _temperature(self, thermometer: Thermometer) -> float:
+        return thermometer.read(self._clock())
+
+    def _check_unlocked(self, register: Register) -> Callable[[RegisterValue], None]:
+        def check(value: RegisterValue) -> None:
+            if self.streaming or self.memory.integer(reg.TL_PARAMS_LOCKED):
+                raise RegisterRefusedError(
+                    Refusal.ACCESS_DENIED, f"{register.name} is locked while streaming"
+                )
+            limit = {reg.WIDTH: reg.WIDTH_MAX, reg.HEIGHT: reg.HEIGHT_MAX}.get(register)
+            if limit is not None and int(value) > self.memory.integer(limit):
+                raise RegisterRefusedError(
+                    Refusal.INVALID_PARAMETER, f"{register.name} of {value} is too large"
+                )
+
+        return check
+
+    def _check_offset(
+        self, offset: Register, size: Register, limit: Register
+    ) -> Callable[[RegisterValue], None]:
+        def check(value: RegisterValue) -> None:
+            if int(value) + self.memory.integer(size) > self.memory.integer(limit):
+                raise RegisterRefusedError(
+                    Refusal.INVALID_PARAMETER, f"{offset.name} of {value} is too large"
+                )
+
+        return check
+
+    def _check_frame_rate(self, value: RegisterValue) -> None:
+        if float(value) > self._fastest_rate() * (1 + 1e-9):
+            raise RegisterRefusedError(Refusal.INVALID_PARAMETER, f"frame rate of {value} Hz is too fast")
+
+    def _check_manual(self, register: Register, automatic: Register) -> Callable[[RegisterValue], None]:
+        def check(value: RegisterValue) -> None:
+            if self.memory.integer(automatic):
+                raise RegisterRefusedError(
+                    Refusal.ACCESS_DENIED, f"{register.name} is set by {automatic.name}"
+                )
+
+        return check
+
+    def _update_format(self) -> None:
+        """Recompute all that follows from size, binning and pixel format."""
+        memory = self.memory
+        axes = (
+            (reg.SENSOR_WIDTH, reg.BINNING_HORIZONTAL, reg.WIDTH_MAX, reg.WIDTH, reg.OFFSET_X),
+            (reg.SENSOR_HEIGHT, reg.BINNING_VERTICAL, reg.HEIGHT_MAX, reg.HEIGHT, reg.OFFSET_Y),
+        )
+        for sensor, binning, limit, size, offset in axes:
+            most = sensor // memory.integer(binning)
+            smallest = int(size.minimum or 0)
+            most -= (most - smallest) % size.step
+            memory.set(limit, most)
+            memory.set(size, min(memory.integer(size), most))
+            # An offset gives way to a larger picture.
+            room = most - memory.integer(size)
+            memory.set(offset, min(memory.integer(offset), room - room % reg.OFFSET_STEP))
+        pixel_format = self._pixel_format()
+        memory.set(reg.IS_COLOR, int(pixel_format.family is not Family.MONO))
+        colour_filter = reg.ColorFilter.NONE
+        if pixel_format.family is Family.BAYER:
+            colour_filter = reg.ColorFilter[f"BAYER_{pixel_format.order}"]
+        memory.set(reg.PIXEL_COLOR_FILTER, colour_filter)
+        image = pixel_format.image_bytes(memory.integer(reg.WIDTH), memory.integer(reg.HEIGHT))
+        memory.set(reg.PAYLOAD_SIZE, image + chunks.extra_bytes(self._active_chunks()))
+
+    # -- acquisition -----------------------------------------------------------------------------
+    def _start(self) -> None:
+        if self.streaming:
+            return
+        mode = self.memory.integer(reg.ACQUISITION_MODE)
+        frames = {
+            reg.AcquisitionMode.SINGLE_FRAME: 1,
+            reg.AcquisitionMode.MULTI_FRAME: self.memory.integer(reg.ACQUISITION_FRAME_COUNT),
+        }.get(reg.AcquisitionMode(mode))
+        self._sequencer.start(self._clock(), frames)
+        self.memory.set(reg.TL_PARAMS_LOCKED, 1)
+        for thermometer in self._thermometers:
+            thermometer.set_streaming(True, self._clock())
+
+    def _stop(self) -> None:
+        if not self.streaming:
+            return
+        self._sequencer.stop()
+        self.memory.set(reg.TL_PARAMS_LOCKED, 0)
+        for thermometer in self._thermometers:
+            thermometer.set_streaming(False, self._clock())
+
+    def _software_trigger(self, which: int) -> None:
+        source = self.memory.integer(reg.TRIGGER_SOURCE[which])
+        if not self.memory.integer(reg.TRIGGER_MODE[which]) or source != reg.TriggerSource.SOFTWARE:
+            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the software trigger is off")
+        self._trigger(which, self._clock())
+
+    def _trigger(self, which: int, moment: int) -> bool:
+        delay = int(self.memory.number(reg.TRIGGER_DELAY[which]) * 1000)
+        taken = self._sequencer.trigger(which, moment + delay)
+        if not taken and self.streaming:
+            self._queue_event(Event.FRAME_TRIGGER_MISSED, self._sequencer.frames_taken, self.timestamp())
+        return taken
+
+    # -- user sets, reset, events ----------------------------------------------------------------
+    def _saved_values(self) -> dict[Register, RegisterValue]:
+        return {register: self.memory.stored(register) for register in reg.ALL if register.saved}
+
+    def _load_user_set(self) -> None:
+        if self.streaming:
+            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "user sets cannot be loaded while streaming")
+        self._apply_user_set(reg.UserSet(self.memory.integer(reg.USER_SET_SELECTOR)))
+
+    def _apply_user_set(self, user_set: reg.UserSet) -> None:
+        for register, value in self._user_sets[user_set].items():
+            self.memory.set(register, value)
+        self._update_format()
+
+    def _save_user_set(self) -> None:
+        selected = reg.UserSet(self.memory.integer(reg.USER_SET_SELECTOR))
+        if selected is reg.UserSet.DEFAULT:
+            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the factory's user set cannot be overwritten")
+        self._user_sets[selected] = self._saved_values()
+
+    def _reset_timestamp(self) -> None:
+        self._epoch = self._clock()
+
+    def _reset(self) -> None:
+        self._stop()
+        self._apply_user_set(reg.UserSet(self.memory.integer(reg.USER_SET_DEFAULT)))
+        for register in reg.EVENT_NOTIFICATION:
+            self.memory.set(register, 0)
+        self._reset_timestamp()
+        if self.on_reset:
+            self.on_reset()
+
+    def _queue_event(self, event: Event, frame_id: int, timestamp: int) -> None:
+        if self.memory.integer(reg.EVENT_NOTIFICATION[event]):
+            self._pending_events.append((event, frame_id, timestamp))
+
+    def _send_events(self) -> None:
+        """Tell queued events, outside the lock so that a listener may read registers."""
+        while self._pending_events:
+            with self._changed:
+                events, self._pending_events = self._pending_events, []
+            for event in events:
+                if self.on_event:
+                    self.on_event(*event)
+
+    # -- automatic modes -------------------------------------------------------------------------
+    def _regulate(self, settings: FrameSettings, values: NDArray[Any]) -> None:
+        """Let the automatic modes look at a picture and set registers for the next ones."""
+        if settings.test_pattern not in (TestPattern.OFF, TestPattern.FRAME_COUNTER):
+            return
+        memory = self.memory
+        exposure_mode, gain_mode = memory.integer(reg.EXPOSURE_AUTO), memory.integer(reg.GAIN_AUTO)
+        if exposure_mode or gain_mode:
+            factor = auto.correction(
+                auto.brightness(values, settings.pixel_format.depth),
+                memory.number(reg.AUTO_TARGET_BRIGHTNESS),
+                settings,
+            )
+            self._set_light(settings, factor)
+        if memory.integer(reg.BALANCE_WHITE_AUTO) and settings.pixel_format.family is not Family.MONO:
+            self._set_balance(settings, auto.balance(values, settings))
+
+    def _set_light(self, settings: FrameSettings, factor: float) -> None:
+        with self._changed:
+            memory = self.memory
+            exposure, gain = settings.exposure_us, settings.gain_db
+            exposures, gains = auto.Limits(exposure, exposure), auto.Limits(gain, gain)
+            if memory.integer(reg.EXPOSURE_AUTO):
+                exposures = auto.Limits(
+                    memory.number(reg.AUTO_EXPOSURE_LOWER), memory.number(reg.AUTO_EXPOSURE_UPPER)
+                )
+            if memory.integer(reg.GAIN_AUTO):
+                gains = auto.Limits(memory.number(reg.AUTO_GAIN_LOWER), memory.number(reg.AUTO_GAIN_UPPER))
+            done = factor == 1.0
+            if not done:
+                wanted_exposure, wanted_gain = auto.share_light(factor, exposure, gain, exposures, gains)
+                # At its limits it is as good as it can be.
+                raw_gain = round(wanted_gain * 100)
+                done = wanted_exposure == exposure and raw_gain == round(gain * 100)
+                if memory.integer(reg.EXPOSURE_AUTO):
+                    memory.set(reg.EXPOSURE_TIME, wanted_exposure)
+                if memory.integer(reg.GAIN_AUTO):
+                    memory.set(reg.GAIN_RAW, raw_gain)
+            if done:
+                self._end_once(reg.EXPOSURE_AUTO)
+                self._end_once(reg.GAIN_AUTO)
+
+    def _set_balance(self, settings: FrameSettings, factors: tuple[float, float] | None) -> None:
+        if factors is None:
+            return
+        with self._changed:
+            if all(abs(factor - 1) < auto.BALANCE_TOLERANCE for factor in factors):
+                self._end_once(reg.BALANCE_WHITE_AUTO)
+                return
+            if not self.memory.integer(reg.BALANCE_WHITE_AUTO):
+                return
+            red, _, blue = settings.optics.ratios
+            targets = ((reg.BALANCE_RATIO[0], red * factors[0]), (reg.BALANCE_RATIO[2], blue * factors[1]))
+            for register, ratio in targets:
+                self.memory.set(register, min(max(ratio, register.minimum or 0), register.maximum or ratio))
+
+    def _end_once(self, mode: Register) -> None:
+        if self.memory.integer(mode) == Auto.ONCE:
+            self.memory.set(mode, Auto.OFF)

@@ -1,0 +1,105 @@
+"""`sim:`, the built-in simulated camera as a source.
+
+Options set what the camera wakes up with: `sim:?width=640&height=480&fps=60&pixel_format=BayerRG8`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import SourceNotFoundError, UsageError
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.device import SimulatedDevice
+from grabbergui.driver.sim.memory import Register, RegisterRefusedError, RegisterValue
+from grabbergui.driver.sim.model import CameraModel
+
+
+def discover(timeout: float = 1.0) -> list[DeviceInfo]:
+    """The built-in camera; it is always there."""
+    return [_info(SourceUri("sim"), str(reg.DEVICE_SERIAL_NUMBER.default))]
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """A simulated camera of its own for each call. Raises UsageError, SourceNotFoundError."""
+    # Not at the top: it loads the GenApi runtime, which a server of simulated cameras does without.
+    from grabbergui.driver.camera import Camera
+
+    return Camera(create_device(uri))
+
+
+def create_device(uri: SourceUri) -> SimulatedDevice:
+    """The device alone, with the URI's options as its power-on values."""
+    if uri.name and uri.name != reg.DEVICE_SERIAL_NUMBER.default:
+        raise SourceNotFoundError(
+            f"there is no simulated camera '{uri.name}'; write sim: for the built-in one"
+        )
+    power_on = power_on_values(uri.options)
+    serial = str(power_on.get(reg.DEVICE_SERIAL_NUMBER, reg.DEVICE_SERIAL_NUMBER.default))
+    return SimulatedDevice(_info(uri, serial), CameraModel(power_on=power_on))
+
+
+def _pixel_format(text: str) -> int:
+    try:
+        return pfnc.by_name(text).code
+    except KeyError:
+        raise ValueError("no such pixel format") from None
+
+
+_OPTIONS: dict[str, tuple[Register, Callable[[str], RegisterValue]]] = {
+    "width": (reg.WIDTH, int),
+    "height": (reg.HEIGHT, int),
+    "fps": (reg.FRAME_RATE, float),
+    "pixel_format": (reg.PIXEL_FORMAT, _pixel_format),
+    "exposure": (reg.EXPOSURE_TIME, float),
+    "gain": (reg.GAIN_RAW, lambda text: round(float(text) * 100)),
+    "test_pattern": (reg.TEST_PATTERN, lambda text: reg.TestPattern[_upper(text)]),
+    "serial": (reg.DEVICE_SERIAL_NUMBER, str),
+    "user_id": (reg.DEVICE_USER_ID, str),
+}
+
+
+def _upper(camel: str) -> str:
+    """`GreyHorizontalRamp` to `GREY_HORIZONTAL_RAMP`."""
+    return "".join(f"_{letter}" if letter.isupper() else letter for letter in camel).strip("_").upper()
+
+
+def power_on_values(options: dict[str, str]) -> dict[Register, RegisterValue]:
+    """Options by name to register values. Raises UsageError with what is allowed."""
+    values: dict[Register, RegisterValue] = {}
+    for name, text in options.items():
+        if name not in _OPTIONS:
+            raise UsageError(f"sim: has no option '{name}'; there are {', '.join(_OPTIONS)}")
+        register, convert = _OPTIONS[name]
+        try:
+            value = convert(text)
+            register.check(value)
+        except (ValueError, KeyError, RegisterRefusedError):
+            raise UsageError(f"sim: cannot start with {name}={text}{_allowed(register)}") from None
+        values[register] = value
+    if reg.FRAME_RATE in values:
+        # As fast as was asked for, whatever exposure time the camera leaves the factory with.
+        longest = 1e6 / float(values[reg.FRAME_RATE]) - reg.EXPOSURE_OVERHEAD_US
+        values.setdefault(reg.EXPOSURE_TIME, min(float(reg.EXPOSURE_TIME.default), max(longest, 10.0)))
+    return values
+
+
+def _allowed(register: Register) -> str:
+    if register.minimum is None or register.maximum is None:
+        return ""
+    step = f" in steps of {register.step}" if register.step > 1 else ""
+    return f"; allowed is {register.minimum:g} to {register.maximum:g}{step}"
+
+
+def _info(uri: SourceUri, serial: str) -> DeviceInfo:
+    return DeviceInfo(
+        uri=str(uri),
+        vendor=str(reg.DEVICE_VENDOR_NAME.default),
+        model=str(reg.DEVICE_MODEL_NAME.default),
+        serial=serial,
+        bus="Simulated",
+        version=str(reg.DEVICE_VERSION.default),
+        interface="this process",
+    )
