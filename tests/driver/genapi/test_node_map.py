@@ -1,6 +1,7 @@
 """The node map over a register memory: values, refusals, changes, odd nodes."""
 
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -16,53 +17,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import AccessMode, FeatureKind, Representation, Visibility
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
-XML = b"""<?xml version="1.0" encoding="utf-8"?>
-<RegisterDescription ModelName="Test" VendorName="Acme" StandardNameSpace="None" SchemaMajorVersion="1"
- SchemaMinorVersion="1" SchemaSubMinorVersion="0" MajorVersion="1" MinorVersion="0" SubMinorVersion="0"
- ToolTip="" ProductGuid="0" VersionGuid="0" xmlns="http://www.genicam.org/GenApi/Version_1_1">
- <Category Name="Root"><pFeature>Image</pFeature><pFeature>Odd</pFeature></Category>
- <Category Name="Image"><DisplayName>Image Format</DisplayName>
-  <pFeature>Width</pFeature><pFeature>WidthMax</pFeature><pFeature>Big</pFeature><pFeature>Gain</pFeature>
-  <pFeature>Mode</pFeature><pFeature>Reset</pFeature><pFeature>Hidden</pFeature><pFeature>Absent</pFeature>
- </Category>
- <Category Name="Odd"><pFeature>Broken</pFeature><pFeature>Fine</pFeature></Category>
- <Integer Name="Width"><ToolTip>Columns</ToolTip><pValue>WidthReg</pValue><Min>16</Min><pMax>WidthMax</pMax>
-  <Inc>4</Inc><Unit>px</Unit></Integer>
- <Integer Name="WidthMax"><pValue>WidthMaxReg</pValue></Integer>
- <Integer Name="Big"><pValue>BigReg</pValue><Representation>HexNumber</Representation></Integer>
- <Float Name="Gain"><Visibility>Guru</Visibility><pIsLocked>Lock</pIsLocked><pValue>GainConv</pValue><Min>0.5</Min>
-  <Max>48.25</Max><Unit>dB</Unit><Representation>Logarithmic</Representation></Float>
- <Converter Name="GainConv"><FormulaTo>FROM*100</FormulaTo><FormulaFrom>TO/100</FormulaFrom>
-  <pValue>GainReg</pValue></Converter>
- <Enumeration Name="Mode">
-  <EnumEntry Name="Off"><Value>0</Value></EnumEntry>
-  <EnumEntry Name="On"><DisplayName>Switched on</DisplayName><Value>1</Value></EnumEntry>
-  <EnumEntry Name="Never"><pIsAvailable>Zero</pIsAvailable><Value>2</Value></EnumEntry>
-  <pValue>ModeReg</pValue></Enumeration>
- <Command Name="Reset"><pValue>ResetReg</pValue><CommandValue>1</CommandValue></Command>
- <Integer Name="Hidden"><pIsAvailable>ModeReg</pIsAvailable><pValue>WidthReg</pValue></Integer>
- <Integer Name="Absent"><pIsImplemented>Zero</pIsImplemented><pValue>WidthReg</pValue></Integer>
- <Integer Name="Broken"><pValue>BrokenReg</pValue></Integer>
- <Boolean Name="Fine"><pValue>ModeReg</pValue><OnValue>1</OnValue><OffValue>0</OffValue></Boolean>
- <Integer Name="Zero"><Value>0</Value></Integer>
- <IntReg Name="WidthReg"><Address>0x0</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
-  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="WidthMaxReg"><Address>0x4</Address><Length>4</Length><AccessMode>RO</AccessMode><pPort>Device</pPort>
-  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="BigReg"><Address>0x8</Address><Length>8</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
-  <Sign>Signed</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="GainReg"><Address>0x10</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
-  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="ModeReg"><Address>0x14</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
-  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="ResetReg"><Address>0x18</Address><Length>4</Length><AccessMode>WO</AccessMode><pPort>Device</pPort>
-  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="Lock"><Address>0x1c</Address><Length>4</Length><AccessMode>RW</AccessMode><pPort>Device</pPort>
-  <Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <IntReg Name="BrokenReg"><Address>0xF000</Address><Length>4</Length><AccessMode>RW</AccessMode>
-  <pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
- <Port Name="Device"/>
-</RegisterDescription>"""
+XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_bytes()
 
 
 class Memory(XmlDevice):
@@ -204,7 +159,7 @@ def test_out_of_range_names_the_range(nodes):
 def test_the_cameras_own_refusal_is_told(nodes, memory):
     memory.refuse_writes = True
 
-    with pytest.raises(FeatureError, match="Width=644: the camera answered: .*WRITE_PROTECT"):
+    with pytest.raises(FeatureError, match=r"Width=644: the camera answered: .*WRITE_PROTECT"):
         nodes.write("Width", 644)
 
 
