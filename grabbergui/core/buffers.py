@@ -43,8 +43,8 @@ class BufferPool:
         with self._lock:
             if self._in_use >= self.limit:
                 return None
-            self._in_use += 1
             storage = self._free.pop() if self._free else bytearray(self.size)
+            self._in_use += 1
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
         lease = (ctypes.c_ubyte * self.size).from_buffer(storage)
         weakref.finalize(lease, self._give_back, storage).atexit = False

@@ -39,7 +39,7 @@ _STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
         ((0x00FF_F0FF_00FF_F0FF, 4), (0x0000_0F00_0000_0F00, -8)),
     ),
 }
-"""How four packed pixels become four of 16 bits: two into each half of the word, then one into each quarter."""
+"""How four packed pixels become four of 16 bits: two into each half of the word, one into each quarter."""
 
 _PIXELS_PER_WORD = 4
 _BLOCK = 16384

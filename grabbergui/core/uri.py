@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from urllib.parse import parse_qsl, unquote, urlencode
+from urllib.parse import parse_qsl, quote, unquote, urlencode
 
 from grabbergui.core.errors import UsageError
 
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.ASCII)
+_PLAIN = "/:@,;+=~!$&'()*[]"
+"Signs that a name keeps as they are; a question mark, a blank or a percent sign would be misread."
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class SourceUri:
 
     def __str__(self) -> str:
         query = "?" + urlencode(self.options) if self.options else ""
-        return f"{self.scheme}:{self.name}{query}"
+        slashes = "//" if self.name.startswith("//") else ""  # parsing takes two away
+        return f"{self.scheme}:{slashes}{quote(self.name, safe=_PLAIN)}{query}"
 
     def option(self, name: str, default: str = "") -> str:
         """One option's text."""
