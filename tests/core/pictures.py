@@ -13,7 +13,9 @@ def random_values(pixel_format: PixelFormat, width: int, height: int, seed: int 
     return np.random.default_rng(seed).integers(0, 1 << pixel_format.depth, shape)
 
 
-def encoded(values: np.ndarray, pixel_format: PixelFormat, padding: int = 0, big_endian: bool = False) -> bytes:
+def encoded(
+    values: np.ndarray, pixel_format: PixelFormat, padding: int = 0, big_endian: bool = False
+) -> bytes:
     """The payload of a picture; every line is padded with 0xEE where padding is asked for."""
     if not padding:
         return encoded_run([int(value) for value in values.reshape(-1)], pixel_format, big_endian)

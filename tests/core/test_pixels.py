@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pictures import bayer_colour, encoded, expected_rgb, frame_of, random_values
 
 from grabbergui.core import pfnc, pixels
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import CONVERTIBLE, Family, Layout
-from tests.core.pictures import bayer_colour, encoded, expected_rgb, frame_of, random_values
 
 SIZES = [(16, 6), (13, 5), (6, 7), (3, 3)]
 PACKED = [f for f in CONVERTIBLE if f.layout in (Layout.PACKED_LSB, Layout.PACKED_GIGE)]
@@ -173,7 +173,9 @@ def test_a_format_without_a_picture_names_itself(code):
 
 def reference_value(values, pixel_format, x, y):
     if pixel_format.family is Family.RGB:
-        return tuple(int(values[y, x, pixel_format.order.index(c)]) for c in "RGBa" if c in pixel_format.order)
+        return tuple(
+            int(values[y, x, pixel_format.order.index(c)]) for c in "RGBa" if c in pixel_format.order
+        )
     if pixel_format.family is Family.YUV:
         luma, first = pixel_format.order.index("Y"), x - x % 2
         second = first + 1 if first + 1 < values.shape[1] else first

@@ -2,13 +2,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pictures import frame_of, random_values
 
 from grabbergui.core import pfnc, pixels
 from grabbergui.core.pfnc import CONVERTIBLE, Family
 from grabbergui.core.region import Region
-from tests.core.pictures import frame_of, random_values
 
-regions = st.builds(Region, st.integers(-30, 60), st.integers(-30, 60), st.integers(0, 70), st.integers(0, 70))
+regions = st.builds(
+    Region, st.integers(-30, 60), st.integers(-30, 60), st.integers(0, 70), st.integers(0, 70)
+)
 
 
 @pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)

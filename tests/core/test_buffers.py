@@ -1,0 +1,106 @@
+import gc
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from grabbergui.core.buffers import BufferPool
+from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import by_name
+
+
+def address(array):
+    return array.__array_interface__["data"][0]
+
+
+def test_a_buffer_is_writable_and_of_the_size_asked_for():
+    array = BufferPool(1000).take()
+    array[:] = 7
+    assert array.shape == (1000,) and array.dtype == np.uint8 and array.sum() == 7000
+
+
+def test_a_buffer_comes_back_and_is_used_again():
+    pool = BufferPool(1000)
+    array = pool.take()
+    first = address(array)
+    assert pool.in_use == 1
+    del array
+    assert pool.in_use == 0
+    assert address(pool.take()) == first
+
+
+@pytest.mark.parametrize(
+    "look",
+    [
+        lambda array: array[10:20],
+        lambda array: array[:100].reshape(10, 10)[::2, ::2],
+        lambda array: array.view("<u2")[3:],
+        lambda array: np.ndarray((4, 4), "<u2", array, 1, (17, 2)),
+        lambda array: memoryview(array),
+        lambda array: Frame(array, 10, 10, by_name("Mono8")).mono(),
+    ],
+    ids=["slice", "strided", "other dtype", "ndarray over it", "memoryview", "a frame's picture"],
+)
+def test_it_stays_out_while_any_view_looks_into_it(look):
+    pool = BufferPool(1000)
+    array = pool.take()
+    view = look(array)
+    del array
+    gc.collect()
+    assert pool.in_use == 1
+    del view
+    gc.collect()
+    assert pool.in_use == 0
+
+
+def test_no_more_than_the_limit_are_out():
+    pool = BufferPool(10, limit=3)
+    held = [pool.take() for _ in range(3)]
+    assert pool.take() is None
+    assert len({address(array) for array in held}) == 3
+    held.pop()
+    assert pool.take() is not None
+
+
+def test_a_buffer_may_outlive_its_pool():
+    array = BufferPool(10).take()
+    gc.collect()
+    array[:] = 1
+    assert array.sum() == 10
+
+
+def test_many_threads_take_and_drop():
+    pool = BufferPool(64, limit=8)
+    clashes = []
+
+    def work(mark):
+        for _ in range(500):
+            array = pool.take()
+            if array is None:
+                continue
+            array[:] = mark
+            if (array != mark).any():
+                clashes.append(mark)
+
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(work, range(1, 5)))
+    assert not clashes
+    assert pool.in_use == 0
+
+
+def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
+    """A garbage collection may run the finaliser on the thread that holds the pool's lock."""
+    pool = BufferPool(10)
+    array = pool.take()
+
+    def work():
+        nonlocal array
+        with pool._lock:
+            array = None
+            assert pool.take() is not None
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    thread.join(10)
+    assert not thread.is_alive()

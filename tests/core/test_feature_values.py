@@ -1,0 +1,140 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.errors import FeatureAccessError, FeatureValueError
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    EnumEntry,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    Representation,
+    format_number,
+    format_value,
+)
+
+
+def feature(kind, **fields):
+    return Feature(**{"name": "Knob", "kind": kind, "access": AccessMode.READ_WRITE, **fields})
+
+
+WIDTH = feature(FeatureKind.INTEGER, minimum=16, maximum=2448, increment=16)
+EXPOSURE = feature(FeatureKind.FLOAT, minimum=10.0, maximum=1e6, unit="us")
+MODE = feature(FeatureKind.ENUMERATION, entries=(EnumEntry("Off"), EnumEntry("Once", available=False)))
+
+
+@pytest.mark.parametrize(
+    ("knob", "given_value", "value"),
+    [
+        (WIDTH, 640, 640),
+        (WIDTH, "0x40", 64),
+        (WIDTH, " 64 ", 64),
+        (WIDTH, "6.4e2", 640),
+        (WIDTH, 640.0, 640),
+        (EXPOSURE, "2.5e4", 25000.0),
+        (EXPOSURE, 10, 10.0),
+        (feature(FeatureKind.BOOLEAN), "on", True),
+        (feature(FeatureKind.BOOLEAN), "False", False),
+        (feature(FeatureKind.BOOLEAN), 1, True),
+        (MODE, "Off", "Off"),
+        (feature(FeatureKind.STRING), "blue camera", "blue camera"),
+    ],
+)
+def test_values_and_their_text_are_taken_in_the_features_type(knob, given_value, value):
+    taken = knob.validated(given_value)
+    assert taken == value and type(taken) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("knob", "value", "message"),
+    [
+        (WIDTH, 8, "Knob=8: out of range, allowed is 16 … 2448, step 16"),
+        (WIDTH, 2464, "out of range"),
+        (WIDTH, 650, "nearest allowed is 640 or 656"),
+        (WIDTH, "wide", "not a whole number"),
+        (WIDTH, 16.5, "not a whole number"),
+        (WIDTH, float("nan"), "not a whole number"),
+        (WIDTH, "inf", "not a whole number"),
+        (EXPOSURE, "9.99", "10 … 1000000 us"),
+        (EXPOSURE, "nan", "not a finite number"),
+        (EXPOSURE, "long", "not a number"),
+        (feature(FeatureKind.BOOLEAN), "maybe", "allowed is true or false"),
+        (MODE, "Once", "not available just now, allowed is one of Off"),
+        (MODE, "Twice", "no such entry, allowed is one of Off"),
+        (feature(FeatureKind.STRING, maximum_length=3), "four", "3"),
+        (feature(FeatureKind.COMMAND), 1, "takes no value"),
+    ],
+)
+def test_refusals_say_what_is_allowed(knob, value, message):
+    with pytest.raises(FeatureValueError, match=message) as caught:
+        knob.validated(value)
+    assert caught.value.feature == "Knob"
+
+
+@pytest.mark.parametrize("access", [m for m in AccessMode if not m.writable])
+def test_nothing_is_written_where_nothing_can_be(access):
+    with pytest.raises(FeatureAccessError, match=r"^Knob is "):
+        feature(FeatureKind.FLOAT, access=access).validated(1.0)
+
+
+@given(st.integers(-(2**63), 2**63 - 1))
+def test_64_bit_integers_keep_every_bit(number):
+    knob = feature(FeatureKind.INTEGER, minimum=-(2**63), maximum=2**63 - 1, increment=1)
+    assert knob.validated(number) == number
+    assert knob.validated(format_value(number)) == number
+    assert knob.validated(hex(number)) == number
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_fractions_keep_every_bit(number):
+    assert feature(FeatureKind.FLOAT).validated(format_value(number)) == number
+
+
+@given(st.one_of(st.text(), st.integers(), st.floats(), st.booleans()), st.sampled_from(FeatureKind))
+def test_any_value_is_taken_or_refused(value, kind):
+    knob = feature(kind, minimum=0, maximum=100, increment=3, entries=(EnumEntry("Off"),))
+    try:
+        taken = knob.validated(value)
+    except FeatureValueError:
+        return
+    if kind is FeatureKind.INTEGER:
+        assert isinstance(taken, int) and taken in range(0, 101, 3)
+    elif kind is FeatureKind.FLOAT:
+        assert isinstance(taken, float) and 0 <= taken <= 100
+
+
+@pytest.mark.parametrize(
+    ("fields", "logarithmic"),
+    [
+        ({"minimum": 1, "maximum": 1001}, True),
+        ({"minimum": 1, "maximum": 1000}, False),
+        ({"minimum": 0, "maximum": 1e9}, False),
+        ({"minimum": -1, "maximum": 1e9, "representation": Representation.LOGARITHMIC}, False),
+        ({"minimum": 0, "maximum": 10, "representation": Representation.LOGARITHMIC}, True),
+        ({"minimum": 1, "maximum": 1e9, "representation": Representation.HEX_NUMBER}, False),
+        ({}, False),
+    ],
+)
+def test_sliders_over_more_than_three_decades_are_logarithmic(fields, logarithmic):
+    assert feature(FeatureKind.FLOAT, **fields).logarithmic is logarithmic
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(None, ""), (5, "5"), (5.0, "5"), (0.1, "0.1"), (2**63, str(2**63)), (1e20, "1e+20")]
+)
+def test_numbers_are_short(number, text):
+    assert format_number(number) == text
+
+
+@pytest.mark.parametrize(("value", "text"), [(None, ""), (True, "true"), (0.1, "0.1"), (7, "7"), ("a", "a")])
+def test_values_as_text(value, text):
+    assert format_value(value) == text
+
+
+def test_a_feature_in_two_categories_is_listed_once_depth_first():
+    gain, width = (FeatureDescription(name=n, kind=FeatureKind.INTEGER) for n in ("Gain", "Width"))
+    root = Category("Root", members=(Category("Analog", members=(gain, width)), width, gain))
+    assert [description.name for description in root.descriptions()] == ["Gain", "Width"]
+    assert root.title == "Root" and gain.title == "Gain"

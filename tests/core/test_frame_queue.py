@@ -1,0 +1,150 @@
+import threading
+
+import numpy as np
+import pytest
+
+from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.frame_queue import FrameFanout, FrameQueue, RateMeter
+from grabbergui.core.pfnc import by_name
+
+
+def frame(frame_id):
+    return Frame(np.zeros(1, np.uint8), 1, 1, by_name("Mono8"), frame_id=frame_id)
+
+
+def ids(queue):
+    taken = []
+    while True:
+        try:
+            taken.append(queue.get(0).frame_id)
+        except FrameTimeoutError:
+            return taken
+
+
+def test_frames_come_in_order():
+    queue = FrameQueue(3)
+    for number in range(3):
+        queue.put(frame(number))
+    assert ids(queue) == [0, 1, 2] and queue.dropped == 0
+
+
+def test_a_full_queue_loses_the_oldest_and_counts():
+    queue = FrameQueue(2)
+    for number in range(5):
+        queue.put(frame(number))
+    assert ids(queue) == [3, 4] and queue.dropped == 3
+
+
+def test_a_queue_of_nothing_is_refused():
+    with pytest.raises(ValueError, match="depth 0"):
+        FrameQueue(0)
+
+
+def test_waiting_ends_after_the_timeout():
+    with pytest.raises(FrameTimeoutError, match=r"within 0\.01 s"):
+        FrameQueue().get(0.01)
+
+
+def test_closing_wakes_who_waits_and_forgets_frames():
+    queue = FrameQueue()
+    caught = []
+
+    def wait():
+        try:
+            queue.get(30)
+        except FrameTimeoutError as error:
+            caught.append(str(error))
+
+    threads = [threading.Thread(target=wait) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    queue.close()
+    for thread in threads:
+        thread.join(10)
+    assert caught == ["the stream was closed"] * 3
+    queue.put(frame(1))
+    queue.close()
+    assert queue.closed and ids(queue) == []
+
+
+def test_a_waiting_consumer_gets_the_frame_another_thread_puts():
+    queue = FrameQueue()
+    thread = threading.Thread(target=lambda: queue.put(frame(9)))
+    thread.start()
+    assert queue.get(10).frame_id == 9
+    thread.join()
+
+
+def test_every_frame_put_by_many_threads_is_taken_or_counted():
+    queue = FrameQueue(4)
+    taken = []
+
+    def take():
+        try:
+            while True:
+                taken.append(queue.get(10))
+        except FrameTimeoutError:
+            pass
+
+    taker = threading.Thread(target=take)
+    putters = [threading.Thread(target=lambda: [queue.put(frame(n)) for n in range(300)]) for _ in range(3)]
+    taker.start()
+    for putter in putters:
+        putter.start()
+    for putter in putters:
+        putter.join()
+    rest = len(queue._frames)
+    queue.close()
+    taker.join(10)
+    assert not taker.is_alive()
+    assert 900 - rest <= len(taken) + queue.dropped <= 900
+
+
+def test_the_fanout_reaches_every_open_queue():
+    fanout = FrameFanout()
+    slow, gone, quick = fanout.open_queue(1), fanout.open_queue(), fanout.open_queue(5)
+    gone.close()
+    assert fanout.consumers == 2
+    for number in range(3):
+        fanout.put(frame(number))
+    assert ids(slow) == [2] and ids(quick) == [0, 1, 2] and slow.dropped == 2 and quick.dropped == 0
+    fanout.put(frame(3))
+    fanout.clear()
+    assert ids(quick) == []
+    fanout.close()
+    assert quick.closed and fanout.consumers == 0
+
+
+def test_frame_status():
+    assert frame(1).complete
+    assert not Frame(np.zeros(1, np.uint8), 1, 1, by_name("Mono8"), status=FrameStatus.INCOMPLETE).complete
+
+
+def test_rates_are_right_from_the_second_event_on():
+    meter = RateMeter(window=2)
+    assert meter.rates(now=0) == (0, 0)
+    meter.add(100, now=10.0)
+    assert meter.rates(now=10.0) == (0, 0)
+    meter.add(100, now=10.1)
+    assert meter.rates(now=10.1) == pytest.approx((10, 1000))
+    for step in range(2, 50):
+        meter.add(100, now=10 + step / 10)
+    assert meter.rates(now=14.95) == pytest.approx((10, 1000))
+
+
+def test_a_stalled_stream_slows_down_and_stops():
+    meter = RateMeter(window=2)
+    for step in range(11):
+        meter.add(1, now=step / 10)
+    assert meter.rates(now=1.5)[0] < 10
+    assert meter.rates(now=3.5) == (0, 0)
+
+
+def test_events_of_one_instant_are_no_infinite_rate():
+    meter = RateMeter()
+    meter.add(1, now=5.0)
+    meter.add(1, now=5.0)
+    assert meter.rates(now=5.0) == (0, 0)
+    meter.clear()
+    assert meter.rates(now=5.0) == (0, 0)

@@ -1,0 +1,97 @@
+import pytest
+
+from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureKind
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
+
+NAMES = ("ExposureTime", "ExposureAuto", "Gain")
+
+
+class ThreeKnobs(FrameGrabber):
+    """Just enough of a grabber to ask for features."""
+
+    access = Access.CONTROL
+    streaming = False
+
+    def open(self, access=Access.CONTROL):
+        raise NotImplementedError
+
+    def close(self):
+        self._fanout.close()
+
+    def feature_tree(self):
+        members = tuple(FeatureDescription(name=name, kind=FeatureKind.FLOAT) for name in NAMES)
+        return Category("Root", members=members)
+
+    def has_feature(self, name):
+        return name in NAMES
+
+    def feature(self, name):
+        self._require(name)
+        return Feature(name=name, kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=1.0)
+
+    def write_feature(self, name, value):
+        raise NotImplementedError
+
+    def execute(self, name):
+        raise NotImplementedError
+
+    def start(self, *, keep_trigger=False):
+        raise NotImplementedError
+
+    def stop(self):
+        raise NotImplementedError
+
+    def statistics(self):
+        return StreamStatistics()
+
+
+@pytest.fixture
+def grabber():
+    return ThreeKnobs(DeviceInfo("test:", vendor="Acme", model="Three"))
+
+
+@pytest.mark.parametrize(
+    ("asked", "hint"),
+    [
+        ("exposuretime", "did you mean ExposureTime"),
+        ("ExposureTme", "did you mean ExposureTime"),
+        ("gain", "did you mean Gain"),
+    ],
+)
+def test_a_misspelt_feature_gets_a_suggestion(grabber, asked, hint):
+    with pytest.raises(FeatureNotFoundError, match=f"^Acme Three has no feature {asked}; {hint}") as caught:
+        grabber.feature(asked)
+    assert caught.value.feature == asked
+
+
+def test_a_strange_feature_gets_none(grabber):
+    with pytest.raises(FeatureNotFoundError, match=r"^Acme Three has no feature Zoom$"):
+        grabber.feature("Zoom")
+
+
+def test_all_features_come_in_the_trees_order(grabber):
+    assert [feature.name for feature in grabber.features()] == list(NAMES)
+
+
+def test_queues_end_with_the_grabber(grabber):
+    queue = grabber.open_queue()
+    grabber.close()
+    assert queue.closed
+
+
+@pytest.mark.parametrize(
+    ("info", "title"),
+    [
+        (DeviceInfo("sim:"), "sim:"),
+        (DeviceInfo("sim:", vendor="Acme", model="One"), "Acme One"),
+        (DeviceInfo("sim:", vendor="Acme", user_name="left eye"), "left eye"),
+    ],
+)
+def test_the_title_of_a_source(info, title):
+    assert info.title == title
+    assert info.as_dict()["uri"] == "sim:"
+
+
+def test_statistics_as_json():
+    assert StreamStatistics(frames=3).as_dict()["frames"] == 3

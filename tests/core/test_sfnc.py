@@ -1,0 +1,48 @@
+import pytest
+
+from grabbergui.core import sfnc
+from grabbergui.core.sfnc import Role
+
+
+@pytest.mark.parametrize(
+    ("role", "camera", "found"),
+    [
+        (Role.EXPOSURE, {"ExposureTime", "ExposureTimeAbs"}, "ExposureTime"),
+        (Role.EXPOSURE, {"ExposureTimeAbs", "ExposureTimeRaw"}, "ExposureTimeAbs"),
+        (Role.GAIN, {"GainRaw"}, "GainRaw"),
+        (Role.FRAME_RATE, {"AcquisitionFrameRateAbs"}, "AcquisitionFrameRateAbs"),
+        (Role.GAMMA, {"Gain"}, None),
+    ],
+)
+def test_the_best_name_a_camera_has(role, camera, found):
+    assert role.find(camera.__contains__) == found
+
+
+@pytest.mark.parametrize(
+    ("name", "camera", "auto"),
+    [
+        ("ExposureTime", {"ExposureAuto"}, "ExposureAuto"),
+        ("ExposureTimeRaw", {"ExposureAuto"}, "ExposureAuto"),
+        ("Gain", {"ExposureAuto"}, None),
+        ("Focus", {"FocusAuto"}, "FocusAuto"),
+        ("BalanceRatioAbs", {"BalanceWhiteAuto"}, "BalanceWhiteAuto"),
+    ],
+)
+def test_the_automatic_mode_of_a_feature(name, camera, auto):
+    assert sfnc.automatic_mode_of(name, camera.__contains__) == auto
+
+
+def test_the_enabler_of_the_frame_rate():
+    has = {"AcquisitionFrameRateEnabled"}.__contains__
+    assert sfnc.enabler_of("AcquisitionFrameRate", has) == "AcquisitionFrameRateEnabled"
+    assert sfnc.enabler_of("Gain", has) is None
+
+
+def test_what_a_name_is_for():
+    assert sfnc.role_of("GainRaw") is Role.GAIN
+    assert sfnc.role_of("LineSelector") is None
+
+
+def test_no_name_has_two_roles():
+    names = [name for role in Role for name in role.names]
+    assert len(names) == len(set(names))
