@@ -1,0 +1,158 @@
+"""The bootstrap registers: what every GigE Vision device has at fixed addresses.
+
+Addresses are in bytes; a register is 32 bits, big-endian, unless a length is given. Masks apply to the
+value after decoding (bit 0 = 0x00000001).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+
+GVCP_PORT = 3956
+"UDP port on which a device listens for commands."
+
+IDENTITY_BYTES = 248
+"Registers 0x0000 to 0x00F7 are what a DISCOVERY_ACK carries."
+
+
+class Register(IntEnum):
+    """Addresses of 32-bit registers."""
+
+    VERSION = 0x0000
+    DEVICE_MODE = 0x0004
+    MAC_HIGH = 0x0008
+    MAC_LOW = 0x000C
+    SUPPORTED_IP_CONFIGURATION = 0x0010
+    CURRENT_IP_CONFIGURATION = 0x0014
+    CURRENT_IP = 0x0024
+    CURRENT_SUBNET_MASK = 0x0034
+    CURRENT_GATEWAY = 0x0044
+    PERSISTENT_IP = 0x064C
+    PERSISTENT_SUBNET_MASK = 0x065C
+    PERSISTENT_GATEWAY = 0x066C
+    LINK_SPEED = 0x0670
+    MESSAGE_CHANNELS = 0x0900
+    STREAM_CHANNELS = 0x0904
+    ACTION_SIGNALS = 0x0908
+    ACTION_DEVICE_KEY = 0x090C
+    STREAM_CAPABILITY = 0x092C
+    GVCP_CAPABILITY = 0x0934
+    HEARTBEAT_TIMEOUT_MS = 0x0938
+    TICK_FREQUENCY_HIGH = 0x093C
+    TICK_FREQUENCY_LOW = 0x0940
+    TIMESTAMP_CONTROL = 0x0944
+    TIMESTAMP_HIGH = 0x0948
+    TIMESTAMP_LOW = 0x094C
+    GVCP_CONFIGURATION = 0x0954
+    PENDING_TIMEOUT_MS = 0x0958
+    GVSP_CONFIGURATION = 0x0960
+    CCP = 0x0A00
+    PRIMARY_APPLICATION_PORT = 0x0A04
+    PRIMARY_APPLICATION_IP = 0x0A14
+    MCP = 0x0B00
+    MCDA = 0x0B10
+    MCTT_MS = 0x0B14
+    MCRC = 0x0B18
+    MCSP = 0x0B1C
+
+
+@dataclass(frozen=True)
+class Field:
+    """A run of bytes with a fixed length: a string, padded with zeros."""
+
+    address: int
+    length: int
+
+
+VENDOR = Field(0x0048, 32)
+MODEL = Field(0x0068, 32)
+DEVICE_VERSION = Field(0x0088, 32)
+MANUFACTURER_INFO = Field(0x00A8, 48)
+SERIAL_NUMBER = Field(0x00D8, 16)
+USER_NAME = Field(0x00E8, 16)
+FIRST_URL = Field(0x0200, 512)
+SECOND_URL = Field(0x0400, 512)
+
+
+@dataclass(frozen=True)
+class StreamChannel:
+    """Addresses of one stream channel's registers."""
+
+    index: int = 0
+
+    def _at(self, address: int) -> int:
+        return address + 0x40 * self.index
+
+    @property
+    def port(self) -> int:
+        """SCP: the host's UDP port in 0xFFFF; 0 closes the channel."""
+        return self._at(0x0D00)
+
+    @property
+    def packet_size(self) -> int:
+        """SCPS: bytes of a packet, IP and UDP headers included, and `PacketSizeFlag`."""
+        return self._at(0x0D04)
+
+    @property
+    def packet_delay(self) -> int:
+        """SCPD: pause between packets, in timestamp ticks."""
+        return self._at(0x0D08)
+
+    @property
+    def destination(self) -> int:
+        """SCDA: the IP address that packets go to; may be multicast."""
+        return self._at(0x0D18)
+
+    @property
+    def source_port(self) -> int:
+        """SCSP: the device's UDP port, 0 where it does not say."""
+        return self._at(0x0D1C)
+
+
+class Capability(IntFlag):
+    """GVCP capability, register 0x0934."""
+
+    CONCATENATION = 0x1
+    WRITEMEM = 0x2
+    PACKETRESEND = 0x4
+    EVENT = 0x8
+    EVENTDATA = 0x10
+    PENDING_ACK = 0x20
+    ACTION = 0x40
+    SCHEDULED_ACTION = 0x20000
+    IEEE1588 = 0x80000
+    TEST_DATA = 0x2000000
+    PRIMARY_APPLICATION = 0x8000000
+    HEARTBEAT_DISABLE = 0x20000000
+    SERIAL_NUMBER = 0x40000000
+    USER_NAME = 0x80000000
+
+
+class Control(IntFlag):
+    """Control channel privilege, register CCP."""
+
+    EXCLUSIVE = 0x1
+    CONTROL = 0x2
+    SWITCHOVER = 0x4
+
+
+class GvcpConfiguration(IntFlag):
+    """GVCP configuration, register 0x0954."""
+
+    HEARTBEAT_DISABLE = 0x1
+    PENDING_ACK = 0x2
+    UNCONDITIONAL_ACTION = 0x8
+    IEEE1588 = 0x80000
+
+
+class PacketSizeFlag(IntFlag):
+    """Flags beside the size in SCPS."""
+
+    BIG_ENDIAN_PIXELS = 0x20000000
+    DO_NOT_FRAGMENT = 0x40000000
+    FIRE_TEST_PACKET = 0x80000000
+
+
+PACKET_SIZE_MASK = 0xFFFF
+PORT_MASK = 0xFFFF

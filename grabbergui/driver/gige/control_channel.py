@@ -1,0 +1,181 @@
+"""The control channel as a machine without I/O: request ids, retries, pending acknowledges, deadlines.
+
+It reads no clock and opens no socket. Its driver (`control_link`) sends what `datagrams()` gives, feeds what
+arrives to `receive()`, and calls `handle_timer()` when `timer()` says so. Times are seconds of any
+monotonic clock. One thread at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, GrabberError, RemoteProtocolError
+from grabbergui.driver.gige import gvcp
+from grabbergui.driver.gige.gvcp import Ack, Request, Status
+
+
+@dataclass(frozen=True)
+class ControlTiming:
+    """How patient a command is."""
+
+    ack_timeout: float = 0.4
+    "Seconds after which an unanswered command is sent again."
+    tries: int = 4
+    "How often it is sent in all, so that a dead camera is known to be dead within two seconds."
+    busy_pause: float = 0.02
+    "Seconds before a command that met a busy device is sent again."
+    pending_limit: float = 30.0
+    "Seconds that a device may ask us to wait in all."
+
+
+class Exchange:
+    """One command on its way: sent, perhaps again, and at last answered or given up."""
+
+    def __init__(self, request: Request, req_id: int, timing: ControlTiming, now: float) -> None:
+        self.request = request
+        self.req_id = req_id
+        self.payload: bytes | None = None
+        "The acknowledge's payload once it came."
+        self.error: GrabberError | None = None
+        "Why there is none."
+        self.pending = False
+        "Whether the device asked for more time."
+        self._timing = timing
+        self._datagram = gvcp.encode_command(request.CODE, request.payload(), req_id)
+        self.started = now
+        self._tries = 0
+        self.deadline = now
+        "When something must be done about it."
+
+    @property
+    def is_write(self) -> bool:
+        """Whether it changes the device; only such commands may be slow."""
+        return isinstance(self.request, (gvcp.WriteReg, gvcp.WriteMem))
+
+    @property
+    def done(self) -> bool:
+        """Whether it was answered or given up."""
+        return self.payload is not None or self.error is not None
+
+    def next_try(self, now: float) -> bytes | None:
+        """At the deadline: the datagram to send, or None when it is given up."""
+        timing = self._timing
+        if self.pending or self._tries >= timing.tries:
+            waited = now - self.started
+            self.error = AckTimeoutError(
+                f"{self._describe()} was not acknowledged within {waited:.1f} s"
+                + ("; the camera had asked for patience" if self.pending else f" ({self._tries} tries)")
+            )
+            return None
+        self._tries += 1
+        self.deadline = now + timing.ack_timeout
+        return self._datagram
+
+    def receive(self, ack: Ack, now: float) -> None:
+        """Take an acknowledge of this request id; one of another command is ignored."""
+        if ack.acknowledge == gvcp.PENDING_ACK:
+            try:
+                seconds = gvcp.decode_pending_ack(ack.payload)
+            except RemoteProtocolError:
+                return
+            self.pending = True
+            latest = self.started + self._timing.pending_limit
+            self.deadline = min(now + seconds + self._timing.ack_timeout, latest)
+        elif ack.acknowledge != self.request.CODE + 1:
+            return
+        elif ack.status == Status.BUSY and self._tries < self._timing.tries:
+            self.pending = False
+            self.deadline = now + self._timing.busy_pause * self._tries
+        elif ack.failed:
+            text = gvcp.status_text(ack.status)
+            self.error = DeviceStatusError(f"{self._describe()}: the camera answered {text}", ack.status)
+        else:
+            self.payload = ack.payload
+
+    def _describe(self) -> str:
+        request = self.request
+        if isinstance(request, gvcp.ReadReg):
+            address = request.addresses[0]
+        elif isinstance(request, gvcp.WriteReg):
+            address = request.writes[0][0]
+        else:
+            address = request.address
+        return f"{request.CODE.name} at 0x{address:X}"
+
+
+class ControlChannel:
+    """All exchanges with one device. Several may be under way, told apart by their request ids."""
+
+    def __init__(self, timing: ControlTiming | None = None) -> None:
+        self.timing = timing or ControlTiming()
+        self.last_heard: float | None = None
+        "When the device last answered anything."
+        self.ignored = 0
+        "Datagrams that were no answer to anything under way."
+        self._exchanges: dict[int, Exchange] = {}
+        self._outgoing: list[bytes] = []
+        self._next_id = 1
+
+    def start(self, request: Request, now: float, timing: ControlTiming | None = None) -> Exchange:
+        """Begin an exchange; its first datagram is then in `datagrams()`. Raises LocalProtocolError."""
+        while self._next_id in self._exchanges:
+            self._advance_id()
+        exchange = Exchange(request, self._next_id, timing or self.timing, now)
+        self._advance_id()
+        self._exchanges[exchange.req_id] = exchange
+        self.handle_timer(now)
+        return exchange
+
+    def receive(self, datagram: bytes, now: float) -> None:
+        """Take a datagram from the device; anything unexpected is counted and dropped."""
+        try:
+            ack = Ack.decode(datagram)
+        except RemoteProtocolError:
+            self.ignored += 1
+            return
+        exchange = self._exchanges.get(ack.ack_id)
+        if exchange is None:
+            self.ignored += 1
+            return
+        self.last_heard = now
+        exchange.receive(ack, now)
+        self._forget(exchange)
+
+    def cancel(self, exchange: Exchange) -> None:
+        """Give up waiting; a late answer is ignored."""
+        self._exchanges.pop(exchange.req_id, None)
+
+    def datagrams(self) -> Iterator[bytes]:
+        """What is to be sent, each once."""
+        while self._outgoing:
+            yield self._outgoing.pop(0)
+
+    def timer(self) -> float | None:
+        """When `handle_timer` wants to be called next, or None."""
+        return min((exchange.deadline for exchange in self._exchanges.values()), default=None)
+
+    def handle_timer(self, now: float) -> None:
+        """Send again what was not answered in time, or give it up."""
+        for exchange in list(self._exchanges.values()):
+            if exchange.deadline <= now:
+                datagram = exchange.next_try(now)
+                if datagram is not None:
+                    self._outgoing.append(datagram)
+                self._forget(exchange)
+
+    @property
+    def patient(self) -> bool:
+        """Whether the device asked for time for some command, so that its silence means nothing."""
+        return any(exchange.pending for exchange in self._exchanges.values())
+
+    def waiting_since(self, moment: float) -> bool:
+        """Whether a write begun before `moment` still waits for its acknowledge."""
+        return any(exchange.is_write and exchange.started <= moment for exchange in self._exchanges.values())
+
+    def _advance_id(self) -> None:
+        self._next_id = self._next_id % 0xFFFF + 1
+
+    def _forget(self, exchange: Exchange) -> None:
+        if exchange.done:
+            self._exchanges.pop(exchange.req_id, None)

@@ -1,0 +1,256 @@
+"""A GigE Vision camera as a `Device`: control privilege, memory, description and stream."""
+
+from __future__ import annotations
+
+import ipaddress
+import logging
+import socket
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceLostError,
+    DeviceStatusError,
+    GrabberError,
+    ProtocolError,
+    SourceNotFoundError,
+    TransportError,
+)
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.gige import bootstrap, discovery
+from grabbergui.driver.gige.block import ResendPolicy
+from grabbergui.driver.gige.bootstrap import Capability, Control, Register
+from grabbergui.driver.gige.control_channel import ControlTiming
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.description import fetch_description
+from grabbergui.driver.gige.discovery import FoundDevice
+from grabbergui.driver.gige.gvcp import Status, WriteReg
+from grabbergui.driver.gige.gvcp_device import Identity
+from grabbergui.driver.gige.heartbeat import Pulse
+from grabbergui.driver.gige.interfaces import Interface, interface_of
+from grabbergui.driver.gige.memory import DeviceMemory
+from grabbergui.driver.gige.packet_size import PacketSizePolicy
+from grabbergui.driver.gige.stream import Stream, tick_frequency
+
+log = logging.getLogger(__name__)
+
+BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
+"For what a camera may leave unanswered: taking control from another, releasing it on the way out."
+
+
+@dataclass(frozen=True)
+class GigeOptions:
+    """What may be chosen for one camera."""
+
+    packet_size: PacketSizePolicy = field(default_factory=PacketSizePolicy)
+    resend: ResendPolicy = field(default_factory=ResendPolicy)
+    batched: bool = True
+    "Many datagrams a system call, where the system can."
+    search_timeout: float = 1.0
+    "Seconds that a camera has to answer to its name."
+
+
+class GigeDevice(Device):
+    """One camera, named by IP address, serial number, MAC address or user name; empty: the first found."""
+
+    def __init__(self, name: str = "", options: GigeOptions | None = None) -> None:
+        self.name = name
+        self.options = options or GigeOptions()
+        self.info = DeviceInfo(f"gige:{name}", bus="GigE Vision", address=name if _is_ip(name) else "")
+        self.identity: Identity | None = None
+        "What the camera says it is, once open."
+        self.interface: Interface | None = None
+        "The host's network interface towards the camera, once open."
+        self._link: ControlLink | None = None
+        self._memory: DeviceMemory | None = None
+        self._stream: Stream | None = None
+        self._tick_frequency = 0
+        self._last_statistics = StreamStatistics()
+
+    # -- connection ------------------------------------------------------------------------------
+    def open(self, access: Access) -> Access:
+        """See Device. Writes nothing but the control privilege."""
+        self.close()
+        found = None if _is_ip(self.name) else self._find()
+        link = ControlLink(found.ip if found else self.name)
+        try:
+            memory = DeviceMemory(link)
+            self._identify(link, memory, found)
+            if access is Access.CONTROL:
+                self._take_control(link)
+                memory.writable = True
+            timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
+            link.on_lost = self._on_link_lost
+            link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=access is Access.CONTROL)
+        except BaseException:
+            link.close()
+            raise
+        self._link, self._memory = link, memory
+        self._stream = Stream(
+            memory,
+            self.info.address,
+            self._require_interface(),
+            packet_size=self.options.packet_size,
+            resend=self.options.resend,
+            batched=self.options.batched,
+        )
+        return access
+
+    def close(self) -> None:
+        """See Device."""
+        link, memory = self._link, self._memory
+        self.close_stream()
+        self._link = self._memory = self._stream = None
+        if link is None:
+            return
+        # The heart stops first: a released control must not look like a lost one.
+        link.stop_heartbeat()
+        if memory is not None and memory.writable and link.lost is None:
+            try:
+                link.execute(WriteReg(((Register.CCP, 0),)), BRIEF)
+            except GrabberError as error:
+                log.info("releasing %s: %s", self.info.uri, error)
+        link.close()
+
+    def _find(self) -> FoundDevice:
+        found = discovery.find(self.name, self.options.search_timeout)
+        if found is not None:
+            return found
+        others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
+        wanted = (
+            f"no GigE Vision camera answers to '{self.name}'"
+            if self.name
+            else "no GigE Vision camera answers"
+        )
+        raise SourceNotFoundError(
+            f"{wanted}; found: {others}. Check power, cable and address; a camera in another network"
+            " can be named by its IP address, as in gige:192.168.0.10"
+        )
+
+    def _identify(self, link: ControlLink, memory: DeviceMemory, found: FoundDevice | None) -> None:
+        ip = found.ip if found else self.name
+        try:
+            identity = found.identity if found else self._ask_identity(ip, memory)
+            memory.capability = Capability(link.read_register(Register.GVCP_CAPABILITY))
+            self._tick_frequency = tick_frequency(memory)
+        except AckTimeoutError as error:
+            note = f": {found.info().note}" if found and found.info().note else ""
+            raise SourceNotFoundError(
+                f"no GigE Vision camera answers at {ip}{note or '; check power, cable and address'}"
+            ) from error
+        except ProtocolError as error:
+            raise TransportError(f"what answers at {ip} is no GigE Vision camera: {error}") from error
+        self.identity = identity
+        self.interface = interface_of(link.local_address)
+        device = found or FoundDevice(identity, ip, self.interface)
+        info = device.info()
+        _, mark, query = self.info.uri.partition("?")
+        self.info = replace(info, uri=info.uri + mark + query, address=ip, note="")
+
+    def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
+        """By DISCOVERY, which every device answers in full; by its registers where a router eats that."""
+        found = discovery.ask(ip, self.options.search_timeout / 4)
+        return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
+
+    def _take_control(self, link: ControlLink) -> None:
+        privilege = link.read_register(Register.CCP)
+        held = bool(privilege & (Control.CONTROL | Control.EXCLUSIVE))
+        try:
+            # Some devices do not answer what they refuse, so a held one is not asked for long.
+            link.execute(WriteReg(((Register.CCP, Control.CONTROL),)), BRIEF if held else None)
+        except DeviceStatusError as error:
+            if error.status == Status.ACCESS_DENIED:
+                raise self._denied(link) from error
+            raise
+        except AckTimeoutError as error:
+            link.read_register(Register.CCP)
+            raise self._denied(link) from error
+
+    def _denied(self, link: ControlLink) -> AccessDeniedError:
+        try:
+            address = link.read_register(Register.PRIMARY_APPLICATION_IP)
+            holder = f" at {socket.inet_ntoa(address.to_bytes(4, 'big'))}" if address else ""
+        except GrabberError:
+            holder = ""  # who it is, is a nicety
+        return AccessDeniedError(
+            f"another application{holder} controls {self.info.title} ({self.info.address}); close it there,"
+            " or open the camera for reading only"
+        )
+
+    def _on_link_lost(self, reason: str) -> None:
+        if self.on_lost is not None:
+            self.on_lost(reason)
+
+    # -- memory ----------------------------------------------------------------------------------
+    def read(self, address: int, length: int) -> bytes:
+        """See Device."""
+        return self._opened().read(address, length)
+
+    def write(self, address: int, data: bytes) -> None:
+        """See Device."""
+        self._opened().write(address, data)
+
+    def description(self) -> bytes:
+        """See Device."""
+        memory = self._opened()
+        urls = [memory.read_text(bootstrap.FIRST_URL), memory.read_text(bootstrap.SECOND_URL)]
+        return fetch_description(urls, memory.read)
+
+    # -- stream ----------------------------------------------------------------------------------
+    def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        """See Device."""
+        self._opened()
+        assert self._stream is not None
+        self._stream.open(request, deliver, self._tick_frequency)
+
+    def close_stream(self) -> None:
+        """See Device."""
+        stream = self._stream
+        if stream is not None:
+            stream.close()
+            self._last_statistics = stream.statistics()
+
+    def stream_statistics(self) -> StreamStatistics:
+        """See Device."""
+        stream = self._stream
+        return stream.statistics() if stream is not None else replace(self._last_statistics)
+
+    @property
+    def local_address(self) -> str:
+        """The host's IP address towards the camera; empty while closed."""
+        link = self._link
+        return link.local_address if link is not None else ""
+
+    @property
+    def stream_port(self) -> int:
+        """The UDP port that pictures come to, which a firewall must let through; 0 before."""
+        stream = self._stream
+        return stream.port if stream is not None else 0
+
+    @property
+    def packet_size(self) -> int:
+        """Bytes of a stream packet, headers included, as the camera holds it; 0 before the first stream."""
+        stream = self._stream
+        return stream.packet_size if stream is not None else 0
+
+    def _opened(self) -> DeviceMemory:
+        memory = self._memory
+        if memory is None:
+            raise DeviceLostError(f"{self.info.title} is not open")
+        return memory
+
+    def _require_interface(self) -> Interface:
+        assert self.interface is not None
+        return self.interface
+
+
+def _is_ip(name: str) -> bool:
+    try:
+        ipaddress.IPv4Address(name)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,188 @@
+"""Finding devices: DISCOVERY by broadcast on every interface, by unicast on the loopback and where told."""
+
+from __future__ import annotations
+
+import logging
+import selectors
+import socket
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from urllib.parse import quote
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.driver.gige.bootstrap import GVCP_PORT
+from grabbergui.driver.gige.gvcp import Ack, CommandCode
+from grabbergui.driver.gige.gvcp_device import DISCOVERY_REQ_ID, Identity, encode_discovery
+from grabbergui.driver.gige.interfaces import Interface, interfaces
+
+log = logging.getLogger(__name__)
+
+LIMITED_BROADCAST = "255.255.255.255"
+NO_MAC = "00:00:00:00:00:00"
+MAX_DEVICES = 1024
+"Answers beyond are ignored: a flood must not grow memory."
+
+
+@dataclass(frozen=True)
+class FoundDevice:
+    """A device that answered."""
+
+    identity: Identity
+    ip: str
+    "Where to talk to it: its own address, or the one it answered from where it reports none."
+    interface: Interface
+    "The host's interface that heard it."
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What tells it from all others, whichever way its answer came."""
+        mac = self.identity.mac
+        return (mac, self.ip) if mac != NO_MAC else (self.identity.serial, self.ip)
+
+    @property
+    def reachable(self) -> bool:
+        """Whether its address is in a subnet of the interface that heard it."""
+        return self.interface.loopback or self.interface.reaches(self.ip)
+
+    def answers_to(self, name: str) -> bool:
+        """Whether `name` is its IP address, serial number, MAC address or user name."""
+        wanted = name.strip().lower()
+        bare = wanted.replace(":", "").replace("-", "")
+        identity = self.identity
+        return wanted in (self.ip, identity.serial.lower(), identity.user_name.lower()) or (
+            identity.mac != NO_MAC and bare == identity.mac.replace(":", "")
+        )
+
+    def info(self) -> DeviceInfo:
+        """As a list of sources shows it."""
+        identity = self.identity
+        mac = identity.mac if identity.mac != NO_MAC else ""
+        note = ""
+        if not self.reachable:
+            interface = self.interface
+            note = (
+                f"its address {self.ip} is in another subnet than {interface.name} ({interface.ip}/"
+                f"{interface.netmask}); give it one there (force IP) or change the host's"
+            )
+        return DeviceInfo(
+            uri=f"gige:{quote(identity.serial or mac or self.ip, safe=':')}",
+            vendor=identity.vendor,
+            model=identity.model,
+            serial=identity.serial,
+            bus="GigE Vision",
+            address=self.ip,
+            user_name=identity.user_name,
+            version=identity.version,
+            interface=self.interface.name,
+            note=note,
+        )
+
+
+def discover(
+    timeout: float = 1.0, addresses: Iterable[str] = (), *, broadcast: bool = True
+) -> list[FoundDevice]:
+    """Every device that answers within `timeout` seconds, each once, sorted by address.
+
+    `addresses` are asked by unicast beside (devices behind a router, or on another loopback address).
+    """
+    return Search(addresses, broadcast=broadcast).run(timeout)
+
+
+def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
+    """The device of a name (see `FoundDevice.answers_to`; empty: the first one), as soon as it answers."""
+    search = Search()
+    found = search.run(timeout, until=lambda device: not name or device.answers_to(name))
+    return next((device for device in found if not name or device.answers_to(name)), None)
+
+
+def ask(ip: str, timeout: float) -> FoundDevice | None:
+    """The device at an address, as soon as it answers."""
+    found = Search([ip], broadcast=False).run(timeout, until=lambda device: True)
+    return found[0] if found else None
+
+
+class Search:
+    """One round of questions. Used once."""
+
+    def __init__(self, addresses: Iterable[str] = (), *, broadcast: bool = True) -> None:
+        self._addresses = list(addresses)
+        self._broadcast = broadcast
+        self._found: dict[tuple[str, ...], FoundDevice] = {}
+
+    def run(self, timeout: float, until: Callable[[FoundDevice], bool] | None = None) -> list[FoundDevice]:
+        """Ask, ask again half-way for those who did not hear, and collect the answers."""
+        begun = time.monotonic()
+        deadline, again = begun + timeout, begun + timeout / 2
+        with selectors.DefaultSelector() as selector:
+            try:
+                sockets = self._open(selector)
+                self._ask(sockets)
+                while (now := time.monotonic()) < deadline:
+                    if now >= again:
+                        self._ask(sockets)
+                        again = deadline
+                    for key, _ in selector.select(max(0.0, min(again, deadline) - now)):
+                        device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
+                        if device is not None and until is not None and until(device):
+                            return [device]
+            finally:
+                for key in list(selector.get_map().values()):
+                    key.fileobj.close()  # type: ignore[union-attr]
+        return sorted(self._found.values(), key=lambda device: socket.inet_aton(device.ip))
+
+    def _open(self, selector: selectors.BaseSelector) -> list[tuple[socket.socket, Interface]]:
+        opened = []
+        for interface in interfaces() if self._broadcast else [Interface("", "0.0.0.0")]:
+            asker = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            try:
+                asker.setblocking(False)
+                asker.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+                # Bound to the interface's address, a limited broadcast leaves through it.
+                asker.bind((interface.ip, 0))
+            except OSError as error:
+                log.debug("cannot search on %s: %s", interface.name, error)
+                asker.close()
+                continue
+            selector.register(asker, selectors.EVENT_READ, interface)
+            opened.append((asker, interface))
+        return opened
+
+    def _ask(self, sockets: list[tuple[socket.socket, Interface]]) -> None:
+        for asker, interface in sockets:
+            targets = self._targets(interface)
+            for ip, datagram in targets:
+                try:
+                    asker.sendto(datagram, (ip, GVCP_PORT))
+                except OSError as error:
+                    log.debug("cannot search on %s at %s: %s", interface.name, ip, error)
+
+    def _targets(self, interface: Interface) -> list[tuple[str, bytes]]:
+        plain = encode_discovery()
+        given = [(ip, plain) for ip in self._addresses if interface.loopback == ip.startswith("127.")]
+        if not self._broadcast:
+            return [(ip, plain) for ip in self._addresses]
+        if interface.loopback:
+            return [("127.0.0.1", plain), *given]
+        return [
+            (LIMITED_BROADCAST, encode_discovery(allow_broadcast_ack=True)),
+            (interface.broadcast, plain),
+            *given,
+        ]
+
+    def _take(self, asker: socket.socket, interface: Interface) -> FoundDevice | None:
+        try:
+            datagram, (source, _) = asker.recvfrom(2048)
+            ack = Ack.decode(datagram)
+            if ack.failed or ack.acknowledge != CommandCode.DISCOVERY + 1 or ack.ack_id != DISCOVERY_REQ_ID:
+                return None
+            identity = Identity.decode(ack.payload)
+        except (OSError, RemoteProtocolError) as error:
+            log.debug("an answer to discovery on %s: %s", interface.name, error)
+            return None
+        ip = source if identity.ip == "0.0.0.0" or interface.loopback else identity.ip
+        device = FoundDevice(identity, ip, interface)
+        if len(self._found) < MAX_DEVICES:
+            self._found.setdefault(device.key, device)
+        return device

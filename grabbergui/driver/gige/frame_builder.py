@@ -1,0 +1,49 @@
+"""Finished blocks to frames: the words of `core` for what a leader says."""
+
+from __future__ import annotations
+
+import time
+
+from grabbergui.core import pfnc
+from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.driver.gige.block_assembler import FinishedBlock
+from grabbergui.driver.gige.clock import ClockMapper, ticks_to_ns
+
+
+class FrameBuilder:
+    """Makes the frames of one stream. One thread."""
+
+    def __init__(self, tick_frequency: int, *, big_endian: bool = False) -> None:
+        """`tick_frequency` in Hz, 0 where the device has no clock; `big_endian` pixels as SCPS says."""
+        self._tick_frequency = tick_frequency
+        self._big_endian = big_endian
+        self._clock = ClockMapper()
+        self._formats: dict[int, pfnc.PixelFormat] = {}
+
+    def build(self, block: FinishedBlock) -> Frame:
+        """A frame that looks into the block's buffer."""
+        leader = block.leader
+        arrival_ns = time.time_ns() - int((time.monotonic() - block.began) * 1e9)
+        timestamp_ns = ticks_to_ns(leader.timestamp, self._tick_frequency)
+        return Frame(
+            payload=block.payload,
+            width=leader.width,
+            height=block.height,
+            pixel_format=self._format(leader.pixel_format),
+            frame_id=block.block_id,
+            timestamp_ns=timestamp_ns,
+            received_ns=self._clock.map(timestamp_ns, arrival_ns) if timestamp_ns else arrival_ns,
+            status=FrameStatus.COMPLETE if block.complete else FrameStatus.INCOMPLETE,
+            missing_bytes=block.missing_bytes,
+            offset_x=leader.offset_x,
+            offset_y=leader.offset_y,
+            padding_x=leader.padding_x,
+            big_endian=self._big_endian,
+        )
+
+    def _format(self, code: int) -> pfnc.PixelFormat:
+        if code not in self._formats:
+            if len(self._formats) > 64:
+                self._formats.clear()
+            self._formats[code] = pfnc.by_code(code)
+        return self._formats[code]

@@ -1,0 +1,123 @@
+"""A device's memory and registers of any length and alignment, over its control link."""
+
+from __future__ import annotations
+
+import struct
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceStatusError,
+    GrabberError,
+    TransportError,
+)
+from grabbergui.driver.gige.bootstrap import (
+    PORT_MASK,
+    Capability,
+    Control,
+    Field,
+    GvcpConfiguration,
+    Register,
+)
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, Status, WriteMem, WriteReg
+from grabbergui.driver.gige.gvcp_device import text_of
+
+WORD = 4
+SPACE = 1 << 32
+
+
+class DeviceMemory:
+    """What the protocol allows in aligned pieces, offered in any. Any thread may call."""
+
+    def __init__(self, link: ControlLink) -> None:
+        self._link = link
+        self.capability = Capability(0)
+        "What the device can; to be set once it is known."
+        self.writable = False
+        "Whether we have control."
+        self._pending_asked = False
+
+    def read(self, address: int, length: int) -> bytes:
+        """Exactly `length` bytes. Raises DeviceStatusError, TransportError, RemoteProtocolError."""
+        first, end = self._aligned(address, length)
+        pieces = [
+            self._link.read_memory(at, min(MEMORY_CHUNK, end - at)) for at in range(first, end, MEMORY_CHUNK)
+        ]
+        return b"".join(pieces)[address - first :][:length]
+
+    def write(self, address: int, data: bytes) -> None:
+        """Write all of `data`; a word covered in part is read first. Raises as `read`, and AccessDeniedError."""
+        if not self.writable:
+            raise AccessDeniedError("the camera is open for reading only; another application may control it")
+        first, end = self._aligned(address, len(data))
+        if (first, end) != (address, address + len(data)):
+            around = self.read(first, end - first)
+            data = around[: address - first] + data + around[address - first + len(data) :]
+        self._ask_for_pending_acks()
+        for at in range(0, len(data), MEMORY_CHUNK):
+            self._write_aligned(first + at, data[at : at + MEMORY_CHUNK])
+
+    def read_register(self, register: int) -> int:
+        """A 32-bit register. Raises as `read`."""
+        return self._link.read_register(register)
+
+    def write_register(self, register: int, value: int) -> None:
+        """Write a 32-bit register. Raises as `write`."""
+        self._execute_write(WriteReg(((register, value),)))
+
+    def read_text(self, field: Field) -> str:
+        """A string register. Raises as `read`."""
+        return text_of(self.read(field.address, field.length))
+
+    def _aligned(self, address: int, length: int) -> tuple[int, int]:
+        first, end = address - address % WORD, address + length + -(address + length) % WORD
+        if address < 0 or length < 0 or end > SPACE:
+            raise TransportError(
+                f"{length} bytes at 0x{address:X} are outside the camera's 32-bit address space"
+            )
+        return first, end
+
+    def _write_aligned(self, address: int, data: bytes) -> None:
+        if self.capability & Capability.WRITEMEM:
+            self._execute_write(WriteMem(address, data))
+            return
+        for offset in range(0, len(data), WORD):
+            (value,) = struct.unpack_from(">I", data, offset)
+            self._execute_write(WriteReg(((address + offset, value),)))
+
+    def _execute_write(self, request: WriteReg | WriteMem) -> None:
+        try:
+            self._link.execute(request)
+        except AckTimeoutError as error:
+            # Some devices do not answer what they refuse; that they answer a read tells them from dead ones.
+            self._link.read_register(Register.CCP)
+            raise AccessDeniedError(
+                "the camera answers reads but not this write; another application may control it"
+            ) from error
+        except DeviceStatusError as error:
+            if error.status == Status.ACCESS_DENIED and not self._in_control():
+                raise AccessDeniedError(f"another application controls the camera: {error}") from error
+            raise
+
+    def _in_control(self) -> bool:
+        """Devices answer ACCESS_DENIED for locked features too; then control is still ours."""
+        try:
+            privilege = self._link.read_register(Register.CCP)
+            if not privilege & (Control.CONTROL | Control.EXCLUSIVE):
+                return False
+            if self.capability & Capability.PRIMARY_APPLICATION:
+                port = self._link.read_register(Register.PRIMARY_APPLICATION_PORT) & PORT_MASK
+                return port in (0, self._link.local_port)
+        except GrabberError:
+            return False
+        return self.writable
+
+    def _ask_for_pending_acks(self) -> None:
+        """Before the first write, so that opening writes nothing: say that we wait for slow acknowledges."""
+        if self._pending_asked or not self.capability & Capability.PENDING_ACK:
+            return
+        self._pending_asked = True
+        configuration = self._link.read_register(Register.GVCP_CONFIGURATION)
+        if not configuration & GvcpConfiguration.PENDING_ACK:
+            self.write_register(Register.GVCP_CONFIGURATION, configuration | GvcpConfiguration.PENDING_ACK)

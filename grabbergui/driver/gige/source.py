@@ -1,0 +1,53 @@
+"""`gige:` sources: `gige:` the first found, `gige:192.168.0.10`, `gige:SERIAL`, `gige:MAC`, `gige:user name`.
+
+Options: `packet_size=auto|keep|BYTES`, `incomplete=1` (deliver frames with missing packets), `resend=0`
+(never ask for lost packets), `plain=1` (a system call for each datagram).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.camera import Camera
+from grabbergui.driver.gige import discovery
+from grabbergui.driver.gige.block import ResendPolicy
+from grabbergui.driver.gige.device import GigeDevice, GigeOptions
+from grabbergui.driver.gige.packet_size import PacketSizePolicy
+
+_OPTIONS = ("packet_size", "incomplete", "resend", "plain")
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """The camera that a URI names, not yet opened or looked for. Raises UsageError."""
+    unknown = [name for name in uri.options if name not in _OPTIONS]
+    if unknown:
+        raise UsageError(f"{uri}: unknown option {unknown[0]}; there are {', '.join(_OPTIONS)}")
+    options = GigeOptions(
+        packet_size=PacketSizePolicy.parse(uri.option("packet_size")),
+        resend=ResendPolicy(enabled=_switch(uri, "resend", default=True)),
+        batched=not _switch(uri, "plain", default=False),
+    )
+    device = GigeDevice(uri.name, options)
+    device.info = replace(device.info, uri=str(uri))
+    return Camera(device, deliver_incomplete=_switch(uri, "incomplete", default=False))
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """Every camera that answers within `timeout` seconds, each under a URI that no other answers to."""
+    infos = [device.info() for device in discovery.discover(timeout)]
+    uris = [info.uri for info in infos]
+    return [
+        info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos
+    ]
+
+
+def _switch(uri: SourceUri, name: str, *, default: bool) -> bool:
+    text = uri.option(name, "1" if default else "0").lower()
+    if text in ("1", "true", "on", "yes", ""):
+        return True
+    if text in ("0", "false", "off", "no"):
+        return False
+    raise UsageError(f"{uri}: {name}={text}: write 0 or 1")

@@ -1,0 +1,187 @@
+"""Opening and closing a device's stream channel."""
+
+from __future__ import annotations
+
+import logging
+import socket
+from collections.abc import Callable
+from dataclasses import replace
+
+from grabbergui.core.buffers import BufferPool
+from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import StreamStatistics
+from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.gige import gvsp
+from grabbergui.driver.gige.block import ResendPolicy
+from grabbergui.driver.gige.block_assembler import BlockAssembler
+from grabbergui.driver.gige.bootstrap import (
+    PORT_MASK,
+    Capability,
+    PacketSizeFlag,
+    Register,
+    StreamChannel,
+)
+from grabbergui.driver.gige.datagram_source import open_source
+from grabbergui.driver.gige.frame_builder import FrameBuilder
+from grabbergui.driver.gige.interfaces import Interface
+from grabbergui.driver.gige.memory import DeviceMemory
+from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
+from grabbergui.driver.gige.stream_receiver import StreamReceiver
+from grabbergui.driver.gige.stream_socket import is_multicast, join_multicast, open_stream_socket
+
+log = logging.getLogger(__name__)
+
+MAX_PAYLOAD_BYTES = 1 << 30
+"Of one picture. What a camera announces beyond is a fault, not a picture."
+POOL_BYTES = 512 << 20
+"Memory for pictures that consumers hold, as long as that is enough for `MIN_BUFFERS`."
+MIN_BUFFERS, MAX_BUFFERS = 8, 32
+READY_BUFFERS = 4
+"Buffers made before the first packet, so that none waits for the system's memory."
+
+
+class Stream:
+    """Stream channel 0 of an opened device, until closed."""
+
+    def __init__(
+        self,
+        memory: DeviceMemory,
+        device_ip: str,
+        interface: Interface,
+        *,
+        packet_size: PacketSizePolicy,
+        resend: ResendPolicy,
+        batched: bool = True,
+    ) -> None:
+        """`interface` is the host's towards the device. Nothing happens before `open`."""
+        self._memory = memory
+        self._device_ip = device_ip
+        self._interface = interface
+        self._packet_size_policy = packet_size
+        self._resend = resend
+        self._batched = batched
+        self._channel = StreamChannel(0)
+        self._receiver: StreamReceiver | None = None
+        self._statistics = StreamStatistics()
+        self.port = 0
+        "The host's UDP port that pictures come to; 0 before the stream was first opened."
+        self.packet_size = 0
+        "Bytes of a packet as the camera finally holds it, IP and UDP headers included."
+
+    def open(self, request: StreamRequest, deliver: Callable[[Frame], None], tick_frequency: int) -> None:
+        """Receive from now on. Raises TransportError, AccessDeniedError, and as registers do."""
+        self.close()
+        self._statistics = StreamStatistics()
+        if not 0 < request.payload_size <= MAX_PAYLOAD_BYTES:
+            raise TransportError(
+                f"the camera announces pictures of {request.payload_size} bytes; check PayloadSize"
+            )
+        receiver = self._open_socket(request.payload_size)
+        try:
+            flags = self._memory.read_register(self._channel.packet_size)
+            stride = gvsp.payload_stride(self.packet_size)
+            if stride <= 0:
+                raise TransportError(
+                    f"the camera's packet size is {self.packet_size} bytes, less than its headers"
+                )
+            assembler = BlockAssembler(
+                stride,
+                request.payload_size,
+                make_pool(request.payload_size).take,
+                self._resend_policy(),
+                deliver_incomplete=request.deliver_incomplete,
+            )
+            builder = FrameBuilder(tick_frequency, big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS))
+            source = open_source(receiver, self._device_ip, batched=self._batched)
+            self._receiver = StreamReceiver(receiver, self._device_ip, assembler, builder, deliver, source)
+        except BaseException:
+            receiver.close()
+            raise
+
+    def close(self) -> None:
+        """Stop receiving and tell the camera to stop sending. May be called twice; never raises."""
+        receiver, self._receiver = self._receiver, None
+        if receiver is None:
+            return
+        if self._memory.writable:
+            try:
+                self._memory.write_register(self._channel.port, 0)
+            except GrabberError as error:
+                log.info("closing the stream channel: %s", error)
+        receiver.stop()
+        self._statistics = replace(receiver.statistics(), frame_rate=0.0, bandwidth=0.0)
+
+    def statistics(self) -> StreamStatistics:
+        """A snapshot of the current or the last stream. Any thread."""
+        receiver = self._receiver
+        return receiver.statistics() if receiver is not None else replace(self._statistics)
+
+    def _open_socket(self, payload_size: int) -> socket.socket:
+        if not self._memory.writable:
+            return self._listen_in(payload_size)
+        receiver = open_stream_socket(self._interface.ip, payload_size)
+        try:
+            self.port = receiver.getsockname()[1]
+            destination = int.from_bytes(socket.inet_aton(self._interface.ip), "big")
+            self._memory.write_register(self._channel.destination, destination)
+            self._memory.write_register(self._channel.port, self.port)
+            sizer = PacketSizer(
+                self._channel, self._memory.read_register, self._memory.write_register, self._interface
+            )
+            can_test = bool(self._memory.capability & Capability.TEST_DATA)
+            self.packet_size = sizer.settle(
+                self._packet_size_policy, receiver, self._device_ip, can_test=can_test
+            )
+            self._open_firewall(receiver)
+        except BaseException:
+            receiver.close()
+            raise
+        return receiver
+
+    def _listen_in(self, payload_size: int) -> socket.socket:
+        """Beside another controller only a multicast stream can be received."""
+        group = socket.inet_ntoa(self._memory.read_register(self._channel.destination).to_bytes(4, "big"))
+        port = self._memory.read_register(self._channel.port) & PORT_MASK
+        if not is_multicast(group) or not port:
+            raise AccessDeniedError(
+                f"the camera sends its pictures to {group}, not to a multicast group, so only its controller"
+                " receives them; close the other application or let it stream to 239.x.x.x"
+            )
+        receiver = open_stream_socket("", payload_size, port, shared=True)
+        try:
+            join_multicast(receiver, group, self._interface.ip)
+            self.port = port
+            self.packet_size = self._memory.read_register(self._channel.packet_size) & 0xFFFF
+        except BaseException:
+            receiver.close()
+            raise
+        return receiver
+
+    def _open_firewall(self, receiver: socket.socket) -> None:
+        """A datagram to the port that pictures come from lets their answers through a stateful firewall."""
+        source_port = self._memory.read_register(self._channel.source_port) & PORT_MASK
+        if source_port:
+            try:
+                receiver.sendto(b"", (self._device_ip, source_port))
+            except OSError as error:
+                log.debug("opening the firewall: %s", error)
+
+    def _resend_policy(self) -> ResendPolicy:
+        can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
+        return replace(self._resend, enabled=self._resend.enabled and can)
+
+
+def make_pool(payload_size: int) -> BufferPool:
+    """Buffers for one stream, some of them made already."""
+    limit = min(max(POOL_BYTES // payload_size, MIN_BUFFERS), MAX_BUFFERS)
+    pool = BufferPool(payload_size, limit)
+    ready = [pool.take() for _ in range(READY_BUFFERS)]
+    del ready
+    return pool
+
+
+def tick_frequency(memory: DeviceMemory) -> int:
+    """Hz of the device's clock; 0 where it has none. Raises as register reads do."""
+    high = memory.read_register(Register.TICK_FREQUENCY_HIGH)
+    return high << 32 | memory.read_register(Register.TICK_FREQUENCY_LOW)

@@ -1,0 +1,97 @@
+"""The receiving thread: datagrams from the socket to the assembler, finished frames to the consumer."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import RateMeter
+from grabbergui.core.grabber import StreamStatistics
+from grabbergui.driver.gige.block_assembler import BlockAssembler
+from grabbergui.driver.gige.bootstrap import GVCP_PORT
+from grabbergui.driver.gige.datagram_source import DatagramSource
+from grabbergui.driver.gige.frame_builder import FrameBuilder
+
+log = logging.getLogger(__name__)
+
+IDLE_WAIT = 0.1
+"Seconds that the thread waits for a datagram before it looks whether it shall end."
+
+
+class StreamReceiver:
+    """Receives one stream until stopped."""
+
+    def __init__(
+        self,
+        receiver: socket.socket,
+        device_ip: str,
+        assembler: BlockAssembler,
+        builder: FrameBuilder,
+        deliver: Callable[[Frame], None],
+        source: DatagramSource,
+    ) -> None:
+        """Takes the socket over. `deliver` is called on the receiving thread and returns at once."""
+        self._socket = receiver
+        self._device = (device_ip, GVCP_PORT)
+        self._assembler = assembler
+        self._builder = builder
+        self._deliver = deliver
+        self._source = source
+        self._rate = RateMeter()
+        self._next_req_id = 1
+        self._stopping = False
+        self._thread = threading.Thread(target=self._run, name="gige-receiver", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and close the socket; nothing is delivered any more on return."""
+        self._stopping = True
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+        self._socket.close()
+
+    def statistics(self) -> StreamStatistics:
+        """A snapshot. Any thread."""
+        frame_rate, bandwidth = self._rate.rates()
+        return replace(self._assembler.statistics, frame_rate=frame_rate, bandwidth=bandwidth)
+
+    def _run(self) -> None:
+        assembler = self._assembler
+        while not self._stopping:
+            wait = min(assembler.timer() - time.monotonic(), IDLE_WAIT)
+            try:
+                self._source.receive(assembler, max(wait, 0.0))
+            except OSError as error:
+                if self._stopping:
+                    return
+                log.debug("stream socket: %s", error)
+                time.sleep(0.01)
+            assembler.handle_timer(time.monotonic())
+            self._ask_again()
+            self._hand_over()
+
+    def _ask_again(self) -> None:
+        for request in self._assembler.resend_requests():
+            try:
+                self._socket.sendto(request.encode(self._next_req_id), self._device)
+            except OSError as error:
+                log.debug("asking for lost packets: %s", error)
+            self._next_req_id = self._next_req_id % 0xFFFF + 1
+
+    def _hand_over(self) -> None:
+        statistics = self._assembler.statistics
+        for block in self._assembler.finished():
+            frame = self._builder.build(block)
+            if block.complete:
+                statistics.frames += 1
+                statistics.bytes += len(block.payload)
+                self._rate.add(len(block.payload))
+            try:
+                self._deliver(frame)
+            except Exception:
+                log.exception("a consumer of frames failed")

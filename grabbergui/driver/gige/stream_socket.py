@@ -1,0 +1,84 @@
+"""The UDP socket that pictures arrive at."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import struct
+import sys
+
+from grabbergui.core.errors import TransportError
+
+log = logging.getLogger(__name__)
+
+SO_RCVBUFFORCE = 33
+"Linux: beyond the system's limit, for those with CAP_NET_ADMIN."
+MIN_BUFFER_BYTES = 2 << 20
+MAX_BUFFER_BYTES = 64 << 20
+KERNEL_OVERHEAD = 2
+"The kernel counts its own book-keeping too: packets of 1500 bytes take more than 2300."
+
+_warned: set[int] = set()
+
+
+def open_stream_socket(
+    local_address: str, payload_size: int, port: int = 0, *, shared: bool = False
+) -> socket.socket:
+    """A bound UDP socket whose buffer holds two payloads, as far as the system allows.
+
+    `port` 0 takes a free one; `shared` lets others on this host listen to the same multicast group.
+    Raises TransportError.
+    """
+    receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if shared:
+            receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        _grow_buffer(
+            receiver, min(max(KERNEL_OVERHEAD * 2 * payload_size, MIN_BUFFER_BYTES), MAX_BUFFER_BYTES)
+        )
+        receiver.bind((local_address, port))
+    except OSError as error:
+        receiver.close()
+        raise TransportError(f"no socket for pictures on {local_address}: {error}") from error
+    return receiver
+
+
+def join_multicast(receiver: socket.socket, group: str, local_address: str) -> None:
+    """Receive what is sent to a group, on the interface of `local_address`. Raises TransportError."""
+    request = struct.pack("4s4s", socket.inet_aton(group), socket.inet_aton(local_address))
+    try:
+        receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, request)
+    except OSError as error:
+        raise TransportError(f"cannot join multicast group {group} on {local_address}: {error}") from error
+
+
+def is_multicast(ip: str) -> bool:
+    """Whether an address is of a group (224.0.0.0/4)."""
+    return socket.inet_aton(ip)[0] >> 4 == 0xE
+
+
+def buffer_bytes(receiver: socket.socket) -> int:
+    """The buffer that was granted, the kernel's overhead included."""
+    return receiver.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+
+
+def _grow_buffer(receiver: socket.socket, wanted: int) -> None:
+    receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, wanted)
+    if buffer_bytes(receiver) >= wanted:
+        return
+    if sys.platform == "linux":
+        try:
+            receiver.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, wanted)
+            return
+        except PermissionError:
+            pass
+    granted = buffer_bytes(receiver)
+    if granted not in _warned:
+        _warned.add(granted)
+        log.warning(
+            "the system grants %d KiB for arriving packets, %d KiB are wanted; pictures may lose packets."
+            " Allow more with: sudo sysctl -w net.core.rmem_max=%d",
+            granted >> 10,
+            wanted >> 10,
+            wanted,
+        )
