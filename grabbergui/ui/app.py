@@ -1,0 +1,177 @@
+"""Runs the window: with a display, or without one for a while and with a picture of itself."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+
+from PyQt5.QtCore import QCoreApplication, Qt, QTimer
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui import sources
+from grabbergui.ui import icons
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.main import MainController
+from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.main_window import MainWindow
+
+log = logging.getLogger(__name__)
+
+SIGNAL_POLL_MS = 200
+"Python runs signal handlers only between its own instructions; the event loop must let it."
+SCREENSHOT_FRAMES = 20
+"Pictures to be painted before the window's own picture is taken: the controls are there by then."
+SCREENSHOT_PATIENCE = 15.0
+"Seconds to wait for the first frame where no duration is given."
+
+
+def run(
+    uri: str | None,
+    *,
+    offscreen: bool = False,
+    duration: float | None = None,
+    screenshot: Path | None = None,
+    theme: str = "auto",
+) -> int:
+    """Open the window on a source and return the exit code once it is closed.
+
+    With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of itself
+    when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
+    frame came. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the desktop's). Settings are
+    neither read nor kept offscreen.
+    """
+    if offscreen:
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    app = _application()
+    preferences = Preferences(None) if offscreen else Preferences.of_user()
+    if theme != Theme.AUTO.value:
+        preferences.look_for_now(Theme(theme))
+    dress(app, preferences.theme)
+    window = MainWindow()
+    controller = MainController(window, preferences)
+    recent = preferences.recent
+    with _guarded(window), _interruptible(app):
+        window.show()
+        controller.begin(uri or (recent[0] if recent else sources.DEFAULT_URI))
+        report = _Report(controller, screenshot)
+        if duration is not None:
+            QTimer.singleShot(round(duration * 1000), app.quit)
+        elif screenshot is not None:
+            report.on_taken = app.quit
+            QTimer.singleShot(round(SCREENSHOT_PATIENCE * 1000), app.quit)
+        app.exec_()
+        code = report.finish()
+        window.close()
+    if not controller.shut_down():
+        log.warning("a source did not close in time")
+    window.deleteLater()
+    app.processEvents()
+    return code
+
+
+class _Report:
+    """Takes the window's picture once frames flow, and says how it went at the end."""
+
+    def __init__(self, controller: MainController, path: Path | None) -> None:
+        self._controller = controller
+        self._path = path
+        self._painted = 0
+        self._rate = 0.0
+        self._taken = False
+        self.on_taken: Callable[[], object] = lambda: None
+        if path is not None:
+            controller.window.picture.painted.connect(self._on_painted)
+
+    def _on_painted(self) -> None:
+        self._painted += 1
+        if self._painted >= SCREENSHOT_FRAMES:
+            self._controller.window.picture.painted.disconnect(self._on_painted)
+            # Not from within painting.
+            QTimer.singleShot(1000, self._take)
+
+    def _take(self) -> None:
+        if not self._taken and self._path is not None:
+            self._taken = self._save(self._path)
+            self.on_taken()
+
+    def _save(self, path: Path) -> bool:
+        source = self._controller.connection.source
+        if source is not None and source.grabber is not None:
+            self._rate = source.grabber.statistics().frame_rate
+        return bool(self._controller.window.grab().save(str(path)))
+
+    def finish(self) -> int:
+        """Print what came of it; the exit code."""
+        if self._path is None:
+            return 0
+        if self._painted == 0:
+            messages = self._controller.window.messages.messages
+            print(messages[0] if messages else "no frame came from the source in time", file=sys.stderr)
+            return 1
+        if not self._taken and not self._save(self._path):
+            print(f"the screenshot could not be written to {self._path}", file=sys.stderr)
+            return 1
+        print(f"{self._path.resolve()}  {self._rate:.1f} frames/s")
+        return 0
+
+
+def _application() -> QApplication:
+    running = QApplication.instance()
+    if isinstance(running, QApplication):
+        return running
+    QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
+    QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
+    app = QApplication(["grabbergui"])
+    app.setApplicationName("grabbergui")
+    app.setApplicationDisplayName("grabbergui")
+    app.setDesktopFileName("grabbergui")
+    app.setWindowIcon(icons.window_icon())
+    return app
+
+
+@contextmanager
+def _guarded(window: MainWindow) -> Iterator[None]:
+    """Log what nobody caught, on any thread, and show it in the error bar instead of ending."""
+    bridge = Bridge(window)
+
+    def show(error: BaseException | None, trace: TracebackType | None) -> None:
+        log.error("nobody caught this", exc_info=(type(error), error, trace) if error else None)
+        text = f"internal error: {type(error).__name__}: {error}; the log has the details"
+        bridge.call(lambda: window.messages.showError(text))
+
+    before, before_threads = sys.excepthook, threading.excepthook
+    sys.excepthook = lambda kind, error, trace: show(error, trace)
+    threading.excepthook = lambda thrown: show(thrown.exc_value, thrown.exc_traceback)
+    try:
+        yield
+    finally:
+        sys.excepthook, threading.excepthook = before, before_threads
+        bridge.close()
+
+
+@contextmanager
+def _interruptible(app: QApplication) -> Iterator[None]:
+    """Ctrl+C and a polite kill close the window."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {
+        number: signal.signal(number, lambda *_: app.quit()) for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    timer = QTimer()
+    timer.timeout.connect(lambda: None)
+    timer.start(SIGNAL_POLL_MS)
+    try:
+        yield
+    finally:
+        timer.stop()
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,235 @@
+"""Joins the picture, the status bar and the acquisition's actions to the models."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+
+from grabbergui.core.errors import PixelFormatError
+from grabbergui.core.grabber import StreamStatistics
+from grabbergui.core.pixels import value_at
+from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.diagnosis import CameraFacts, Observation, diagnose
+from grabbergui.models.picture import PictureModel
+from grabbergui.models.snapshot import SnapshotWriter
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.widgets.status_strip import StateTone
+
+STATUS_INTERVAL_MS = 200
+STALLED = 1.0
+"Seconds without a frame after which the state says so."
+
+
+class AcquisitionController(QObject):
+    """Shows the live picture and how it is doing; starts, stops, takes snapshots."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+
+    def __init__(
+        self,
+        window: MainWindow,
+        connection: Connection,
+        picture: PictureModel,
+        snapshots: SnapshotWriter,
+        preferences: Preferences,
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._view = window.picture
+        self._connection = connection
+        self._picture = picture
+        self._snapshots = snapshots
+        self._preferences = preferences
+        self._facts = CameraFacts()
+        self._mean: float | None = None
+        self._painted = 0
+        self._shown: OpenSource | None = None
+        self._bind_models()
+        self._bind_view()
+        self._timer = QTimer(self)
+        self._timer.setInterval(STATUS_INTERVAL_MS)
+        self._timer.timeout.connect(self._refresh)
+        self._timer.start()
+        self._show_state()
+
+    def _bind_models(self) -> None:
+        bridge = Bridge(self)
+        bridge.bind(self._picture.ready, self._on_picture_ready)
+        bridge.bind(self._connection.opened, self._on_connection_opened)
+        bridge.bind(self._connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(self._snapshots.saved, self._on_snapshot_saved)
+        bridge.bind(self._snapshots.failed, self.failed.emit)
+        # Not over the bridge: the queue must be let go before the grabber is closed.
+        self._connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        self._bridge = bridge
+
+    def _bind_view(self) -> None:
+        window, view = self._window, self._view
+        window.actionStart.triggered.connect(self._connection.start)
+        window.actionStop.triggered.connect(self._connection.stop)
+        window.actionSnapshot.triggered.connect(self.snapshot)
+        view.viewChanged.connect(self._picture.look_at)
+        view.cursorMoved.connect(self._show_cursor)
+        view.cursorLeft.connect(self._show_cursor)
+        view.painted.connect(self._on_view_painted)
+
+    def snapshot(self) -> None:
+        """Save the newest frame where snapshots go."""
+        frame, source = self._picture.frame, self._connection.source
+        if frame is None or source is None or source.grabber is None:
+            self.failed.emit("there is no frame yet to take a snapshot of; start the camera first")
+            return
+        self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
+
+    # -- the picture ---------------------------------------------------------------------------------
+    def _on_picture_ready(self) -> None:
+        picture = self._picture.take()
+        if picture is None or self._shown is None:
+            return
+        frame = picture.frame
+        self._view.setPicture(picture.image, frame.width, frame.height)
+        # Every tenth line and column is plenty to tell black from not black.
+        self._mean = float(picture.image.pixels[::10, ::10].mean())
+
+    def _on_view_painted(self) -> None:
+        self._painted += 1
+        self._picture.painted()
+
+    def _show_cursor(self, *_: int) -> None:
+        frame, pixel = self._picture.frame, self._view.canvas.cursorPixel
+        if frame is None or pixel is None or self._shown is None:
+            self._view.setCursorText("")
+            return
+        try:
+            values = value_at(frame, *pixel)
+        except (PixelFormatError, IndexError):
+            self._view.setCursorText(f"x {pixel[0]}  y {pixel[1]}")
+            return
+        text = ", ".join(str(value) for value in values)
+        self._view.setCursorText(f"x {pixel[0]}  y {pixel[1]}   {frame.pixel_format.family.value} {text}")
+
+    # -- the connection --------------------------------------------------------------------------------
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        if source is not self._connection.source or source.grabber is None:
+            return
+        self._shown = source
+        self._forget()
+        self._picture.attach(source.grabber)
+
+    def _on_connection_closing(self, _: OpenSource) -> None:
+        self._picture.detach()
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        if state in (LinkState.CLOSED, LinkState.OPENING):
+            self._shown = None
+            self._view.clear()
+            self._window.status.clearFigures()
+        if state is LinkState.STREAMING:
+            self._forget()
+            self._picture.restarted()
+        self._refresh()
+
+    def _forget(self) -> None:
+        self._facts = CameraFacts()
+        self._mean = None
+        self._painted = 0
+
+    def _on_snapshot_saved(self, path: Path) -> None:
+        self._window.messages.showNotice(f"Saved {path}")
+
+    # -- how it is doing ---------------------------------------------------------------------------------
+    def _refresh(self) -> None:
+        self._show_state()
+        source = self._shown
+        if source is None or source.grabber is None:
+            self._view.setNote("")
+            return
+        statistics = source.grabber.statistics()
+        self._show_figures(statistics)
+        self._show_cursor()
+        if self._connection.state is LinkState.STREAMING:
+            self._explain(source, statistics)
+        else:
+            self._view.setNote("")
+
+    def _show_figures(self, statistics: StreamStatistics) -> None:
+        status, frame = self._window.status, self._picture.frame
+        if frame is not None and self._picture.last_received is not None:
+            status.setFormat(f"{frame.width} × {frame.height}  {frame.pixel_format}")
+        status.setRates(statistics.frame_rate, self._picture.painted_rate)
+        status.setBandwidth(statistics.bandwidth)
+        status.setLosses(statistics.lost, statistics.incomplete)
+
+    def _explain(self, source: OpenSource, statistics: StreamStatistics) -> None:
+        assert source.grabber is not None
+        seen = Observation(
+            source=source.title,
+            address=source.grabber.info.address,
+            bus=source.grabber.info.bus,
+            seconds=self._since_start(source),
+            silent=self._silent(source),
+            statistics=statistics,
+            received=self._picture.received,
+            problem=self._picture.problem,
+            painted=self._painted,
+            mean=self._mean,
+            facts=self._facts,
+        )
+        found = diagnose(seen)
+        if found is None:
+            self._view.setNote("")
+            return
+        self._view.setNote(found.summary, found.advice, found.stage)
+        self._ask_for_facts(source)
+
+    def _ask_for_facts(self, source: OpenSource) -> None:
+        """Read what bears on it; not while all is well, so that nothing disturbs a running camera."""
+        grabber = source.grabber
+        if grabber is None:
+            return
+
+        def done(facts: CameraFacts) -> None:
+            self._bridge.call(lambda: self._on_facts(source, facts))
+
+        source.worker.submit(lambda: CameraFacts.read(grabber), key="diagnosis", done=done, delay=1.0)
+
+    def _on_facts(self, source: OpenSource, facts: CameraFacts) -> None:
+        if source is self._shown:
+            self._facts = facts
+
+    def _since_start(self, source: OpenSource) -> float:
+        return time.monotonic() - source.streaming_since if source.streaming_since is not None else 0.0
+
+    def _silent(self, source: OpenSource) -> float:
+        last = self._picture.last_received
+        return time.monotonic() - last if last is not None else self._since_start(source)
+
+    def _show_state(self) -> None:
+        state, source = self._connection.state, self._connection.source
+        status, window = self._window.status, self._window
+        if state is LinkState.STREAMING and source is not None:
+            silent = self._silent(source)
+            if silent < STALLED:
+                status.setState("Live", StateTone.GOOD)
+            elif self._picture.last_received is None:
+                status.setState(f"Waiting for a frame, {silent:.0f} s", StateTone.BUSY)
+            else:
+                status.setState(f"Stalled for {silent:.0f} s", StateTone.BUSY)
+        else:
+            text, tone = {
+                LinkState.CLOSED: ("Not connected", StateTone.IDLE),
+                LinkState.OPENING: ("Connecting", StateTone.BUSY),
+                LinkState.LOST: ("Connection lost", StateTone.BAD),
+            }.get(state, ("Stopped", StateTone.IDLE))
+            status.setState(text, tone)
+        status.setMessage(source.title if source is not None else "")
+        window.actionConnect.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))
+        window.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
+        window.actionStart.setEnabled(state is LinkState.OPEN)
+        window.actionStop.setEnabled(state is LinkState.STREAMING)
+        window.actionSnapshot.setEnabled(self._shown is not None and self._picture.frame is not None)

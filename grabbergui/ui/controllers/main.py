@@ -1,0 +1,145 @@
+"""Joins everything: the models, the window, and the controllers between them."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+from PyQt5.QtCore import QObject, QUrl
+from PyQt5.QtGui import QDesktopServices
+from PyQt5.QtWidgets import QAction, QApplication, QFileDialog, QMessageBox
+
+from grabbergui import __version__
+from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.picture import PictureModel
+from grabbergui.models.snapshot import SnapshotWriter
+from grabbergui.models.source_list import SourceListModel
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.acquisition import AcquisitionController
+from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.controllers.sources import SourcesController
+from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.main_window import MainWindow
+
+log = logging.getLogger(__name__)
+
+CLOSE_TIME = 0.8
+"Seconds that closing the window waits for sources and files; what takes longer ends by itself."
+
+
+class MainController(QObject):
+    """The program behind the window. Make it on the GUI thread; `shut_down` ends every thread it began."""
+
+    def __init__(self, window: MainWindow, preferences: Preferences) -> None:
+        super().__init__(window)
+        self.window = window
+        self.preferences = preferences
+        self.source_list = SourceListModel()
+        self.connection = Connection()
+        self.picture = PictureModel()
+        self.snapshots = SnapshotWriter()
+        self.sources = SourcesController(window.sources, self.source_list, self.connection, preferences)
+        self.acquisition = AcquisitionController(
+            window, self.connection, self.picture, self.snapshots, preferences
+        )
+        self.features = FeatureController(window.features, window.favourites, self)
+        self._down = False
+        self._join()
+        self._restore()
+
+    def begin(self, uri: str) -> None:
+        """Look for sources and connect to one."""
+        self.source_list.start()
+        self.sources.connect_to(uri)
+
+    def shut_down(self) -> bool:
+        """Let everything go. Whether all threads ended in time. May be called twice."""
+        if self._down:
+            return True
+        self._down = True
+        self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
+        self.features.set_model(None)
+        self.connection.disconnect()
+        picture = self.picture.detach(CLOSE_TIME)
+        closed = self.connection.wait_closed(CLOSE_TIME)
+        saved = self.snapshots.wait(CLOSE_TIME)
+        searched = self.source_list.stop(CLOSE_TIME)
+        return picture and closed and saved and searched
+
+    def _join(self) -> None:
+        window = self.window
+        self._bridge = Bridge(self)
+        self._bridge.bind(self.connection.failed, window.messages.showError)
+        self._bridge.bind(self.connection.opened, self._on_connection_opened)
+        self._bridge.bind(self.connection.closing, self._on_connection_closing)
+        for controller in (self.sources, self.acquisition, self.features):
+            controller.failed.connect(window.messages.showError)
+        window.closing.connect(self._on_window_closing)
+        window.themeChosen.connect(self._on_theme_chosen)
+        window.actionConnect.triggered.connect(window.sources.requestConnect)
+        window.actionDisconnect.triggered.connect(self.connection.disconnect)
+        window.actionSearch.triggered.connect(self.source_list.refresh)
+        window.actionSnapshotFolder.triggered.connect(self._choose_snapshot_folder)
+        window.actionOpenSnapshotFolder.triggered.connect(self._open_snapshot_folder)
+        window.actionShortcuts.triggered.connect(self._show_shortcuts)
+        window.actionAbout.triggered.connect(self._show_about)
+
+    def _restore(self) -> None:
+        window, preferences = self.window, self.preferences
+        if preferences.geometry is not None:
+            window.restoreGeometry(preferences.geometry)
+        if preferences.layout is not None:
+            window.restoreState(preferences.layout, LAYOUT_VERSION)
+        window.setTheme(preferences.theme)
+
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        if source is self.connection.source and source.grabber is not None:
+            self.features.set_model(source.features)
+            self.window.setWindowTitle(f"{source.title} – grabbergui")
+
+    def _on_connection_closing(self, _: OpenSource) -> None:
+        self.features.set_model(None)
+        self.window.setWindowTitle("grabbergui")
+
+    def _on_window_closing(self) -> None:
+        if not self.shut_down():
+            log.warning("a source or a file did not close in time")
+
+    def _on_theme_chosen(self, chosen: Theme) -> None:
+        self.preferences.theme = chosen
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            dress(app, chosen)
+
+    def _choose_snapshot_folder(self) -> None:
+        before = str(self.preferences.snapshot_folder)
+        chosen = QFileDialog.getExistingDirectory(self.window, "Folder for snapshots", before)
+        if chosen:
+            self.preferences.snapshot_folder = Path(chosen)
+
+    def _open_snapshot_folder(self) -> None:
+        folder = self.preferences.snapshot_folder
+        folder.mkdir(parents=True, exist_ok=True)
+        QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+
+    def _show_shortcuts(self) -> None:
+        actions = [a for a in self.window.findChildren(QAction) if not a.shortcut().isEmpty()]
+        rows = "".join(
+            f"<tr><td><b>{a.shortcut().toString()}</b>&nbsp;&nbsp;&nbsp;</td>"
+            f"<td>{a.text().replace('&', '')}</td></tr>"
+            for a in actions
+        )
+        mouse = (
+            "Over the picture: the wheel zooms, dragging moves it, a double click fits it or shows it 1:1."
+        )
+        QMessageBox.information(self.window, "Keyboard shortcuts", f"<table>{rows}</table><p>{mouse}</p>")
+
+    def _show_about(self) -> None:
+        QMessageBox.about(
+            self.window,
+            "About grabbergui",
+            f"<h3>grabbergui {__version__}</h3><p>Tune GenICam cameras live, and share them on YARP and"
+            " ROS 2 networks.</p><p>Free software under the GNU General Public License, version 3 or later,"
+            " with an additional permission to combine it with the GenICam runtime.</p>",
+        )

@@ -1,0 +1,78 @@
+"""Joins the list of sources to the search for them and to the connection."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from grabbergui.core.errors import UsageError
+from grabbergui.models.connection import Connection, LinkState
+from grabbergui.models.source_list import ListedSource, SourceListModel
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.views.source_list import SourceListView
+
+SIMULATED = "sim"
+
+
+class SourcesController(QObject):
+    """Shows what is found; connects to what is chosen or typed."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+
+    def __init__(
+        self,
+        view: SourceListView,
+        model: SourceListModel,
+        connection: Connection,
+        preferences: Preferences,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent or view)
+        self._view = view
+        self._model = model
+        self._connection = connection
+        self._preferences = preferences
+        bridge = Bridge(self)
+        bridge.bind(model.changed, self._on_model_changed)
+        bridge.bind(model.searching, view.setSearching)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        view.connectRequested.connect(self.connect_to)
+        view.addressEntered.connect(self._on_view_address_entered)
+        view.disconnectRequested.connect(connection.disconnect)
+        view.refreshRequested.connect(model.refresh)
+        view.setRecent(preferences.recent)
+        view.setSources(model.sources)
+
+    def connect_to(self, uri: str) -> None:
+        """Open a source; what is wrong with its URI comes by `failed`."""
+        try:
+            self._connection.connect_to(uri)
+        except UsageError as error:
+            self.failed.emit(str(error))
+
+    def _on_view_address_entered(self, text: str) -> None:
+        try:
+            uri = self._model.add(text)
+        except UsageError as error:
+            self.failed.emit(str(error))
+            return
+        self._view.addressEdit.clear()
+        self.connect_to(str(uri))
+
+    def _on_model_changed(self, sources: tuple[ListedSource, ...]) -> None:
+        self._view.setSources(sources)
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        source = self._connection.source
+        uri = ""
+        if source is not None:
+            # A source found is listed under the URI that names it exactly, e.g. by its serial number.
+            listed = {line.info.uri for line in self._model.sources}
+            typed = str(source.uri)
+            uri = typed if typed in listed or source.grabber is None else source.grabber.info.uri
+        self._view.setCurrent(uri, state is not LinkState.CLOSED)
+        if state is LinkState.OPEN and source is not None:
+            self._preferences.note_source(str(source.uri))
+            self._view.setRecent(self._preferences.recent)
+        self._view.hintLabel.setVisible(source is None or source.uri.scheme == SIMULATED)

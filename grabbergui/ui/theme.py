@@ -1,0 +1,168 @@
+"""Light and dark looks, following the desktop unless told otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from importlib import resources
+from string import Template
+
+from PyQt5.QtDBus import QDBus, QDBusConnection, QDBusInterface
+from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.ui import icons
+
+
+class Theme(Enum):
+    """Which look is wanted."""
+
+    AUTO = "auto"
+    "As the desktop."
+    LIGHT = "light"
+    DARK = "dark"
+
+
+@dataclass(frozen=True)
+class Colours:
+    """What a look is made of; style.qss uses the same names."""
+
+    window: str
+    panel: str
+    "Behind editors, lists and text fields."
+    raised: str
+    "Buttons, headers."
+    line: str
+    "Borders and dividers."
+    text: str
+    muted: str
+    "Text of less importance; at least 4.5:1 on `window`."
+    faint: str
+    "Disabled text."
+    accent: str
+    on_accent: str
+    canvas: str
+    "Around the picture: neutral, so that it does not change how colours are seen."
+    good: str
+    busy: str
+    bad: str
+    bad_back: str
+    info_back: str
+
+
+LIGHT = Colours(
+    window="#f3f5f7",
+    panel="#ffffff",
+    raised="#e9edf1",
+    line="#cdd5dd",
+    text="#17212b",
+    muted="#566472",
+    faint="#9aa6b1",
+    accent="#0b6bcb",
+    on_accent="#ffffff",
+    canvas="#2a2d31",
+    good="#137a3e",
+    busy="#8f5a00",
+    bad="#b3261e",
+    bad_back="#fbe4e2",
+    info_back="#e2effc",
+)
+
+DARK = Colours(
+    window="#1e2226",
+    panel="#16191c",
+    raised="#2b3036",
+    line="#3b424a",
+    text="#e4e8ec",
+    muted="#9fabb7",
+    faint="#66717c",
+    accent="#4aa3ff",
+    on_accent="#07182a",
+    canvas="#101214",
+    good="#5ccf8a",
+    busy="#f0b253",
+    bad="#ff8a80",
+    bad_back="#45211f",
+    info_back="#1b3450",
+)
+
+PORTAL_PATIENCE_MS = 150
+"How long the desktop may take to say which look it has."
+
+
+def dress(app: QApplication, theme: Theme = Theme.AUTO) -> Colours:
+    """Dress the application; may be called again while it runs. Returns the colours used."""
+    if theme is Theme.AUTO:
+        theme = Theme.DARK if desktop_is_dark(app) else Theme.LIGHT
+    colours = DARK if theme is Theme.DARK else LIGHT
+    app.setStyle("Fusion")
+    app.setPalette(palette(colours))
+    style = (resources.files("grabbergui.resources") / "style.qss").read_text(encoding="utf-8")
+    app.setStyleSheet(Template(style).substitute(vars(colours)))
+    for window in app.topLevelWidgets():
+        icons.apply(window)
+    return colours
+
+
+def desktop_is_dark(app: QApplication) -> bool:
+    """What the desktop prefers: by its settings portal, or else by the palette it gave to Qt."""
+    if app.platformName() not in ("offscreen", "minimal"):
+        preference = _portal_preference()
+        if preference:
+            return preference == 1
+    given = app.property("desktopPalette") or app.palette()
+    if app.property("desktopPalette") is None:
+        app.setProperty("desktopPalette", given)  # before a look of ours replaces it
+    return bool(QPalette(given).color(QPalette.Window).lightness() < 128)
+
+
+def _portal_preference() -> int:
+    """1 dark, 2 light, 0 none or unknown (org.freedesktop.appearance, color-scheme)."""
+    bus = QDBusConnection.sessionBus()
+    if not bus.isConnected():
+        return 0
+    portal = QDBusInterface(
+        "org.freedesktop.portal.Desktop",
+        "/org/freedesktop/portal/desktop",
+        "org.freedesktop.portal.Settings",
+        bus,
+    )
+    portal.setTimeout(PORTAL_PATIENCE_MS)
+    answer = portal.call(
+        QDBus.CallMode.Block, "Read", "org.freedesktop.appearance", "color-scheme"
+    ).arguments()
+    value = answer[0] if answer else 0
+    while hasattr(value, "variant"):
+        value = value.variant()
+    return value if isinstance(value, int) else 0
+
+
+def palette(colours: Colours) -> QPalette:
+    """The colours as Qt's roles, for everything the style draws by itself."""
+    made = QPalette()
+    roles = {
+        QPalette.Window: colours.window,
+        QPalette.WindowText: colours.text,
+        QPalette.Base: colours.panel,
+        QPalette.AlternateBase: colours.raised,
+        QPalette.Text: colours.text,
+        QPalette.Button: colours.raised,
+        QPalette.ButtonText: colours.text,
+        QPalette.BrightText: colours.bad,
+        QPalette.ToolTipBase: colours.raised,
+        QPalette.ToolTipText: colours.text,
+        QPalette.Highlight: colours.accent,
+        QPalette.HighlightedText: colours.on_accent,
+        QPalette.Link: colours.accent,
+        QPalette.LinkVisited: colours.accent,
+        QPalette.PlaceholderText: colours.muted,
+        QPalette.Mid: colours.line,
+        QPalette.Midlight: colours.line,
+    }
+    for role, colour in roles.items():
+        made.setColor(role, QColor(colour))
+    for role in (QPalette.WindowText, QPalette.Text, QPalette.ButtonText, QPalette.PlaceholderText):
+        made.setColor(QPalette.Disabled, role, QColor(colours.faint))
+    made.setColor(QPalette.Disabled, QPalette.Highlight, QColor(colours.line))
+    made.setColor(QPalette.Disabled, QPalette.HighlightedText, QColor(colours.faint))
+    return made

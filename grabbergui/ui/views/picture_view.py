@@ -1,0 +1,80 @@
+"""The live picture with its readout and the note over it."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import QLabel, QWidget
+
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.models.diagnosis import Stage
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.picture_note import PictureNote
+
+NOTE_WIDTH = 560
+NOTE_MARGIN = 16
+
+
+class PictureView(QWidget):
+    """Setters for what to show; signals for where one looks."""
+
+    viewChanged = pyqtSignal(object, object)
+    """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
+    cursorMoved = pyqtSignal(int, int)
+    """Column and line under the cursor."""
+    cursorLeft = pyqtSignal()
+    painted = pyqtSignal()
+    """A picture has reached the screen."""
+
+    canvas: PictureCanvas
+    cursorLabel: QLabel
+    zoomLabel: QLabel
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("picture_view", self)
+        self.note = PictureNote(self)
+        self.canvas.viewChanged.connect(self.viewChanged)
+        self.canvas.cursorMoved.connect(self.cursorMoved)
+        self.canvas.cursorLeft.connect(self.cursorLeft)
+        self.canvas.painted.connect(self.painted)
+        self.canvas.zoomChanged.connect(self._on_canvas_zoom_changed)
+
+    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+        """Show an image of a frame of that size in pixels."""
+        self.canvas.setPicture(image, width, height)
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.canvas.clear()
+        self.setCursorText("")
+        self.zoomLabel.clear()
+
+    def setCursorText(self, text: str) -> None:
+        """What to say of the pixel under the cursor."""
+        self.cursorLabel.setText(text)
+
+    def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
+        """Show a note over the picture; with no summary, none."""
+        self.note.setNote(summary, advice, stage)
+        self._place_note()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Keep the note in its place."""
+        super().resizeEvent(event)
+        self._place_note()
+
+    def _place_note(self) -> None:
+        if self.note.isHidden():
+            return
+        canvas = self.canvas.geometry()
+        width = min(NOTE_WIDTH, canvas.width() - 2 * NOTE_MARGIN)
+        # Wrapped labels tell their height only once they know their width.
+        height = self.note.heightForWidth(width)
+        x = canvas.x() + (canvas.width() - width) // 2
+        self.note.setGeometry(x, canvas.bottom() - height - NOTE_MARGIN, width, height)
+        self.note.raise_()
+
+    def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:
+        self.zoomLabel.setText(f"{zoom:.0%}" + (" · fitted" if fitted else ""))

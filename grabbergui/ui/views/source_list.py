@@ -1,0 +1,165 @@
+"""The sources found, and a field for the address of one that was not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from PyQt5.QtCore import QEvent, QStringListModel, Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QCompleter,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+
+from grabbergui.models.source_list import ListedSource
+from grabbergui.ui import icons
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.source_delegate import CURRENT_ROLE, SOURCE_ROLE, SourceDelegate
+
+
+class SourceListView(QWidget):
+    """Setters for the sources and the state; signals for what was chosen."""
+
+    connectRequested = pyqtSignal(str)
+    """The URI of the source that was chosen in the list."""
+    addressEntered = pyqtSignal(str)
+    """What was typed into the address field."""
+    disconnectRequested = pyqtSignal()
+    refreshRequested = pyqtSignal()
+
+    addressEdit: QLineEdit
+    refreshButton: QToolButton
+    sourceList: QListWidget
+    hintLabel: QLabel
+    connectButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("source_list", self)
+        self._connected = False
+        self._current = ""
+        self._recent = QStringListModel(self)
+        completer = QCompleter(self._recent, self)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.addressEdit.setCompleter(completer)
+        self.sourceList.setItemDelegate(SourceDelegate(self.sourceList))
+        self.sourceList.setMouseTracking(True)
+        self.addressEdit.returnPressed.connect(self._on_address_entered)
+        self.addressEdit.textChanged.connect(self._update_button)
+        self.refreshButton.clicked.connect(self.refreshRequested)
+        self.sourceList.itemActivated.connect(self._on_item_activated)
+        self.sourceList.itemSelectionChanged.connect(self._update_button)
+        self.connectButton.clicked.connect(self._on_connect_clicked)
+        self._update_button()
+
+    @property
+    def selected(self) -> str:
+        """The URI of the source that is selected; empty where none is."""
+        items = self.sourceList.selectedItems()
+        return items[0].data(SOURCE_ROLE).info.uri if items else ""
+
+    def setSources(self, sources: Sequence[ListedSource]) -> None:
+        """Show these sources; what was selected stays selected."""
+        selected = self.selected or self._current
+        blocked = self.sourceList.blockSignals(True)
+        self.sourceList.clear()
+        for source in sources:
+            item = QListWidgetItem(self.sourceList)
+            item.setData(SOURCE_ROLE, source)
+            item.setData(CURRENT_ROLE, source.info.uri == self._current)
+            item.setData(
+                Qt.ItemDataRole.AccessibleTextRole,
+                f"{source.info.title} {source.info.uri} {source.info.note}",
+            )
+            item.setToolTip(_tooltip(source))
+            item.setSelected(source.info.uri == selected)
+        self.sourceList.blockSignals(blocked)
+        self._update_button()
+
+    def setCurrent(self, uri: str, connected: bool) -> None:
+        """Mark the source that is open or being opened; empty for none."""
+        self._current, self._connected = uri, connected
+        for row in range(self.sourceList.count()):
+            if (item := self.sourceList.item(row)) is None:
+                continue
+            mine = item.data(SOURCE_ROLE).info.uri == uri
+            item.setData(CURRENT_ROLE, mine)
+            if mine:
+                self.sourceList.setCurrentItem(item)
+        self._update_button()
+
+    def setRecent(self, uris: Sequence[str]) -> None:
+        """What the address field offers to complete."""
+        self._recent.setStringList(list(uris))
+
+    def setSearching(self, searching: bool) -> None:
+        """Whether a search is under way."""
+        self.refreshButton.setEnabled(not searching)
+
+    def focusAddress(self) -> None:
+        """Put the cursor into the address field."""
+        self.addressEdit.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.addressEdit.selectAll()
+
+    def requestConnect(self) -> None:
+        """As if the connect button were pressed while nothing is open."""
+        address = self.addressEdit.text().strip()
+        if address:
+            self.addressEntered.emit(address)
+        elif self.selected:
+            self.connectRequested.emit(self.selected)
+        else:
+            self.focusAddress()
+
+    def changeEvent(self, event: QEvent | None) -> None:
+        """Redraw the button's icon in the colours of another look."""
+        super().changeEvent(event)
+        if event is not None and event.type() == QEvent.Type.PaletteChange and hasattr(self, "connectButton"):
+            self._update_button()
+
+    def _on_address_entered(self) -> None:
+        if address := self.addressEdit.text().strip():
+            self.addressEntered.emit(address)
+
+    def _on_item_activated(self, item: QListWidgetItem) -> None:
+        self.connectRequested.emit(item.data(SOURCE_ROLE).info.uri)
+
+    def _on_connect_clicked(self) -> None:
+        if self._leaves():
+            self.disconnectRequested.emit()
+        else:
+            self.requestConnect()
+
+    def _leaves(self) -> bool:
+        """Whether the button lets go: something is open and nothing else was chosen."""
+        other = self.addressEdit.text().strip() or (self.selected not in ("", self._current))
+        return self._connected and not other
+
+    def _update_button(self) -> None:
+        leaves = self._leaves()
+        self.connectButton.setText("Disconnect" if leaves else "Connect")
+        self.connectButton.setIcon(icons.icon("disconnect" if leaves else "connect", self.palette()))
+        self.connectButton.setProperty("iconName", "disconnect" if leaves else "connect")
+        self.connectButton.setEnabled(leaves or bool(self.addressEdit.text().strip() or self.selected))
+
+
+def _tooltip(source: ListedSource) -> str:
+    info = source.info
+    rows = {
+        "source": info.uri,
+        "vendor": info.vendor,
+        "model": info.model,
+        "name": info.user_name,
+        "serial": info.serial,
+        "address": info.address,
+        "version": info.version,
+        "seen on": info.interface,
+        "note": info.note,
+    }
+    return "\n".join(f"{name}: {value}" for name, value in rows.items() if value)

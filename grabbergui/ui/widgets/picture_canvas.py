@@ -1,0 +1,195 @@
+"""Where the picture is looked at: zoom, pan, fit, and the pixel under the cursor."""
+
+from __future__ import annotations
+
+import math
+
+import pyqtgraph as pg
+from PyQt5.QtCore import QEvent, QPointF, QRectF, Qt, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import QWidget
+
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.region import Region
+from grabbergui.ui.widgets.picture_item import PictureItem
+
+MAXIMUM_ZOOM = 64.0
+"Screen pixels for one pixel of the frame."
+MINIMUM_FRACTION = 0.25
+"Of the size that fits, below which zooming out is of no use."
+
+
+class PictureCanvas(pg.GraphicsView):
+    """Shows a picture; wheel zooms about the cursor, dragging pans, a double click fits.
+
+    It says which part of the frame it shows in how many screen pixels; somebody else makes the image.
+    """
+
+    viewChanged = pyqtSignal(object, object)
+    """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
+    zoomChanged = pyqtSignal(float, bool)
+    """Screen pixels for one of the frame, and whether the picture is kept fitted."""
+    cursorMoved = pyqtSignal(int, int)
+    """Column and line under the cursor."""
+    cursorLeft = pyqtSignal()
+    """The cursor is on no pixel."""
+    painted = pyqtSignal()
+    """A picture has reached the screen."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent, background=None)
+        self.setFrameShape(self.NoFrame)
+        self._box = pg.ViewBox(lockAspect=True, invertY=True, enableMenu=False, defaultPadding=0)
+        self._box.setBorder(None)
+        self._item = PictureItem(self.painted.emit)
+        self._fitted = True
+        self._empty = True
+        self._cursor: tuple[int, int] | None = None
+        self.setCentralItem(self._box)
+        self._box.addItem(self._item, ignoreBounds=True)
+        self._box.disableAutoRange()
+        self._box.sigRangeChanged.connect(self._announce)
+        self._box.sigRangeChangedManually.connect(self._on_box_moved_by_hand)
+        self.sceneObj.sigMouseMoved.connect(self._on_scene_mouse_moved)
+
+    @property
+    def zoom(self) -> float:
+        """Screen pixels for one pixel of the frame."""
+        rect = self._box.viewRect()
+        return self._box.width() * self.devicePixelRatioF() / rect.width() if rect.width() > 0 else 1.0
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the whole picture is kept in view when the window or the frame changes its size."""
+        return self._fitted
+
+    @property
+    def cursorPixel(self) -> tuple[int, int] | None:
+        """Column and line under the cursor, or None."""
+        return self._cursor
+
+    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+        """Show an image of a frame of that size in pixels."""
+        other_size = (width, height) != self._item.frame_size
+        self._item.setPicture(image, width, height)
+        self._item.show()
+        if other_size or self._empty:
+            self._empty = False
+            self._limit()
+            if self._fitted:
+                self.fit()
+            else:
+                self._announce()
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self._item.hide()
+        self._item.clear()
+        self._empty = True
+
+    def fit(self) -> None:
+        """Show all of the frame, and keep showing all of it."""
+        self._fitted = True
+        width, height = self._item.frame_size
+        if width and height:
+            self._box.setRange(QRectF(0, 0, width, height), padding=0)
+            self._announce()
+
+    def oneToOne(self) -> None:
+        """One screen pixel for each pixel of the frame, about the same centre."""
+        self._zoom_to(1.0)
+
+    def zoomBy(self, factor: float) -> None:
+        """Larger or smaller about the same centre."""
+        self._zoom_to(self.zoom * factor)
+
+    def frameToView(self, x: float, y: float) -> QPointF:
+        """Where a point of the frame is in this widget."""
+        return QPointF(self.mapFromScene(self._box.mapViewToScene(QPointF(x, y))))
+
+    # -- Qt's own ----------------------------------------------------------------------------------
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Keep the picture fitted, or its zoom as it is."""
+        zoom, fitted = (self.zoom, self._fitted) if hasattr(self, "_item") else (1.0, False)
+        super().resizeEvent(event)
+        if hasattr(self, "_item") and not self._empty:
+            self._limit()
+            if fitted:
+                self.fit()
+            else:
+                self._zoom_to(zoom)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """The cursor is on no pixel any more."""
+        super().leaveEvent(event)
+        self._leave()
+
+    def mouseDoubleClickEvent(self, event: QEvent) -> None:
+        """Fit, or back to 1:1 where it is fitted."""
+        super().mouseDoubleClickEvent(event)
+        if self._fitted:
+            self.oneToOne()
+        else:
+            self.fit()
+
+    # -- inside ------------------------------------------------------------------------------------
+    def _zoom_to(self, zoom: float) -> None:
+        if self._empty:
+            return
+        self._fitted = False
+        scale = self.devicePixelRatioF() / min(max(zoom, self._least()), MAXIMUM_ZOOM)
+        width, height = self._box.width() * scale, self._box.height() * scale
+        centre = self._box.viewRect().center()
+        # A whole pixel at the corner, so that pixels of frame and screen coincide at 1:1.
+        left, top = round(centre.x() - width / 2), round(centre.y() - height / 2)
+        self._box.setRange(QRectF(left, top, width, height), padding=0)
+        self._announce()
+
+    def _least(self) -> float:
+        width, height = self._item.frame_size
+        if not width or not height:
+            return 0.01
+        fits = min(self._box.width() / width, self._box.height() / height) * self.devicePixelRatioF()
+        return float(min(1.0, fits) * MINIMUM_FRACTION)
+
+    def _limit(self) -> None:
+        least, ratio = self._least(), self.devicePixelRatioF()
+        self._box.setLimits(
+            minXRange=self._box.width() * ratio / MAXIMUM_ZOOM,
+            maxXRange=self._box.width() * ratio / least,
+        )
+
+    def _announce(self, *_: object) -> None:
+        if self._empty:
+            return
+        frame = QRectF(0, 0, *self._item.frame_size)
+        seen = self._box.viewRect().intersected(frame)
+        zoom = self.zoom
+        self.zoomChanged.emit(zoom, self._fitted)
+        if seen.isEmpty():
+            return
+        left, top = math.floor(seen.left()), math.floor(seen.top())
+        region = Region(left, top, math.ceil(seen.right()) - left, math.ceil(seen.bottom()) - top)
+        size = (max(1, round(region.width * zoom)), max(1, round(region.height * zoom)))
+        self.viewChanged.emit(region, size)
+
+    def _on_box_moved_by_hand(self, *_: object) -> None:
+        self._fitted = False
+        self._announce()
+
+    def _on_scene_mouse_moved(self, position: QPointF) -> None:
+        point = self._box.mapSceneToView(position)
+        x, y = math.floor(point.x()), math.floor(point.y())
+        width, height = self._item.frame_size
+        if self._empty or not (0 <= x < width and 0 <= y < height):
+            self._leave()
+            return
+        self._cursor = (x, y)
+        self.setCursor(Qt.CursorShape.CrossCursor)
+        self.cursorMoved.emit(x, y)
+
+    def _leave(self) -> None:
+        if self._cursor is not None:
+            self._cursor = None
+            self.unsetCursor()
+            self.cursorLeft.emit()

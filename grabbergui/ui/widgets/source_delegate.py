@@ -1,0 +1,97 @@
+"""Paints a source in the list: its name, what it is, where it is, what hinders it."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt
+from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette
+from PyQt5.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+
+from grabbergui.models.source_list import ListedSource
+
+SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
+CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2
+
+PADDING = 9
+LINE_GAP = 2
+RADIUS = 6
+
+
+class SourceDelegate(QStyledItemDelegate):
+    """Two lines, three where something hinders the source; a bar marks the one that is open."""
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
+        """As high as its lines."""
+        title, small = _fonts(option.font)
+        lines = len(_details(index.data(SOURCE_ROLE)))
+        height = QFontMetrics(title).height() + lines * (QFontMetrics(small).height() + LINE_GAP)
+        return QSize(120, height + 2 * PADDING)
+
+    def paint(self, painter: QPainter | None, option: QStyleOptionViewItem, index: QModelIndex) -> None:
+        """Draw one source."""
+        if painter is None:
+            return
+        source: ListedSource = index.data(SOURCE_ROLE)
+        palette = option.palette
+        painter.save()
+        painter.setRenderHint(QPainter.Antialiasing)
+        card = option.rect.adjusted(1, 2, -1, -2)
+        self._paint_back(painter, option, card, bool(index.data(CURRENT_ROLE)))
+        title, small = _fonts(option.font)
+        hindered = bool(source.info.note)
+        ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
+        line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
+        line = _text(painter, line, title, ink, source.info.title)
+        muted = palette.color(QPalette.PlaceholderText)
+        for detail in _details(source):
+            line = _text(painter, line, small, ink if hindered else muted, detail)
+        painter.restore()
+
+    def _paint_back(
+        self, painter: QPainter, option: QStyleOptionViewItem, card: QRect, current: bool
+    ) -> None:
+        accent = option.palette.color(QPalette.Highlight)
+        if option.state & QStyle.StateFlag.State_Selected:
+            fill = QColor(accent)
+            fill.setAlphaF(0.18)
+        else:
+            fill = option.palette.color(QPalette.Base)
+            if option.state & QStyle.StateFlag.State_MouseOver:
+                fill = option.palette.color(QPalette.AlternateBase)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(fill)
+        painter.drawRoundedRect(card, RADIUS, RADIUS)
+        if current:
+            painter.setBrush(accent)
+            painter.drawRoundedRect(QRect(card.x(), card.y() + 6, 3, card.height() - 12), 1.5, 1.5)
+
+
+def _details(source: ListedSource) -> list[str]:
+    info = source.info
+    if source.manual:
+        return ["named by hand"]
+    place = " · ".join(part for part in (info.bus, info.address) if part)
+    serial = f"serial {info.serial}" if info.serial else ""
+    named = " ".join((info.vendor, info.model)).strip() if info.user_name else ""
+    lines = [" · ".join(part for part in (named, serial) if part), place, info.note]
+    return [line for line in lines if line]
+
+
+def _fonts(font: QFont) -> tuple[QFont, QFont]:
+    title, small = QFont(font), QFont(font)
+    title.setWeight(QFont.DemiBold)
+    small.setPointSizeF(font.pointSizeF() * 0.9)
+    return title, small
+
+
+def _text(painter: QPainter, line: QRect, font: QFont, ink: QColor, text: str) -> QRect:
+    """Draw one line and return where the next one begins."""
+    metrics = QFontMetrics(font)
+    painter.setFont(font)
+    painter.setPen(ink)
+    here = QRect(line.x(), line.y(), line.width(), metrics.height())
+    painter.drawText(
+        here,
+        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
+        metrics.elidedText(text, Qt.TextElideMode.ElideRight, here.width()),
+    )
+    return here.translated(0, metrics.height() + LINE_GAP)
