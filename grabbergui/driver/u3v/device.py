@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -211,7 +211,7 @@ class U3vDevice(Device):
             return read_description(registers.read, self._manifest_address)
 
     @contextlib.contextmanager
-    def _noticing_loss(self) -> Any:
+    def _noticing_loss(self) -> Iterator[RegisterAccess]:
         registers = self._opened()
         try:
             yield registers
@@ -271,8 +271,13 @@ class U3vDevice(Device):
     def _requirements(self, registers: RegisterAccess) -> StreamRequirements:
         # Register by register: some devices refuse to read across them.
         sirm = self._sirm_address
-        sizes = ((Sirm.INFO, 4), (Sirm.CONTROL, 4), (Sirm.REQUIRED_PAYLOAD_SIZE, 8))
-        sizes += ((Sirm.REQUIRED_LEADER_SIZE, 4), (Sirm.REQUIRED_TRAILER_SIZE, 4))
+        sizes = (
+            (Sirm.INFO, 4),
+            (Sirm.CONTROL, 4),
+            (Sirm.REQUIRED_PAYLOAD_SIZE, 8),
+            (Sirm.REQUIRED_LEADER_SIZE, 4),
+            (Sirm.REQUIRED_TRAILER_SIZE, 4),
+        )
         return StreamRequirements.decode(b"".join(registers.read(sirm + at, size) for at, size in sizes))
 
     def _write_plan(self, registers: RegisterAccess, plan: TransferPlan) -> None:
