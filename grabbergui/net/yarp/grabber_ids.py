@@ -34,6 +34,14 @@ class FeatureId(IntEnum):
     MIRROR = 22
 
 
+def label(number: int) -> str:
+    """What a feature's number means, for people."""
+    try:
+        return FeatureId(number).name.lower().replace("_", " ")
+    except ValueError:
+        return f"feature number {number}"
+
+
 class FeatureMode(IntEnum):
     """Who regulates a feature."""
 

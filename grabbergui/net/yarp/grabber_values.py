@@ -119,11 +119,7 @@ def _read(kind: Kind, left: Iterator[Item], dialect: Dialect) -> Value:
     if kind is Kind.INT or kind is Kind.FLOAT:
         return _number(item, kind)
     if kind is Kind.FLAG:
-        return (
-            bool(_number(item, Kind.INT))
-            if not word(item)
-            else word(item) not in ("fail", "0", "false", "off")
-        )
+        return _flag(item)
     if kind is Kind.TEXT and isinstance(item, str):
         return item
     if kind is Kind.CONFIGURATIONS:
@@ -145,6 +141,15 @@ def _number(item: Item | None, kind: Kind) -> int | float:
         if math.isfinite(item):
             return int(item)
     raise RemoteProtocolError(f"{_described(item)} where a number is expected")
+
+
+def _flag(item: Item | None) -> bool:
+    """0 or 1, or a word for it. A 3.x server that fails sends whatever number lies in its memory."""
+    known = {0: False, 1: True, "fail": False, "ok": True, "false": False, "true": True, "1": True}
+    key = word(item) or item
+    if isinstance(key, (int, str)) and key in known:
+        return known[key]
+    raise RemoteProtocolError(f"{item!r} where 0 or 1 is expected")
 
 
 def _vertices(items: Sequence[Item]) -> Vertices:

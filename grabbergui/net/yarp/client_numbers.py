@@ -1,0 +1,306 @@
+"""The features of a remote frame grabber of YARP's own: numbers on the wire, SFNC names here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from grabbergui.core.errors import FeatureAccessError, FeatureError
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    EnumEntry,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+)
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of
+from grabbergui.net.yarp.grabber_features import BALANCE_SELECTOR, BLUE, RED, ROLES
+from grabbergui.net.yarp.grabber_ids import FeatureId, FeatureMode
+from grabbergui.net.yarp.grabber_rpc import Operation, Reply
+from grabbergui.net.yarp.grabber_values import Value
+
+Ask = Callable[..., Reply]
+"""Performs an operation with its arguments on the server and gives its reply."""
+
+_NAMES = {
+    **{feature: role.names[0] for feature, role in ROLES.items()},
+    # Not the camera's: YARP's numbers say what a knob is for, not what kind of value it has.
+    **{FeatureId.SHUTTER: "Shutter", FeatureId.TRIGGER: "Trigger"},
+}
+_UNITS = {FeatureId.EXPOSURE: "us", FeatureId.TRIGGER_DELAY: "us", FeatureId.FRAME_RATE: "Hz"}
+"""Of values in the camera's own units, as SFNC has them."""
+
+_SANE = 1e15
+"""A 3.x server that fails to read a value sends what lies in its memory."""
+
+_MIRROR = ROLES[FeatureId.MIRROR].names[0]
+
+CONTROLS, DEVICE = "RemoteControls", "RemoteDevice"
+
+
+@dataclass(frozen=True)
+class _Knob:
+    """One number the server knows, and the features made of it."""
+
+    number: FeatureId
+    name: str
+    automatic: str = ""
+    "Name of its automatic mode; empty where it has none."
+    switch: str = ""
+    "Name of its switch; empty where it has none."
+    once: bool = False
+    settable: bool = True
+
+    @property
+    def two_values(self) -> bool:
+        return self.number is FeatureId.WHITE_BALANCE
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """How one feature is read and written."""
+
+    read: Callable[[], Feature]
+    write: Callable[[FeatureValue], None] | None = None
+    "None where it is read-only."
+
+
+class NumberFeatures:
+    """Features of a server that knows YARP's interface only. One thread at a time.
+
+    Where it answers with a range, values are in the camera's own units; where it does not, they go from
+    0 to 1.
+    """
+
+    def __init__(self, ask: Ask) -> None:
+        self._ask = ask
+        self._channel = RED
+        self._knobs = [knob for number in FeatureId if (knob := self._explore(number)) is not None]
+        self._entries = dict(self._make_entries())
+        self.tree = self._make_tree()
+        "What there is; asked of the server once."
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a feature."""
+        return name in self._entries
+
+    def read(self, name: str) -> Feature:
+        """The feature as the server has it now."""
+        return self._entries[name].read()
+
+    def write(self, name: str, value: FeatureValue) -> Feature:
+        """Set it and read it back; an automatic mode that is on is switched off first."""
+        feature = self.read(name)
+        write = self._entries[name].write
+        if write is None:
+            raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
+        accepted = feature.validated(value)
+        if feature.auto is not None and self.read(feature.auto).value != AUTO_OFF:
+            self.write(feature.auto, AUTO_OFF)
+        write(accepted)
+        return self.read(name)
+
+    def values(self) -> dict[str, Feature]:
+        """Everything that others may change, as it is now."""
+        return {name: entry.read() for name, entry in self._entries.items() if entry.write is not None}
+
+    # -- what the server has -------------------------------------------------------------------------
+    def _explore(self, number: FeatureId) -> _Knob | None:
+        if not self._flag(Operation.HAS_FEATURE, number):
+            return None
+        name = _NAMES[number]
+        once = self._flag(Operation.HAS_ONE_PUSH, number)
+        auto = once or self._flag(Operation.HAS_AUTO, number)
+        return _Knob(
+            number,
+            name,
+            automatic=(automatic_mode_of(name, lambda _: True) or "") if auto else "",
+            switch=f"{name}Enable" if self._flag(Operation.HAS_ON_OFF, number) else "",
+            once=once,
+            settable=self._flag(Operation.HAS_MANUAL, number),
+        )
+
+    def _make_entries(self) -> Iterator[tuple[str, _Entry]]:
+        for knob in self._knobs:
+            write = partial(self._write_knob, knob) if knob.settable else None
+            yield knob.name, _Entry(partial(self._read_knob, knob), write)
+            if knob.two_values:
+                yield BALANCE_SELECTOR, _Entry(self._read_selector, self._write_selector)
+            if knob.automatic:
+                yield (
+                    knob.automatic,
+                    _Entry(partial(self._read_automatic, knob), partial(self._write_automatic, knob)),
+                )
+            if knob.switch:
+                yield knob.switch, _Entry(partial(self._read_switch, knob), partial(self._write_switch, knob))
+        mirrored_by_number = any(knob.number is FeatureId.MIRROR for knob in self._knobs)
+        if not mirrored_by_number and self._ask(Operation.GET_MIRROR).ok:
+            yield _MIRROR, _Entry(self._read_mirror, self._write_mirror)
+        for name, operation in (("Width", Operation.WIDTH), ("Height", Operation.HEIGHT)):
+            if self._ask(operation).ok:
+                yield name, _Entry(partial(self._read_size, name, operation))
+        description = self._ask(Operation.DESCRIPTION)
+        if description.ok and description.values[1]:
+            yield "DeviceModelName", _Entry(partial(_model_name, str(description.values[1])))
+
+    def _make_tree(self) -> Category:
+        features = [entry.read() for entry in self._entries.values()]
+        controls = tuple(_description(feature) for feature in features if feature.category == CONTROLS)
+        device = tuple(_description(feature) for feature in features if feature.category == DEVICE)
+        return Category(
+            "Root",
+            members=(
+                Category(CONTROLS, "Controls", "What the remote camera lets others set", members=controls),
+                Category(DEVICE, "Device", "What the remote camera tells of itself", members=device),
+            ),
+        )
+
+    # -- reading -------------------------------------------------------------------------------------
+    def _read_knob(self, knob: _Knob) -> Feature:
+        if knob.two_values:
+            pair = self._numbers(Operation.GET_VALUES, knob.number)
+            value = None if pair is None else pair[0 if self._channel == RED else 1]
+            span = (0.0, 1.0) if value is not None and 0 <= value <= 1 else None
+            raw = False
+        else:
+            single = self._numbers(Operation.GET_VALUE, knob.number)
+            value = None if single is None else single[0]
+            span, raw = self._span(knob, value)
+        readable = value is not None
+        access = AccessMode.READ_WRITE if knob.settable else AccessMode.READ_ONLY
+        return Feature(
+            name=knob.name,
+            kind=FeatureKind.FLOAT,
+            category=CONTROLS,
+            streamable=knob.settable,
+            selectors=(BALANCE_SELECTOR,) if knob.two_values else (),
+            access=access if readable else AccessMode.NOT_AVAILABLE,
+            value=value,
+            minimum=span[0] if span else None,
+            maximum=span[1] if span else None,
+            unit=_UNITS.get(knob.number, "") if raw else "",
+            auto=knob.automatic or None,
+            problem="" if readable else "the server gave no value",
+        )
+
+    def _span(self, knob: _Knob, value: float | None) -> tuple[tuple[float, float] | None, bool]:
+        """The range, and whether it is in the camera's own units."""
+        span = self._numbers(Operation.GET_VALUES, knob.number)
+        if span is not None and value is not None and span[0] < span[1] and span[0] <= value <= span[1]:
+            return (span[0], span[1]), True
+        return ((0.0, 1.0) if value is not None and 0 <= value <= 1 else None), False
+
+    def _read_automatic(self, knob: _Knob) -> Feature:
+        reply = self._ask(Operation.GET_MODE, knob.number)
+        automatic = reply.ok and reply.values[0] == FeatureMode.AUTO
+        entries = (AUTO_OFF, *((AUTO_ONCE,) if knob.once else ()), AUTO_CONTINUOUS)
+        return Feature(
+            name=knob.automatic,
+            kind=FeatureKind.ENUMERATION,
+            category=CONTROLS,
+            access=AccessMode.READ_WRITE,
+            value=AUTO_CONTINUOUS if automatic else AUTO_OFF,
+            entries=tuple(EnumEntry(entry) for entry in entries),
+        )
+
+    def _read_switch(self, knob: _Knob) -> Feature:
+        return _boolean(knob.switch, self._flag(Operation.GET_ACTIVE, knob.number))
+
+    def _read_mirror(self) -> Feature:
+        return _boolean(_MIRROR, self._ask(Operation.GET_MIRROR).values == (True,))
+
+    def _read_selector(self) -> Feature:
+        return Feature(
+            name=BALANCE_SELECTOR,
+            kind=FeatureKind.ENUMERATION,
+            category=CONTROLS,
+            access=AccessMode.READ_WRITE,
+            value=self._channel,
+            entries=(EnumEntry(RED), EnumEntry(BLUE)),
+        )
+
+    def _read_size(self, name: str, operation: Operation) -> Feature:
+        reply = self._ask(operation)
+        return Feature(
+            name=name,
+            kind=FeatureKind.INTEGER,
+            category=DEVICE,
+            access=AccessMode.READ_ONLY,
+            value=int(_number(reply.values[0])) if reply.ok else None,
+        )
+
+    # -- writing -------------------------------------------------------------------------------------
+    def _write_knob(self, knob: _Knob, value: FeatureValue) -> None:
+        if not knob.two_values:
+            self._do(knob.name, Operation.SET_VALUE, knob.number, float(value))
+            return
+        pair = self._numbers(Operation.GET_VALUES, knob.number) or (0.0, 0.0)
+        red, blue = (value, pair[1]) if self._channel == RED else (pair[0], value)
+        self._do(knob.name, Operation.SET_VALUES, knob.number, float(red), float(blue))
+
+    def _write_automatic(self, knob: _Knob, value: FeatureValue) -> None:
+        if value == AUTO_ONCE:
+            self._do(knob.automatic, Operation.SET_ONE_PUSH, knob.number)
+        else:
+            mode = FeatureMode.AUTO if value == AUTO_CONTINUOUS else FeatureMode.MANUAL
+            self._do(knob.automatic, Operation.SET_MODE, knob.number, mode)
+
+    def _write_switch(self, knob: _Knob, value: FeatureValue) -> None:
+        self._do(knob.switch, Operation.SET_ACTIVE, knob.number, bool(value))
+
+    def _write_mirror(self, value: FeatureValue) -> None:
+        self._do(_MIRROR, Operation.SET_MIRROR, bool(value))
+
+    def _write_selector(self, value: FeatureValue) -> None:
+        self._channel = str(value)
+
+    # -- asking --------------------------------------------------------------------------------------
+    def _flag(self, operation: Operation, number: FeatureId) -> bool:
+        reply = self._ask(operation, number)
+        return reply.ok and reply.values[0] is True
+
+    def _numbers(self, operation: Operation, number: FeatureId) -> tuple[float, ...] | None:
+        reply = self._ask(operation, number)
+        numbers = tuple(_number(value) for value in reply.values)
+        sane = all(math.isfinite(value) and abs(value) < _SANE for value in numbers)
+        return numbers if reply.ok and sane else None
+
+    def _do(self, name: str, operation: Operation, *arguments: Value) -> None:
+        reply = self._ask(operation, *arguments)
+        if not reply.ok:
+            why = f" ({reply.text})" if reply.text else ""
+            raise FeatureError(f"{name}: the remote camera refused {arguments[-1]}{why}", name)
+
+
+def _number(value: Value) -> float:
+    return float(value) if isinstance(value, (int, float)) else math.nan
+
+
+def _boolean(name: str, value: bool) -> Feature:
+    return Feature(
+        name=name, kind=FeatureKind.BOOLEAN, category=CONTROLS, access=AccessMode.READ_WRITE, value=value
+    )
+
+
+def _model_name(text: str) -> Feature:
+    return Feature(
+        name="DeviceModelName",
+        kind=FeatureKind.STRING,
+        category=DEVICE,
+        access=AccessMode.READ_ONLY,
+        value=text,
+    )
+
+
+def _description(feature: Feature) -> FeatureDescription:
+    return FeatureDescription(
+        name=feature.name,
+        kind=feature.kind,
+        category=feature.category,
+        streamable=feature.streamable,
+        selectors=feature.selectors,
+    )
