@@ -43,6 +43,8 @@ class ScriptedGrabber(FrameGrabber):
         "Seconds that a call about this feature takes."
         self.failures: dict[str, Exception] = {}
         "What a call about this feature raises."
+        self.refusals: dict[str, Exception] = {}
+        "What writing this feature raises."
         self.on_write: Callable[[str, FeatureValue], FeatureValue] = lambda name, value: value
         self.gate = threading.Event()
         "Cleared, every feature call waits for it (at most five seconds)."
@@ -81,6 +83,8 @@ class ScriptedGrabber(FrameGrabber):
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         self.writes.append((name, value, time.monotonic()))
         self._enter(name)
+        if name in self.refusals:
+            raise self.refusals[name]
         accepted = self.on_write(name, self.known[name].validated(value))
         self.known[name] = replace(self.known[name], value=accepted)
         return self.known[name]

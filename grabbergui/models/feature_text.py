@@ -7,7 +7,7 @@ import ipaddress
 import math
 import re
 
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Representation
+from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Representation, format_value
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
@@ -117,9 +117,16 @@ def tooltip_html(feature: Feature) -> str:
         parts.append(f"<i>{html.escape(f'It {feature.access_problem()}.')}</i>")
     parts.extend(html.escape(text) for text in dict.fromkeys((feature.tooltip, feature.description)) if text)
     if feature.kind is not FeatureKind.COMMAND and not feature.problem:
+        if feature.value is not None:
+            parts.append(f"Value: {html.escape(_shortened(_exact(feature)))}")
         parts.append(f"Range: {html.escape(_shortened(feature.range_text()))}")
     parts.append(f"<code>{html.escape(feature.name)}</code>")
     return "<br>".join(parts)
+
+
+def _exact(feature: Feature) -> str:
+    """The value with all its digits, which the control may have no room for."""
+    return f"{format_value(feature.value)} {unit_text(feature.unit)}".rstrip()
 
 
 def _shortened(text: str, length: int = 300) -> str:

@@ -3,8 +3,8 @@ import threading
 import time
 
 import pytest
-from fakes import ScriptedGrabber
 
+from fakes import ScriptedGrabber
 from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
 from grabbergui.models.feature_tree import FeatureTreeModel

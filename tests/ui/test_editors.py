@@ -1,6 +1,8 @@
 """Each editor in both directions: a feature shown never emits, what a person does always does."""
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from PyQt5.QtCore import QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication, QLabel
@@ -517,3 +519,37 @@ def test_typing_holds_the_row(row, qtbot):
     assert made.told == ["held Width"]
     made.setFeature(feature(**{**vars(WIDTH), "problem": "gone"}))
     assert made.told == ["held Width", "released Width"]
+
+
+anything = st.one_of(
+    st.none(), st.booleans(), st.integers(-(2**64), 2**64), st.floats(), st.text(max_size=5), st.just("On")
+)
+bound = st.one_of(st.none(), st.integers(-(2**64), 2**64), st.floats(allow_nan=False))
+features = st.builds(
+    Feature,
+    name=st.just("Odd"),
+    kind=st.sampled_from(K),
+    access=st.sampled_from(A),
+    value=anything,
+    minimum=bound,
+    maximum=bound,
+    increment=st.one_of(st.none(), st.integers(0, 2**40), st.floats(0, 1e9)),
+    representation=st.sampled_from(R),
+    entries=st.sampled_from([(), MODE.entries]),
+    unit=st.sampled_from(["", "us", "<b>"]),
+    maximum_length=st.one_of(st.none(), st.integers(1, 10)),
+    problem=st.sampled_from(["", "", "odd"]),
+)
+
+
+@given(st.lists(features, min_size=1, max_size=4))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_no_feature_however_odd_breaks_its_row_or_is_written(qtbot, oddities):
+    made = FeatureRow(oddities[0])
+    qtbot.addWidget(made)
+    told = []
+    made.edited.connect(lambda name, value: told.append(value))
+    for odd in oddities:
+        made.setFeature(odd)
+        assert made.isEnabled(), "an exception disabled the row, see the log"
+    assert told == []

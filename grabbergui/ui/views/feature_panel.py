@@ -49,7 +49,10 @@ class FeaturePanel(QWidget):
         self._arrange()
 
     def setTree(self, root: Category | None, opened: Collection[str] = ()) -> None:
-        """Show another camera's features, with the sections open that hold these features; or none."""
+        """Show another camera's features, or none.
+
+        Sections that hold a feature of `opened` are open at first, or else the first section.
+        """
         self._pacer.clear()
         self.rows.clear()
         if self._section is not None:
@@ -58,6 +61,7 @@ class FeaturePanel(QWidget):
             self._section.deleteLater()
             self._section = None
         if root is not None:
+            opened = opened or _first_names(root)
             self._section = Section(root, self._make_row, self._pacer, frozenset(opened), self.content)
             self._section.removeHeader()
             self._section.toggled.connect(self._arrange)
@@ -82,24 +86,40 @@ class FeaturePanel(QWidget):
 
     def _arrange(self) -> None:
         """Show what level and filter let through."""
+        root = self._section.category if self._section is not None else None
+        self.filterEdit.setEnabled(root is not None)
+        self.levelBox.setEnabled(root is not None)
         watched: frozenset[str] = frozenset()
-        message = ""
-        self.filterEdit.setEnabled(self._section is not None)
-        self.levelBox.setEnabled(self._section is not None)
-        if self._section is None:
-            message = self.tr("The camera's controls appear here once one is connected.")
-        else:
+        message = self.tr("The camera's controls appear here once one is connected.")
+        if self._section is not None and root is not None:
             text = self.filterEdit.text().strip()
-            names = visible_names(self._section.category, _LEVELS[self.levelBox.currentIndex()], text)
-            if text and len(names) > MOST_FOUND:
-                message = self.tr("{0} more match; type another letter.").format(len(names) - MOST_FOUND)
-                names = names[:MOST_FOUND]
-            elif not names:
-                message = self.tr("Nothing matches; Guru shows every feature.")
-            self._section.arrange(frozenset(names), bool(text))
+            names = visible_names(root, self._level, text)
+            message = self._message(root, text, len(names))
+            shown = names[:MOST_FOUND] if text else names
+            self._section.arrange(frozenset(shown), bool(text))
             watched = frozenset(self._section.names_on_show())
         self.messageLabel.setText(message)
         self.messageLabel.setVisible(bool(message))
         if watched != self._watched:
             self._watched = watched
             self.watchedChanged.emit(watched)
+
+    @property
+    def _level(self) -> Visibility:
+        return _LEVELS[self.levelBox.currentIndex()]
+
+    def _message(self, root: Category, text: str, found: int) -> str:
+        """What is not shown, and how to see it."""
+        if text and found > MOST_FOUND:
+            return self.tr("{0} more match; type another letter.").format(found - MOST_FOUND)
+        if found and not text:
+            return ""
+        everything = len(visible_names(root, Visibility.GURU, text))
+        if everything > found:
+            return self.tr("Guru shows {0} more.").format(everything - found)
+        return "" if found else self.tr("Nothing matches.")
+
+
+def _first_names(root: Category) -> list[str]:
+    first = next((member for member in root.members if isinstance(member, Category)), root)
+    return [description.name for description in first.descriptions()]

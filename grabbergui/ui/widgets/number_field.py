@@ -97,6 +97,9 @@ class NumberField(QAbstractSpinBox):
             text = f"{number_text(number)} {unit_text(feature.unit)}".rstrip()
         if text != self._line.text():
             self._line.setText(text)
+            # Twenty digits need the room of the arrows more than they need the arrows.
+            symbols = QAbstractSpinBox.ButtonSymbols
+            self.setButtonSymbols(symbols.UpDownArrows if len(text) < 14 else symbols.NoButtons)
 
     def _edit(self, number: int | float) -> None:
         assert self._feature is not None
