@@ -147,10 +147,14 @@ class Feature(FeatureDescription):
         """
         if not self.access.writable:
             raise FeatureAccessError(f"{self.name} {self.access_problem()}", self.name)
+        if self.kind is FeatureKind.COMMAND:
+            raise FeatureValueError(f"{self.name} is a command and takes no value; run it instead", self.name)
         try:
             return self._converted(value)
         except ValueError as error:
-            raise FeatureValueError(f"{self.name}={value}: {error}", self.name) from error
+            raise FeatureValueError(
+                f"{self.name}={value}: {error}; allowed is {self.range_text()}", self.name
+            ) from error
 
     def access_problem(self) -> str:
         """Why it cannot be written, as the end of a sentence."""
@@ -184,30 +188,28 @@ class Feature(FeatureDescription):
         if self.kind is FeatureKind.STRING:
             text = str(value)
             if self.maximum_length is not None and len(text.encode()) > self.maximum_length:
-                raise ValueError(f"too long, allowed is {self.range_text()}")
+                raise ValueError("too long")
             return text
-        if self.kind is FeatureKind.COMMAND:
-            raise ValueError("a command takes no value; run it instead")
         number = _to_int(value) if self.kind is FeatureKind.INTEGER else _to_float(value)
         low, high = self.minimum, self.maximum
         if (low is not None and number < low) or (high is not None and number > high):
-            raise ValueError(f"out of range, allowed is {self.range_text()}")
+            raise ValueError("out of range")
         if self.kind is FeatureKind.INTEGER and self.increment and low is not None:
             below = (int(number) - int(low)) % int(self.increment)
             if below:
                 lower = int(number) - below
                 upper = lower + int(self.increment)
                 nearest = f"{lower} or {upper}" if high is None or upper <= high else f"{lower}"
-                raise ValueError(f"not on the step; the nearest allowed is {nearest} ({self.range_text()})")
+                raise ValueError(f"not on the step, the nearest is {nearest}")
         return number
 
     def _to_entry(self, text: str) -> str:
         for entry in self.entries:
             if entry.name == text:
                 if not entry.available:
-                    raise ValueError(f"not available just now, allowed is {self.range_text()}")
+                    raise ValueError("not available just now")
                 return entry.name
-        raise ValueError(f"no such entry, allowed is {self.range_text()}")
+        raise ValueError("no such entry")
 
 
 @dataclass(frozen=True)
@@ -256,7 +258,8 @@ def format_value(value: FeatureValue | None) -> str:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
-    return value if isinstance(value, str) else repr(value) if isinstance(value, float) else str(value)
+    # repr keeps every digit of a float; what is whole is shown whole.
+    return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
 
 def _to_bool(value: FeatureValue) -> bool:
@@ -265,7 +268,7 @@ def _to_bool(value: FeatureValue) -> bool:
         return True
     if text in ("0", "false", "off", "no", "0.0"):
         return False
-    raise ValueError("not a boolean, allowed is true or false")
+    raise ValueError("not a boolean")
 
 
 def _to_int(value: FeatureValue) -> int:

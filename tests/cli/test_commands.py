@@ -1,0 +1,158 @@
+"""The command line as a person uses it, on the simulated camera."""
+
+import json
+import subprocess
+import sys
+
+import cv2
+import pytest
+
+from grabbergui.cli import main
+
+SMALL = "sim:?width=64&height=48&fps=100"
+
+
+def run(capsys, *arguments):
+    """Exit code, stdout, stderr."""
+    try:
+        code = main(arguments)
+    except SystemExit as error:  # argparse's own
+        code = error.code
+    printed = capsys.readouterr()
+    return code, printed.out, printed.err
+
+
+def test_list_names_the_simulated_camera(capsys):
+    code, out, _ = run(capsys, "list", "--json", "--timeout", "0.2")
+
+    assert code == 0
+    found = json.loads(out)
+    camera = next(info for info in found if info["uri"] == "sim:")
+    assert {"uri", "vendor", "model", "serial", "address"} <= camera.keys()
+    assert camera["serial"]
+
+
+def test_list_for_people_has_a_heading_and_aligned_columns(capsys):
+    code, out, _ = run(capsys, "list", "--timeout", "0.2")
+
+    heading, *rows = out.splitlines()
+    assert code == 0 and rows
+    assert all(row[heading.index("SERIAL") - 1] == " " for row in rows)
+
+
+def test_features_as_json_have_values_and_ranges(capsys):
+    code, out, _ = run(capsys, "features", SMALL, "--json")
+
+    assert code == 0
+    features = {feature["name"]: feature for feature in json.loads(out)}
+    width = features["Width"]
+    assert (width["value"], width["kind"]) == (64, "integer") and width["maximum"] >= 2448
+    assert features["ExposureTime"]["unit"] == "us" and features["ExposureTime"]["auto"] == "ExposureAuto"
+    assert "Mono8" in features["PixelFormat"]["entries"]
+
+
+def test_features_for_people_are_indented_below_their_category(capsys):
+    code, out, _ = run(capsys, "features", SMALL)
+
+    assert code == 0
+    assert "Acquisition Control\n" in out
+    assert "\n  Width = 64 px (16 … 2448 px, step 8)\n" in out
+
+
+def test_get_prints_a_line_each(capsys):
+    assert run(capsys, "get", SMALL, "Width", "PixelFormat") == (
+        0,
+        "Width = 64 px\nPixelFormat = Mono8\n",
+        "",
+    )
+
+
+def test_set_works_in_order_and_prints_what_the_camera_reports(capsys):
+    code, out, _ = run(capsys, "set", SMALL, "ExposureAuto=Continuous", "ExposureTime=2e3", "ReverseX=on")
+
+    assert (code, out) == (0, "ExposureAuto = Continuous\nExposureTime = 2000 us\nReverseX = true\n")
+
+
+def test_run_executes_a_command(capsys):
+    assert run(capsys, "run", SMALL, "TimestampLatch") == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["get", "sim:", "ExposureTim"], "has no feature ExposureTim; did you mean ExposureTime"),
+        (["get", "sim:", "TimestampLatch"], "TimestampLatch is a command and has no value"),
+        (["set", "sim:", "Width=99999"], "Width=99999: out of range; allowed is 16 … 2448 px, step 8"),
+        (["set", "sim:", "Width=much"], "Width=much: not a whole number; allowed is 16"),
+        (["set", "sim:", "SensorWidth=8"], "SensorWidth is read-only"),
+        (["run", "sim:", "Width"], "Width is no command"),
+        (
+            ["grab", "sim:", "--set", "PixelFormat=Mono9"],
+            "PixelFormat=Mono9: no such entry; allowed is one of",
+        ),
+        (["get", "gige:192.0.2.1/nonsense", "Width"], "192.0.2.1/nonsense"),
+    ],
+)
+def test_what_fails_is_one_clear_line_and_exit_code_1(capsys, arguments, line):
+    code, out, err = run(capsys, *arguments)
+
+    assert (code, out) == (1, "")
+    assert line in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["get"],
+        ["get", "sim:"],
+        ["set", "sim:", "Width"],
+        ["grab", "sim:", "-n", "0"],
+        ["features", "nowhere"],
+        ["features", "floppy:1"],
+        ["gui", "nowhere"],
+        ["gui", "--duration", "-1"],
+    ],
+)
+def test_wrong_usage_is_exit_code_2(capsys, arguments):
+    code, out, err = run(capsys, *arguments)
+
+    assert (code, out) == (2, "")
+    assert err and "Traceback" not in err
+
+
+def test_grab_counts(capsys):
+    code, out, _ = run(capsys, "grab", SMALL, "-n", "5", "--json")
+
+    assert code == 0
+    summary = json.loads(out)
+    assert summary["frames"] == 5 and summary["bytes"] == 5 * 64 * 48
+    assert (summary["incomplete"], summary["lost"]) == (0, 0)
+    assert (summary["width"], summary["height"], summary["pixel_format"]) == (64, 48, "Mono8")
+    assert 5 < summary["fps"] < 200 and summary["seconds"] > 0
+
+
+def test_grab_sets_first_and_saves_every_frame(capsys, tmp_path):
+    folder = tmp_path / "new" / "frames"
+    code, out, _ = run(capsys, "grab", SMALL, "-n", "3", "--set", "PixelFormat=Mono12p", "--out", str(folder))
+
+    assert code == 0 and out.startswith("3 frames of 64×48 Mono12p")
+    files = sorted(folder.iterdir())
+    assert len(files) == 3
+    assert cv2.imread(str(files[0]), cv2.IMREAD_UNCHANGED).shape == (48, 64)
+
+
+def test_a_trigger_that_never_comes_ends_in_a_hint(capsys):
+    code, _, err = run(capsys, "grab", SMALL, "--set", "TriggerMode=On", "--keep-trigger", "--timeout", "0.3")
+
+    assert code == 1
+    assert "no frame within 0.3 s after 0 frames" in err and "trigger" in err
+
+
+def test_the_module_runs_and_a_closed_pipe_is_no_error():
+    command = [sys.executable, "-m", "grabbergui", "features", "sim:"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    assert process.stderr.read() == b""
+    process.stderr.close()
+    assert process.wait(30) == 0
