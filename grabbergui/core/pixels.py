@@ -133,7 +133,10 @@ def _reduced(picture: NDArray[np.uint8], region: Region, size: tuple[int, int] |
     and what is left is less than a factor of two, where linear interpolation skips no pixel.
     """
     scale = _scale(region, size)
-    width, height = max(1, int(region.width * scale)), max(1, int(region.height * scale))
+    # `size` may differ from the region's proportions by a rounding of the caller's: never exceed it.
+    width, height = (max(1, round(side * scale)) for side in (region.width, region.height))
+    if size:
+        width, height = min(width, max(1, size[0])), min(height, max(1, size[1]))
     while picture.shape[1] >= 2 * width and picture.shape[0] >= 2 * height:
         picture = colour.halved(picture)
     if picture.shape[1] > width or picture.shape[0] > height:
