@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pictures import bayer_colour, encoded, expected_rgb, frame_of, random_values
 
-from grabbergui.core import pfnc, pixels
+from grabbergui.core import pfnc, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import CONVERTIBLE, Family, Layout
@@ -32,6 +32,13 @@ def test_padding_at_the_end_of_lines_is_no_picture(pixel_format, padding):
     frame = frame_of(values, pixel_format, padding_x=padding)
     assert np.array_equal(frame.raw(), values)
     assert pixels.value_at(frame, 12, 4) == reference_value(values, pixel_format, 12, 4)
+
+
+@pytest.mark.parametrize("pixel_format", PACKED, ids=str)
+def test_pictures_larger_than_a_block_of_words(pixel_format, monkeypatch):
+    monkeypatch.setattr(unpacking, "_BLOCK", 3)
+    values = random_values(pixel_format, 13, 7)
+    assert np.array_equal(frame_of(values, pixel_format).raw(), values)
 
 
 @pytest.mark.parametrize("pixel_format", DEEP, ids=str)
