@@ -62,25 +62,22 @@ def for_display(
         # Half the size at most: each cell of four pixels becomes one, nothing is interpolated. A last line
         # or column that is no whole cell is left out.
         region = Region(region.x, region.y, region.width & ~1, region.height & ~1)
-        return DisplayImage(
-            _reduced(colour.bayer_cells(_part(frame, region), frame.pixel_format.order), region, size), region
-        )
-    if family is Family.BAYER:
-        return DisplayImage(_reduced(_demosaiced_part(frame, region), region, size), region)
-    if family is Family.YUV:
-        return DisplayImage(
-            _reduced(colour.to_rgb(_part(frame, region), frame.pixel_format), region, size), region
-        )
-    picture = _reduced(_part(frame, region), region, size)
-    return DisplayImage(
-        picture if family is Family.MONO else colour.to_rgb(picture, frame.pixel_format), region
-    )
+        picture = _reduced(colour.bayer_cells(_part(frame, region), frame.pixel_format.order), region, size)
+    elif family is Family.BAYER:
+        picture = _reduced(_demosaiced_part(frame, region), region, size)
+    elif family is Family.YUV:
+        picture = _reduced(colour.to_rgb(_part(frame, region), frame.pixel_format), region, size)
+    else:
+        picture = _reduced(_part(frame, region), region, size)
+    if family is Family.RGB:
+        picture = colour.to_rgb(picture, frame.pixel_format)
+    return DisplayImage(picture, region)
 
 
 def value_at(frame: Frame, x: int, y: int) -> tuple[int, ...]:
     """The sensor's values of one pixel: one of mono and Bayer, (R, G, B[, alpha]) or (Y, U, V) of colour.
 
-    Whatever their order in memory. Reads a few bytes only. Raises PixelFormatError, IndexError outside the
+    That is their order, whatever it is in memory. Reads a few bytes only. Raises PixelFormatError, IndexError outside the
     frame.
     """
     if not (0 <= x < frame.width and 0 <= y < frame.height):
