@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
+from PyQt5.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.loader import load_form
@@ -34,9 +34,9 @@ class FavouritesStrip(QWidget):
             widget.deleteLater()
         self._shown = []
         for description in descriptions:
-            if self._shown:
-                self._add(_divider(self), 0)
-            self._add(self._card(description), 1)
+            card = self._card(description)
+            self.cards.insertWidget(len(self._shown), card, 1)
+            self._shown.append(card)
         self.hintLabel.setVisible(not descriptions)
 
     def setFeature(self, feature: Feature) -> None:
@@ -52,14 +52,3 @@ class FavouritesStrip(QWidget):
         row.setMinimumWidth(190)
         row.setMaximumWidth(460)
         return row
-
-    def _add(self, widget: QWidget, stretch: int) -> None:
-        self.cards.insertWidget(len(self._shown), widget, stretch)
-        self._shown.append(widget)
-
-
-def _divider(parent: QWidget) -> QFrame:
-    line = QFrame(parent)
-    line.setFrameShape(QFrame.Shape.VLine)
-    line.setFrameShadow(QFrame.Shadow.Sunken)
-    return line

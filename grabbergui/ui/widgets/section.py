@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, FeatureDescription
@@ -13,6 +14,29 @@ from grabbergui.ui.widgets.pacer import Pacer
 
 MakeRow = Callable[[FeatureDescription, QWidget, bool], FeatureRow]
 """Makes a row from a description, its parent, and whether it stands below its selector."""
+
+
+class _Header(QToolButton):
+    """A category's title and whether it is open; shortened where there is no room for all of it."""
+
+    def __init__(self, category: Category) -> None:
+        super().__init__()
+        self._title = category.title
+        self.setAccessibleName(category.title)
+        self.setToolTip("\n".join(text for text in (category.title, category.tooltip) if text))
+        self.setAutoRaise(True)
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        font = self.font()
+        font.setBold(True)
+        self.setFont(font)
+        self.setText(self._title)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Fit the title."""
+        room = self.width() - 2 * self.iconSize().width()
+        self.setText(self.fontMetrics().elidedText(self._title, Qt.TextElideMode.ElideRight, room))
+        super().resizeEvent(event)
 
 
 class Section(QWidget):
@@ -43,16 +67,7 @@ class Section(QWidget):
         self._parts: dict[int, Section | FeatureRow] = {}
         self._shown: frozenset[str] = frozenset()
         self._searching = False
-        self.header = QToolButton()
-        self.header.setText(category.title)
-        self.header.setToolTip(category.tooltip)
-        self.header.setAccessibleName(category.title)
-        self.header.setAutoRaise(True)
-        self.header.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.header.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        font = self.header.font()
-        font.setBold(True)
-        self.header.setFont(font)
+        self.header = _Header(category)
         self.header.clicked.connect(self._on_header_clicked)
         self._open = bool(self.names & opened)
         self._body = QWidget()
