@@ -77,8 +77,8 @@ def for_display(
 def value_at(frame: Frame, x: int, y: int) -> tuple[int, ...]:
     """The sensor's values of one pixel: one of mono and Bayer, (R, G, B[, alpha]) or (Y, U, V) of colour.
 
-    That is their order, whatever it is in memory. Reads a few bytes only. Raises PixelFormatError, IndexError outside the
-    frame.
+    That is their order, whatever it is in memory. Reads a few bytes only. Raises PixelFormatError, and
+    IndexError outside the frame.
     """
     if not (0 <= x < frame.width and 0 <= y < frame.height):
         raise IndexError(f"({x}, {y}) is outside the picture of {frame.width}×{frame.height} pixels")
