@@ -7,7 +7,7 @@ so one picture that is neither black nor white tells the right exposure at once.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,21 +33,33 @@ class Limits:
         return min(max(value, self.low), self.high)
 
 
-def brightness(values: NDArray[Any], depth: int) -> float:
-    """Mean of a picture's values, 0 to 1."""
+class Brightness(NamedTuple):
+    """How bright a picture is, as parts of white."""
+
+    mean: float
+    saturated: float
+    "Part of the pixels that are white already."
+
+
+def brightness(values: NDArray[Any], depth: int) -> Brightness:
+    """Measure some of a picture's values."""
     height, width = values.shape[:2]
     step = 7  # odd, so that it falls on all sites of a Bayer pattern
     sample = values[:: step if height > 256 else 1, :: step if width > 256 else 1]
-    return float(sample.mean()) / ((1 << depth) - 1)
+    white = (1 << depth) - 1
+    return Brightness(float(sample.mean()) / white, float((sample >= white).mean()))
 
 
-def correction(measured: float, target: float, settings: FrameSettings) -> float:
+def correction(measured: Brightness, target: float, settings: FrameSettings) -> float:
     """By what the light has to be multiplied to reach the target; 1.0 where it is near enough."""
-    if abs(measured - target) < BRIGHTNESS_TOLERANCE:
+    if abs(measured.mean - target) < BRIGHTNESS_TOLERANCE:
         return 1.0
     black = settings.black_level / 255
-    ratio: float = (max(target - black, 0.01) / max(measured - black, 1e-3)) ** (1 / settings.optics.gamma)
-    return min(max(ratio, 1 / _STRONGEST_STEP), _STRONGEST_STEP)
+    # White pixels cannot grow brighter: the others have to make up for them.
+    white = measured.saturated if target > measured.mean else 0.0
+    ratio: float = max(target - white - black, 0.01) / max(measured.mean - white - black, 1e-3)
+    step: float = ratio ** (1 / settings.optics.gamma)
+    return min(max(step, 1 / _STRONGEST_STEP), _STRONGEST_STEP)
 
 
 def share_light(

@@ -1,0 +1,205 @@
+"""The picture answers the controls."""
+
+import numpy as np
+import pytest
+
+from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
+from grabbergui.driver.sim import patterns
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
+from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, StillScene
+
+SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.OFFSET_X: 0, reg.OFFSET_Y: 0, reg.BLACK_LEVEL: 0.0}
+
+
+def flat(level):
+    """A scene that is grey everywhere, under the usual light."""
+    picture = np.empty((SENSOR_HEIGHT, SENSOR_WIDTH, 3), np.uint16)
+    picture[...] = np.array(ILLUMINANT) * level * UNIT
+    return StillScene(picture)
+
+
+@pytest.fixture(scope="module")
+def grey():
+    return flat(0.25)
+
+
+@pytest.fixture(scope="module")
+def ramp():
+    """Red rises to the right, green downwards, blue stays."""
+    picture = np.zeros((SENSOR_HEIGHT, SENSOR_WIDTH, 3), np.uint16)
+    picture[:, :, 0] = np.arange(SENSOR_WIDTH) * 2
+    picture[:, :, 1] = np.arange(SENSOR_HEIGHT)[:, None] * 2
+    picture[:, :, 2] = 3000
+    return StillScene(picture)
+
+
+@pytest.fixture
+def lit(make_bench, grey):
+    def make(**power_on):
+        bench = make_bench({**SMALL, **{getattr(reg, name): value for name, value in power_on.items()}}, grey)
+        bench.start()
+        return bench
+
+    return make
+
+
+@pytest.mark.parametrize("name", ["Mono8", "Mono12", "RGB8", "BayerRG16"])
+def test_twice_the_exposure_is_twice_the_brightness_until_white(lit, name):
+    bench = lit(PIXEL_FORMAT=by_name(name).code, EXPOSURE_TIME=5000.0)
+    means = []
+    for exposure in (5000.0, 10_000.0, 20_000.0, 100_000.0):
+        bench.set(reg.EXPOSURE_TIME, exposure)
+        means.append(bench.picture().mean())
+    assert means[1] == pytest.approx(2 * means[0], abs=0.01)
+    assert means[2] == pytest.approx(4 * means[0], abs=0.01)
+    assert means[3] > 0.99
+
+
+def test_six_decibels_double_the_brightness(lit):
+    bench = lit()
+    plain = bench.picture().mean()
+    bench.set(reg.GAIN_RAW, 602)
+    assert bench.picture().mean() == pytest.approx(2 * plain, abs=0.01)
+
+
+def test_black_level_is_added(lit):
+    bench = lit(EXPOSURE_TIME=10.0, BLACK_LEVEL=20.0)
+    assert bench.picture().mean() * 255 == pytest.approx(20, abs=0.5)
+
+
+@pytest.mark.parametrize("gamma", [0.5, 2.0])
+def test_gamma_is_the_exponent(lit, gamma):
+    bench = lit(PIXEL_FORMAT=by_name("Mono16").code)
+    linear = bench.picture().mean()
+    bench.set(reg.GAMMA, gamma)
+    assert bench.picture().mean() == pytest.approx(linear**gamma, abs=0.01)
+
+
+def test_balance_acts_on_its_colour(lit):
+    bench = lit(PIXEL_FORMAT=by_name("RGB8").code)
+    red, green, blue = bench.picture().mean((0, 1))
+    assert red == pytest.approx(green, abs=0.01) and blue == pytest.approx(green, abs=0.01)
+    bench.set(reg.BALANCE_RATIO[0], 3.2)
+    assert bench.picture().mean((0, 1)) == pytest.approx([2 * red, green, blue], abs=0.01)
+
+
+def test_noise_grows_with_gain_and_is_the_same_for_the_same_frame(make_bench, grey):
+    def frame(gain):
+        bench = make_bench({**SMALL, reg.GAIN_RAW: gain, reg.EXPOSURE_TIME: 1000.0}, grey)
+        bench.start()
+        return bench.picture()
+
+    assert np.array_equal(frame(0), frame(0))
+    assert frame(2400).std() > 5 * frame(0).std()
+
+
+def test_binning_averages_or_sums(lit):
+    bench = lit(BINNING_HORIZONTAL=2, BINNING_VERTICAL=2)
+    averaged = bench.picture().mean()
+    bench.set(reg.BINNING_HORIZONTAL_MODE, reg.BinningMode.SUM)
+    assert bench.picture().mean() == pytest.approx(2 * averaged, abs=0.01)
+
+
+@pytest.fixture
+def window(make_bench, ramp):
+    def make(name="RGB8", **power_on):
+        values = {**SMALL, reg.BALANCE_RATIO[0]: 1.0, reg.BALANCE_RATIO[2]: 1.0}
+        values[reg.PIXEL_FORMAT] = by_name(name).code
+        values.update({getattr(reg, register): value for register, value in power_on.items()})
+        bench = make_bench(values, ramp)
+        bench.start()
+        return bench.picture() * UNIT
+
+    return make
+
+
+def test_offsets_move_the_window(window):
+    picture = window(OFFSET_X=1000, OFFSET_Y=500)
+    assert picture[0, 0, 0] == pytest.approx(2000, abs=80)
+    assert picture[0, 0, 1] == pytest.approx(1000, abs=80)
+
+
+def test_reversing_mirrors_the_sensor(window):
+    picture = window(REVERSE_X=1, REVERSE_Y=1)
+    assert picture[0, 0, 0] == pytest.approx(2 * SENSOR_WIDTH, abs=80)
+    assert picture[0, 0, 1] == pytest.approx(2 * SENSOR_HEIGHT, abs=80)
+
+
+@pytest.mark.parametrize("mirrored", [0, 1])
+@pytest.mark.parametrize("order", ["RG", "GR", "GB", "BG"])
+def test_bayer_pixels_see_their_colour_in_all_orders(window, order, mirrored):
+    place = {"OFFSET_X": 1000, "OFFSET_Y": 1400, "REVERSE_X": mirrored}
+    rgb = window("RGB8", **place)
+    raw = window(f"Bayer{order}8", **place)
+    sites = {letter: rgb[:, :, index] for index, letter in enumerate("RGB")}
+    assert raw[0::2, 0::2] == pytest.approx(sites[order[0]][0::2, 0::2], abs=90)
+    assert raw[0::2, 1::2] == pytest.approx(sites[order[1]][0::2, 1::2], abs=90)
+    below = {"RG": "GB", "GR": "BG", "GB": "RG", "BG": "GR"}[order]
+    assert raw[1::2, 0::2] == pytest.approx(sites[below[0]][1::2, 0::2], abs=90)
+    assert raw[1::2, 1::2] == pytest.approx(sites[below[1]][1::2, 1::2], abs=90)
+
+
+@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+def test_every_format_fills_its_payload(lit, pixel_format):
+    bench = lit(PIXEL_FORMAT=pixel_format.code)
+    plan, payload = bench.payload()
+    assert len(payload) == plan.payload_bytes == pixel_format.image_bytes(64, 48)
+    assert payload.any()
+
+
+def test_the_default_scene_moves(make_bench):
+    bench = make_bench(SMALL | {reg.OFFSET_X: 900, reg.OFFSET_Y: 900})
+    bench.start()
+    first = bench.picture()
+    bench.clock.advance(2)
+    assert np.abs(bench.picture() - first).max() > 0.05
+
+
+# -- test patterns -------------------------------------------------------------------------------
+
+
+def test_ramps_rise_by_one_and_move_with_the_frame():
+    still = patterns.draw(TestPattern.GREY_HORIZONTAL_RAMP, 300, 2, 7, by_name("Mono8"))
+    assert still[0, :3].tolist() == [0, 1, 2] and still[1, 256] == 0
+    moving = patterns.draw(TestPattern.GREY_VERTICAL_RAMP_MOVING, 2, 4, 7, by_name("Mono12"))
+    assert moving[:, 0].tolist() == [7 << 4, 8 << 4, 9 << 4, 10 << 4]
+
+
+def test_white_is_the_highest_value_of_each_depth():
+    for name, value in (("Mono8", 255), ("Mono10", 1023), ("Mono12", 4095), ("BayerRG16", 65535)):
+        picture = patterns.draw(TestPattern.WHITE, 4, 4, 1, by_name(name))
+        assert picture.min() == picture.max() == value
+
+
+def test_colour_bars_are_colours():
+    bars = patterns.draw(TestPattern.COLOR_BAR, 80, 2, 1, by_name("RGB8"))
+    assert [tuple(map(int, bars[0, x])) for x in (5, 15, 55, 75)] == [
+        (255, 255, 255),
+        (255, 255, 0),
+        (255, 0, 0),
+        (0, 0, 0),
+    ]
+
+
+def test_patterns_do_not_answer_to_exposure(lit):
+    bench = lit(TEST_PATTERN=TestPattern.GREY_HORIZONTAL_RAMP)
+    first = bench.picture()
+    bench.set(reg.EXPOSURE_TIME, 50_000.0)
+    assert np.array_equal(bench.picture(), first)
+    assert first[0, :4] * 255 == pytest.approx([0, 1, 2, 3])
+
+
+def test_the_frame_counter_is_drawn_over_the_scene(lit):
+    bench = lit(TEST_PATTERN=TestPattern.FRAME_COUNTER)
+    first, second = bench.picture(), bench.picture()
+    assert first.max() == 1.0 and first.min() == 0.0
+    assert np.abs(first - second).max() == 1.0
+
+
+def test_mono_formats_are_grey_whatever_the_balance(lit):
+    assert by_name("Mono8").family is Family.MONO
+    bench = lit()
+    before = bench.picture().mean()
+    bench.set(reg.BALANCE_RATIO[0], 4.0)
+    assert bench.picture().mean() == pytest.approx(before, abs=0.005)

@@ -1,0 +1,152 @@
+"""`sim:` as users name it, streaming for real."""
+
+import threading
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from grabbergui.core.errors import DeviceLostError, DeviceStatusError, SourceNotFoundError, UsageError
+from grabbergui.core.grabber import Access
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.source import create, create_device, discover
+
+
+def uri(text):
+    return SourceUri.parse(text)
+
+
+def test_the_built_in_camera_is_always_found():
+    (info,) = discover(0.1)
+    assert (info.uri, info.vendor, info.model, info.serial, info.bus) == (
+        "sim:",
+        "grabbergui",
+        "Simulated camera",
+        "SIM001",
+        "Simulated",
+    )
+
+
+def test_options_are_power_on_values():
+    device = create_device(uri("sim:?width=640&height=480&fps=60&pixel_format=BayerRG8&serial=X7&gain=1.5"))
+    get = device.model.memory.get
+    assert (get(reg.WIDTH), get(reg.HEIGHT), get(reg.FRAME_RATE), get(reg.GAIN_RAW)) == (640, 480, 60.0, 150)
+    assert device.info.serial == get(reg.DEVICE_SERIAL_NUMBER) == "X7"
+
+
+def test_a_fast_rate_shortens_the_exposure():
+    get = create_device(uri("sim:?fps=400&height=480")).model.memory.get
+    assert get(reg.FRAME_RATE) == pytest.approx(400)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("sim:?size=1", "width, height, fps"),
+        ("sim:?width=641", "16 to 2448 in steps of 8"),
+        ("sim:?fps=many", "0.5 to 1000"),
+        ("sim:?pixel_format=Mono9", "pixel_format=Mono9"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(text, says):
+    with pytest.raises(UsageError, match=says):
+        create(uri(text))
+
+
+def test_there_is_no_other_camera():
+    with pytest.raises(SourceNotFoundError, match="SIM999"):
+        create(uri("sim:SIM999"))
+
+
+def test_refusals_carry_a_status():
+    device = create_device(uri("sim:"))
+    with pytest.raises(DeviceLostError):
+        device.read(reg.WIDTH.address, 4)
+    device.open(Access.CONTROL)
+    with pytest.raises(DeviceStatusError) as caught:
+        device.write(reg.SENSOR_WIDTH_REGISTER.address, bytes(4))
+    assert caught.value.status == 0x8004
+    device.close()
+
+
+@pytest.fixture
+def streaming():
+    device = create_device(uri("sim:?width=64&height=48&fps=200"))
+    device.open(Access.CONTROL)
+    frames = []
+    arrived = threading.Semaphore(0)
+
+    def deliver(frame):
+        frames.append(frame)
+        arrived.release()
+
+    def take(count):
+        for _ in range(count):
+            assert arrived.acquire(timeout=5)
+        return frames
+
+    device.open_stream(StreamRequest(64 * 48), deliver)
+    device.write(reg.ACQUISITION_START.address, bytes((0, 0, 0, 1)))
+    yield device, take
+    device.close()
+
+
+def test_frames_come_numbered_and_stamped(streaming):
+    device, take = streaming
+    frames = take(5)
+    assert [frame.frame_id for frame in frames[:5]] == [1, 2, 3, 4, 5]
+    assert all(b.timestamp_ns > a.timestamp_ns for a, b in pairwise(frames))
+    assert abs(frames[0].received_ns - time.time_ns()) < 5e9
+    assert frames[0].raw().shape == (48, 64) and frames[0].complete
+    assert device.stream_statistics().frames >= 5
+
+
+def test_each_create_is_a_camera_of_its_own(streaming):
+    device, _ = streaming
+    other = create_device(uri("sim:"))
+    other.open(Access.CONTROL)
+    device.write(reg.EXPOSURE_TIME.address, reg.EXPOSURE_TIME.encode(77.0))
+    assert other.read(reg.EXPOSURE_TIME.address, 8) == reg.EXPOSURE_TIME.encode(10_000.0)
+    other.close()
+
+
+def test_held_frames_cost_underruns_not_memory(streaming):
+    device, take = streaming
+    frames = take(32)
+    first = frames[0].payload.copy()
+    deadline = time.monotonic() + 5
+    while device.stream_statistics().underruns == 0 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert device.stream_statistics().underruns > 0
+    assert len(frames) == 32 and np.array_equal(frames[0].payload, first)
+
+
+def test_closing_ends_the_thread(streaming):
+    device, take = streaming
+    take(1)
+    device.close()
+    device.close()
+    assert not any(thread.name == "simulated camera" for thread in threading.enumerate())
+
+
+def test_chunks_and_events_reach_the_listener():
+    device = create_device(uri("sim:?width=64&height=48"))
+    device.open(Access.CONTROL)
+    heard = threading.Event()
+    events, frames = [], []
+    device.on_event = lambda *event: (events.append(event), heard.set())
+    for register in (reg.CHUNK_MODE_ACTIVE, reg.EVENT_NOTIFICATION[reg.Event.FRAME_START]):
+        device.write(register.address, bytes((0, 0, 0, 1)))
+    got = threading.Event()
+    device.open_stream(StreamRequest(64 * 48 + 72), lambda frame: (frames.append(frame), got.set()))
+    device.write(reg.ACQUISITION_START.address, bytes((0, 0, 0, 1)))
+    assert heard.wait(5) and got.wait(5)
+    device.close()
+    event_id, entry = events[0]
+    assert event_id == 0x9000 and entry[2:4] == b"\x90\x00" and len(entry) == 32
+    assert frames[0].chunks["ChunkFrameID"] == 1
+    assert frames[0].chunks["ChunkExposureTime"] == 10_000.0
+    assert len(frames[0].payload) == 64 * 48 + 72
