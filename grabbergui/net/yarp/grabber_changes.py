@@ -30,13 +30,8 @@ class ChangeLog:
 
     def since(self, revision: int) -> tuple[int, list[str] | None]:
         """The revision now, and the features changed after `revision`; None where that is not known."""
+        self._listen()
         with self._lock:
-            self._asked = time.monotonic()
-            if not self._listening:
-                self._listening = True
-                self._revision += 1
-                self._changes.clear()
-                self._grabber.features_changed.connect(self._note)
             oldest = self._changes[0][0] if self._changes else self._revision + 1
             if not oldest - 1 <= revision <= self._revision:
                 return self._revision, None
@@ -46,17 +41,26 @@ class ChangeLog:
     def close(self) -> None:
         """Stop listening. May be called twice."""
         with self._lock:
-            self._forget()
+            listening, self._listening = self._listening, False
+        if listening:
+            self._grabber.features_changed.disconnect(self._note)
+
+    def _listen(self) -> None:
+        with self._lock:
+            self._asked = time.monotonic()
+            if self._listening:
+                return
+            self._listening = True
+            self._revision += 1
+            self._changes.clear()
+        # Not under our lock: the signal holds its own while it calls `_note`.
+        self._grabber.features_changed.connect(self._note)
 
     def _note(self, names: frozenset[str]) -> None:
         with self._lock:
-            if time.monotonic() - self._asked > IDLE:
-                self._forget()
-                return
-            self._revision += 1
-            self._changes.append((self._revision, names))
-
-    def _forget(self) -> None:
-        if self._listening:
-            self._listening = False
-            self._grabber.features_changed.disconnect(self._note)
+            wanted = time.monotonic() - self._asked <= IDLE
+            if wanted:
+                self._revision += 1
+                self._changes.append((self._revision, names))
+        if not wanted:
+            self.close()

@@ -1,0 +1,208 @@
+"""The whole GenICam tree over the wire, and its change log."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fakes import ScriptedGrabber
+from grabbergui.core.errors import (
+    DeviceStatusError,
+    FeatureValueError,
+    GrabberError,
+    RemoteProtocolError,
+    TransportError,
+)
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    EnumEntry,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    Representation,
+    Visibility,
+)
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net.yarp import grabber_changes, grabber_tree
+from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp.grabber_changes import ChangeLog
+from grabbergui.net.yarp.values import Vocab
+
+FULL = Feature(
+    name="Gain",
+    kind=FeatureKind.FLOAT,
+    display_name="Gain (dB)",
+    tooltip="Amplification",
+    description="Of the analogue signal",
+    visibility=Visibility.GURU,
+    category="AnalogControl",
+    streamable=True,
+    selectors=("GainSelector",),
+    access=AccessMode.READ_WRITE,
+    value=0.1,
+    minimum=-(2**63),
+    maximum=2**63 - 1,
+    increment=1e-9,
+    unit="dB",
+    representation=Representation.LOGARITHMIC,
+    entries=(EnumEntry("One", "Eins", "µ", False), EnumEntry("Two")),
+    auto="GainAuto",
+    maximum_length=12,
+    problem="näh",
+)
+TREE = Category(
+    "Root",
+    members=(
+        Category(
+            "AnalogControl",
+            "Analog Control",
+            "What is amplified",
+            Visibility.EXPERT,
+            (FeatureDescription(name="Gain", kind=FeatureKind.FLOAT), Category("Empty")),
+        ),
+        FeatureDescription(name="Width", kind=FeatureKind.INTEGER, selectors=("A", "B")),
+    ),
+)
+
+
+def carried(result: object) -> Any:
+    """What the other end makes of a result, through the wire's bytes."""
+    return grabber_tree.read_reply(Bottle.decode(grabber_tree.success(result).encode()))
+
+
+def test_features_and_trees_come_back_whole() -> None:
+    assert grabber_tree.read_feature(carried(FULL)) == FULL
+    assert grabber_tree.read_category(carried(TREE)) == TREE
+    info = DeviceInfo("gige:1", vendor="Acme", serial="7")
+    assert grabber_tree.read_info(carried(info)) == info
+
+
+@pytest.mark.parametrize("value", [True, 2**63 - 1, 0.1, float("inf"), "ä", None])
+def test_values_keep_their_type(value: object) -> None:
+    feature = Feature(name="X", kind=FeatureKind.STRING, access=AccessMode.READ_ONLY, value=value)  # type: ignore[arg-type]
+    again = grabber_tree.read_feature(carried(feature))
+    assert (again.value, type(again.value)) == (value, type(value))
+
+
+def test_errors_are_raised_at_the_other_end() -> None:
+    for error in (FeatureValueError("Gain=99: no", "Gain"), TransportError("gone"), GrabberError("?")):
+        reply = Bottle.decode(grabber_tree.failure(error).encode())
+        with pytest.raises(type(error), match=str(error)[:4].replace("?", "[?]")) as caught:
+            grabber_tree.read_reply(reply)
+        assert type(caught.value) is type(error)
+        assert getattr(caught.value, "feature", "") == getattr(error, "feature", "")
+    # One whose constructor needs more than crosses the wire comes as the base.
+    with pytest.raises(GrabberError, match="refused"):
+        grabber_tree.read_reply(grabber_tree.failure(DeviceStatusError("refused", 0x8006)))
+    with pytest.raises(GrabberError, match="text"):
+        grabber_tree.read_reply([grabber_tree.WORD, "error", "SystemExit", "text", ""])
+
+
+def test_fields_of_a_newer_peer_are_ignored() -> None:
+    data = json.loads(json.dumps(carried(FULL))) | {"colour": "red"}
+    assert grabber_tree.read_feature(data) == FULL
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        *(None, 3, [], {}, {"name": "X"}, {"name": 5, "kind": "float", "access": "RW"}),
+        {"name": "X", "kind": "vector", "access": "RW"},
+        {"name": "X", "kind": "float", "access": "RW", "value": [1]},
+        {"name": "X", "kind": "float", "access": "RW", "entries": 3},
+        {"name": "X", "kind": "float", "access": "RW", "entries": [3]},
+        {"name": "X", "kind": "float", "access": "RW", "selectors": 3},
+    ],
+)
+def test_malformed_features_are_refused(data: object) -> None:
+    with pytest.raises(RemoteProtocolError):
+        grabber_tree.read_feature(data)
+
+
+def test_endless_categories_are_refused() -> None:
+    data: dict[str, object] = {"name": "X"}
+    for _ in range(100):
+        data = {"name": "X", "members": [data]}
+    with pytest.raises(RemoteProtocolError, match="nested"):
+        grabber_tree.read_category(data)
+
+
+def test_other_servers_do_not_understand() -> None:
+    assert not grabber_tree.understood([Vocab("nak")])
+    assert not grabber_tree.understood([Vocab("fail")])
+    assert grabber_tree.understood(grabber_tree.success(None))
+    for reply in (
+        [],
+        [Vocab("nak")],
+        ["genicam"],
+        ["genicam", "ok"],
+        ["genicam", "ok", "{"],
+        ["genicam", "ok", 3],
+    ):
+        with pytest.raises(RemoteProtocolError):
+            grabber_tree.read_reply(reply)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["name", "kind", "members", "entries", "access", "value"]), inner)
+    ),
+    max_leaves=10,
+)
+
+
+@given(json_values)
+def test_json_of_any_shape_is_read_or_refused(data: object) -> None:
+    for read in (grabber_tree.read_feature, grabber_tree.read_category, grabber_tree.read_info):
+        with suppress(RemoteProtocolError):
+            read(data)
+
+
+# -- changes ---------------------------------------------------------------------------------------
+@pytest.fixture
+def grabber() -> ScriptedGrabber:
+    return ScriptedGrabber([FULL])
+
+
+def test_changes_since_a_revision(grabber: ScriptedGrabber) -> None:
+    log = ChangeLog(grabber)
+    start, names = log.since(0)
+    assert names is None  # nobody listened before
+    assert log.since(start) == (start, [])
+    grabber.features_changed.emit(frozenset({"Gain"}))
+    grabber.features_changed.emit(frozenset({"Gain", "Width"}))
+    assert log.since(start) == (start + 2, ["Gain", "Width"])
+    assert log.since(start + 2) == (start + 2, [])
+    assert log.since(start + 3)[1] is None  # from another life of the server
+    log.close()
+    assert not len(grabber.features_changed)
+
+
+def test_too_old_a_revision_may_have_missed_anything(grabber: ScriptedGrabber) -> None:
+    log = ChangeLog(grabber)
+    start, _ = log.since(0)
+    for _ in range(grabber_changes.MEMORY + 1):
+        grabber.features_changed.emit(frozenset({"Gain"}))
+    assert log.since(start)[1] is None
+    assert log.since(start + 1)[1] == ["Gain"]
+    log.close()
+
+
+def test_nobody_asks_nobody_listens(grabber: ScriptedGrabber, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = ChangeLog(grabber)
+    assert not len(grabber.features_changed)
+    start, _ = log.since(0)
+    assert len(grabber.features_changed) == 1
+    monkeypatch.setattr(grabber_changes, "IDLE", -1.0)
+    grabber.features_changed.emit(frozenset({"Gain"}))
+    assert not len(grabber.features_changed)
+    assert log.since(start)[1] is None
+    log.close()
