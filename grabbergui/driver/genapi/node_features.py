@@ -21,6 +21,7 @@ from grabbergui.core.features import (
     Representation,
     Visibility,
 )
+from grabbergui.core.sfnc import role_of
 
 _KINDS = {
     genapi.EInterfaceType.intfIInteger: FeatureKind.INTEGER,
@@ -50,6 +51,12 @@ _REPRESENTATIONS = {
 }
 
 _INT64_MAX = 2**63 - 1
+
+
+def _representation(value: Any, *, of_quantity: bool) -> Representation:
+    """PureNumber is also what GenApi says where the description says nothing: a quantity gets its slider."""
+    known = _REPRESENTATIONS.get(value.representation, Representation.LINEAR)
+    return Representation.LINEAR if of_quantity and known is Representation.PURE_NUMBER else known
 
 
 def is_category(value: Any) -> bool:
@@ -130,7 +137,7 @@ def _integer(value: Any) -> dict[str, Any]:
         "maximum": int(value.max),
         "increment": int(value.inc),
         "unit": value.unit,
-        "representation": _REPRESENTATIONS.get(value.representation, Representation.LINEAR),
+        "representation": _representation(value, of_quantity=role_of(value.node.name) is not None),
     }
 
 
@@ -140,7 +147,7 @@ def _float(value: Any) -> dict[str, Any]:
         "maximum": float(value.max),
         "increment": float(value.inc) if value.has_inc() else None,
         "unit": value.unit,
-        "representation": _REPRESENTATIONS.get(value.representation, Representation.LINEAR),
+        "representation": _representation(value, of_quantity=True),
     }
 
 

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from genicam import genapi
@@ -56,6 +57,7 @@ class CameraNodeMap:
                 f"the camera's description cannot be used: {node_features.reason_of(error)}"
             ) from error
         self._descriptions: dict[str, FeatureDescription] = {}
+        self._categories: set[str] = set()
         self._callbacks: list[tuple[Any, int]] = []
         with self._lock:
             self._root = self._build_tree()
@@ -183,14 +185,22 @@ class CameraNodeMap:
                 return True
 
     def _build_tree(self) -> Category:
-        root = self._map.get_node("Root")
-        tree = self._category(root, frozenset())
+        root = self._category(self._map.get_node("Root"), frozenset())
+        # Some cameras have categories that nothing leads to, with the gain in them.
+        lost = [
+            self._category(value, frozenset())
+            for value in self._map.nodes
+            if node_features.is_category(value)
+            and value.node.name not in self._categories
+            and not value.node.parents
+        ]
         self._port.take_failure()
-        return tree
+        return replace(root, members=(*root.members, *(branch for branch in lost if branch.members)))
 
     def _category(self, category: Any, above: frozenset[str]) -> Category:
         node = category.node
         name = node.name
+        self._categories.add(name)
         members: list[Category | FeatureDescription] = []
         for value in category.features:
             if not self._implemented(value):

@@ -69,7 +69,7 @@ def nodes(memory, changes):
 
 
 def test_the_tree_has_what_is_implemented(nodes):
-    image, odd = nodes.root.members
+    image, odd, _lost = nodes.root.members
 
     assert (image.name, image.title, image.visibility) == ("Image", "Image Format", Visibility.BEGINNER)
     assert [member.name for member in image.members] == [
@@ -77,6 +77,13 @@ def test_the_tree_has_what_is_implemented(nodes):
     ]  # fmt: skip
     assert [member.name for member in odd.members] == ["Broken", "Fine"]
     assert not nodes.has("Absent")
+
+
+def test_a_category_that_nothing_leads_to_is_found(nodes):
+    lost = nodes.root.members[-1]
+
+    assert [member.name for member in lost.members] == ["GainRaw"]
+    assert nodes.feature("GainRaw").representation is Representation.LINEAR
 
 
 def test_an_integer(nodes):
