@@ -3,6 +3,7 @@
 import itertools
 import logging
 import os
+import struct
 import time
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QWidget
 
 from fakes import ScriptedGrabber, XmlDevice
+from grabbergui import sources
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import AccessMode, Category, EnumEntry, Feature, FeatureKind, Visibility
 from grabbergui.driver.camera import Camera
@@ -100,6 +102,14 @@ class Desk:
     def shown(self):
         self.filled()
         return [row.name for row in self.panel.findChildren(FeatureRow) if row.isVisible()]
+
+    def open_everything(self):
+        """Open each section, for gurus."""
+        self.panel.levelBox.setCurrentText("Guru")
+        while closed := [s for s in self.panel.findChildren(Section) if not (s.open or s.isHidden())]:
+            for section in closed:
+                section.header.click()
+        self.filled()
 
     def written(self, name):
         return [value for written, value, _ in self.grabber.writes if written == name]
@@ -323,8 +333,9 @@ def test_another_camera_replaces_the_first(desk):
 
 
 def test_a_row_that_fails_leaves_the_others(desk, caplog):
-    d = desk()
-    d.grabber.failures["TriggerMode"] = RuntimeError("odd node")
+    grabber = ScriptedGrabber(camera_features())
+    grabber.failures["TriggerMode"] = RuntimeError("odd node")
+    d = desk(grabber)
     d.filled()
     assert not d.row("TriggerMode").editor.isEnabled()
     assert "odd node" in d.row("TriggerMode").toolTip()
@@ -369,6 +380,57 @@ def test_a_search_shows_so_many_and_says_how_many_more(desk):
     assert d.shown() == ["Feature3499"]
 
 
+# -- the simulated camera ----------------------------------------------------------------------------
+EXPOSURE_REGISTER = 0x100330
+"""Of the simulated camera: microseconds, a big-endian double."""
+
+
+@pytest.fixture
+def sim(desk):
+    camera = sources.create("sim:?width=64&height=64")
+    camera.open()
+    return desk(camera)
+
+
+def exposure_register(d):
+    return struct.unpack(">d", d.grabber.device.read(EXPOSURE_REGISTER, 8))[0]
+
+
+def test_a_slider_moves_the_cameras_register(sim):
+    slider = sim.row("ExposureTime", sim.strip).editor.slider()
+    sim.qtbot.mousePress(slider, Qt.LeftButton, pos=slider.rect().center())
+    slider.setSliderPosition(slider.maximum())
+    sim.qtbot.mouseRelease(slider, Qt.LeftButton, pos=slider.rect().center())
+    sim.qtbot.waitUntil(lambda: exposure_register(sim) == 1e6)
+    sim.qtbot.waitUntil(lambda: sim.row("ExposureTime").editor.field.text() == "1000000 µs")
+    assert sim.errors == []
+
+
+def test_the_slider_follows_the_automatic_mode_and_taking_it_ends_that(sim):
+    sim.grabber.start()
+    row = sim.row("ExposureTime")
+    sim.qtbot.waitUntil(lambda: row.auto is not None)
+    before = row.editor.field.text()
+    row.auto.click()
+    sim.qtbot.waitUntil(row.auto.isChecked)
+    sim.qtbot.waitUntil(lambda: row.editor.field.text() != before, timeout=15_000)
+    row.auto.click()
+    sim.qtbot.waitUntil(lambda: not row.auto.isChecked())
+    sim.qtbot.waitUntil(row.editor.isEnabled)
+    row.editor.field.stepBy(1)
+    assert sim.errors == []
+
+
+def test_every_feature_of_the_simulated_camera_is_shown_and_none_written(sim, caplog, monkeypatch):
+    writes = []
+    monkeypatch.setattr(sim.grabber.device, "write", lambda *args: writes.append(args))
+    sim.open_everything()
+    assert sim.panel.watched == _reachable(sim.model.root)
+    assert [name for name in sim.panel.watched if sim.model.feature(name).problem] == []
+    assert writes == []
+    assert "cannot be shown" not in caplog.text
+
+
 # -- real cameras' descriptions ----------------------------------------------------------------------
 def vendor_descriptions():
     beside = Path(__file__).parents[2].parent / "shared" / "genicam-xml"
@@ -388,24 +450,16 @@ def test_tour_of_a_vendors_camera(desk, path, caplog):
     start = time.perf_counter()
     camera.open()
     d = desk(camera)
-    d.panel.levelBox.setCurrentText("Guru")
     d.filled()
     assert time.perf_counter() - start < 1.0
-    opened = set()
-    while closed := [s for s in d.panel.findChildren(Section) if not s.open and s not in opened]:
-        for section in closed:
-            opened.add(section)
-            section.header.click()
-    d.filled()
-    everything = {m.name for m in d.model.root.descriptions() if m.visibility <= Visibility.GURU}
-    assert set(d.panel.watched) == _reachable(d.model.root)
-    assert set(d.panel.watched) <= everything
+    d.open_everything()
+    assert d.panel.watched == _reachable(d.model.root)
     assert device.writes == []
     assert not [r for r in caplog.records if r.levelno >= logging.ERROR]
 
 
 def _reachable(category: Category) -> set[str]:
-    names = set()
+    names: set[str] = set()
     for member in category.members:
         if member.visibility <= Visibility.GURU:
             names |= _reachable(member) if isinstance(member, Category) else {member.name}
