@@ -120,6 +120,8 @@ def tooltip_html(feature: Feature) -> str:
         if feature.value is not None:
             parts.append(f"Value: {html.escape(_shortened(_exact(feature)))}")
         parts.append(f"Range: {html.escape(_shortened(feature.range_text()))}")
+    if feature.selectors:
+        parts.append(f"Selected by: {html.escape(', '.join(feature.selectors))}")
     parts.append(f"<code>{html.escape(feature.name)}</code>")
     return "<br>".join(parts)
 

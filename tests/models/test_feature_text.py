@@ -122,12 +122,14 @@ def test_a_tooltip_tells_why_what_and_how():
         display_name="Image <Width>",
         tooltip="Of the picture.",
         description="Of the picture.",
+        selectors=("RegionSelector",),
     )
     text = tooltip_html(locked)
     assert "Image &lt;Width&gt;" in text
     assert "read-only just now" in text
     assert text.count("Of the picture.") == 1
     assert "Value: 64 px" in text
+    assert "Selected by: RegionSelector" in text
     assert "16 … 2448 px, step 16" in text
     assert "<code>Width</code>" in text
 

@@ -332,6 +332,17 @@ def test_another_camera_replaces_the_first(desk):
     assert worker.close()
 
 
+def test_a_camera_that_changes_its_tree_is_shown_anew(desk):
+    d = desk()
+    d.filled()
+    gamma = feature("Gamma", K.FLOAT, 1.0, "Fresh", minimum=0.1, maximum=4.0)
+    d.grabber.known, d.grabber.tree = {"Gamma": gamma}, Category("Root", members=(gamma,))
+    d.model.reload()
+    d.qtbot.waitUntil(lambda: d.panel.watched == {"Gamma"})
+    assert d.shown() == ["Gamma"]
+    assert d.strip.hintLabel.isVisible()
+
+
 def test_a_row_that_fails_leaves_the_others(desk, caplog):
     grabber = ScriptedGrabber(camera_features())
     grabber.failures["TriggerMode"] = RuntimeError("odd node")

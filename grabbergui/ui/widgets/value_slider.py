@@ -22,9 +22,7 @@ class ValueSlider(QSlider):
         self.valueChanged.connect(self._on_value_changed)
 
     def show_number(self, scale: SliderScale, number: int | float) -> None:
-        """Move to a number without telling; not while somebody drags."""
-        if self.isSliderDown():
-            return
+        """Move to a number without telling."""
         with QSignalBlocker(self):
             if scale != self._scale:
                 self._scale = scale
