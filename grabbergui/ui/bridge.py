@@ -22,7 +22,8 @@ class Bridge(QObject):
         super().__init__(parent)
         self._bindings: list[tuple[SignalInstance, Callable[..., None]]] = []
         self._open = True
-        self._called.connect(self._run, Qt.QueuedConnection)
+        # The stubs forget the type of connection.
+        self._called.connect(self._run, Qt.ConnectionType.QueuedConnection)  # type: ignore[call-arg]
 
     def bind(self, signal: SignalInstance, slot: Callable[..., None]) -> None:
         """Call `slot` on the GUI thread, later, whenever `signal` is emitted on whatever thread."""

@@ -1,0 +1,200 @@
+"""The camera as a frame grabber, on the simulated device."""
+
+import threading
+import time
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
+from grabbergui.core.features import AccessMode
+from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.driver.camera import Camera
+
+
+@pytest.fixture
+def camera():
+    grabber = sources.create("sim:?width=64&height=48&fps=100")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+def next_frames(queue, count):
+    return [queue.get(5) for _ in range(count)]
+
+
+def test_opening_writes_nothing(monkeypatch):
+    grabber = sources.create("sim:")
+    monkeypatch.setattr(grabber.device, "write", lambda *_: pytest.fail("opening wrote to the camera"))
+    grabber.open()
+    grabber.features()
+    grabber.close()
+
+
+def test_starting_changes_the_modes_and_nothing_else(camera):
+    camera.write_feature("AcquisitionMode", "SingleFrame")
+    camera.write_feature("TriggerSelector", "FrameBurstStart")
+    camera.write_feature("TriggerMode", "On")
+    camera.write_feature("TriggerSelector", "FrameStart")
+    before = {feature.name: feature.value for feature in camera.features() if feature.streamable}
+
+    camera.start()
+
+    after = {feature.name: feature.value for feature in camera.features() if feature.streamable}
+    assert {name for name in before if before[name] != after[name]} <= {"AcquisitionMode", "TriggerMode"}
+    assert after["AcquisitionMode"] == "Continuous"
+    camera.write_feature("TriggerSelector", "FrameBurstStart")
+    assert camera.feature("TriggerMode").value == "Off"
+
+
+def test_the_trigger_can_be_kept(camera):
+    camera.write_feature("TriggerMode", "On")
+    camera.start(keep_trigger=True)
+
+    assert camera.feature("TriggerMode").value == "On"
+
+
+def test_frames_flow_and_are_counted(camera):
+    queue = camera.open_queue(8)
+    camera.start()
+
+    frames = next_frames(queue, 5)
+
+    assert [frame.frame_id for frame in frames] == list(range(frames[0].frame_id, frames[0].frame_id + 5))
+    assert all(frame.complete and frame.raw().shape == (48, 64) for frame in frames)
+    assert camera.statistics().frames >= 5
+    camera.stop()
+    assert not camera.streaming
+
+
+def test_writing_a_value_switches_its_automatic_mode_off(camera):
+    camera.write_feature("ExposureAuto", "Continuous")
+    assert camera.feature("ExposureTime").access is AccessMode.READ_ONLY
+
+    assert camera.write_feature("ExposureTime", 1234).value == 1234
+    assert camera.feature("ExposureAuto").value == "Off"
+
+
+def test_a_wrong_value_switches_nothing_off(camera):
+    camera.write_feature("ExposureAuto", "Continuous")
+
+    with pytest.raises(FeatureValueError, match="ExposureTime=-5"):
+        camera.write_feature("ExposureTime", -5)
+
+    assert camera.feature("ExposureAuto").value == "Continuous"
+
+
+def test_a_frame_rate_turns_its_switch_on(camera):
+    camera.write_feature("AcquisitionFrameRateEnable", False)
+
+    assert camera.write_feature("AcquisitionFrameRate", 12.5).value == 12.5
+    assert camera.feature("AcquisitionFrameRateEnable").value is True
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("PixelFormat", "BayerRG12p"), ("Width", 128), ("BinningVertical", 2)]
+)
+def test_what_changes_the_payload_restarts_the_stream(camera, name, value):
+    queue = camera.open_queue(2)
+    camera.start()
+    queue.get(5)
+
+    started = time.monotonic()
+    assert camera.write_feature(name, value).value == value
+    queue.clear()
+    frame = queue.get(5)
+
+    assert time.monotonic() - started < 0.5 + 5 / 100
+    assert (frame.width, frame.height, frame.pixel_format.name) == tuple(
+        camera.feature(feature).value for feature in ("Width", "Height", "PixelFormat")
+    )
+    assert frame.raw().shape == (frame.height, frame.width)
+
+
+def test_a_refused_format_leaves_the_stream_on(camera):
+    queue = camera.open_queue(2)
+    camera.start()
+
+    with pytest.raises(FeatureValueError, match="PixelFormat=Mono9"):
+        camera.write_feature("PixelFormat", "Mono9")
+
+    queue.clear()
+    assert queue.get(5).pixel_format.name == "Mono8"
+
+
+def test_a_value_under_its_automatic_mode_is_told(camera):
+    told = set()
+    seen = threading.Event()
+
+    def note(names: frozenset[str]) -> None:
+        told.update(names)
+        if "ExposureTime" in told:
+            seen.set()
+
+    camera.write_feature("ExposureTime", 100)
+    camera.features_changed.connect(note)
+    camera.start()
+    camera.write_feature("ExposureAuto", "Continuous")
+    told.clear()
+    seen.clear()
+
+    assert seen.wait(5)
+    deadline = time.monotonic() + 5
+    while camera.feature("ExposureTime").value == 100 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert camera.feature("ExposureTime").value > 100
+
+
+def test_nothing_is_polled_while_nobody_listens(camera, monkeypatch):
+    camera.write_feature("ExposureAuto", "Continuous")
+    reads = []
+    read = camera.device.read
+    monkeypatch.setattr(camera.device, "read", lambda *arguments: reads.append(arguments) or read(*arguments))
+
+    time.sleep(0.5)
+
+    assert reads == []
+
+
+def test_read_only_beside_another_application():
+    grabber = sources.create("sim:")
+    grabber.open(Access.MONITOR)
+
+    assert grabber.feature("Gain").access is AccessMode.READ_ONLY
+    with pytest.raises(FeatureAccessError, match="open for reading only"):
+        grabber.write_feature("Gain", 1)
+    with pytest.raises(FeatureAccessError, match="open for reading only"):
+        grabber.execute("TriggerSoftware")
+    grabber.close()
+
+
+def test_unknown_features_suggest_known_ones(camera):
+    with pytest.raises(FeatureNotFoundError, match="did you mean ExposureTime"):
+        camera.feature("ExposureTme")
+
+
+def test_a_lost_device_is_told(camera):
+    states = []
+    camera.connection_changed.connect(lambda state, why: states.append((state, why)))
+
+    camera.device.on_lost("the cable is out")
+
+    assert states == [(ConnectionState.LOST, "the cable is out")]
+    assert not camera.streaming
+
+
+def test_closing_ends_every_thread_and_may_be_done_twice():
+    before = set(threading.enumerate())
+    for _ in range(3):
+        grabber = sources.create("sim:")
+        assert isinstance(grabber, Camera)
+        grabber.open()
+        queue = grabber.open_queue()
+        grabber.start()
+        queue.get(5)
+        grabber.close()
+        grabber.close()
+        assert queue.closed
+
+    assert set(threading.enumerate()) == before
