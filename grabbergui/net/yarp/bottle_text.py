@@ -143,11 +143,8 @@ def _c_integer(token: str) -> int:
         return 0
     sign, hexadecimal, octal, decimal = digits.groups()
     # No 64-bit number has more than 22 digits; Python would take its time over millions of them.
-    if hexadecimal:
-        value = int(hexadecimal[:24], 16)
-    else:
-        value = int(octal[:32], 8) if octal else int(decimal[:24])
-    value = -value if sign == "-" else value
+    text, base = (hexadecimal, 16) if hexadecimal else (octal, 8) if octal else (decimal, 10)
+    value = int(sign + text[:32], base)
     value = max(-(2**63), min(2**63 - 1, value))
     return value if -(2**31) <= value < 2**31 else Int64(value)
 
@@ -162,7 +159,7 @@ def _render_item(item: Item) -> str:
     if isinstance(item, bool):
         return "true" if item else "false"
     if isinstance(item, (Vocab, Vocab64)):
-        return {TRUE: "true", FALSE: "false"}.get(item) or f"[{item}]"
+        return "true" if item == TRUE else "false" if item == FALSE else f"[{item}]"
     if isinstance(item, int):
         return str(int(item))
     if isinstance(item, float):
