@@ -8,7 +8,7 @@ from importlib import resources
 from string import Template
 
 from PyQt5.QtDBus import QDBus, QDBusConnection, QDBusInterface
-from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtGui import QColor, QFont, QPalette
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.ui import icons
@@ -86,6 +86,8 @@ DARK = Colours(
     info_back="#1b3450",
 )
 
+OFFSCREEN_POINTS = 10
+"Size of text where no desktop says one: Qt's own is made for larger screens."
 PORTAL_PATIENCE_MS = 150
 "How long the desktop may take to say which look it has."
 
@@ -96,6 +98,8 @@ def dress(app: QApplication, theme: Theme = Theme.AUTO) -> Colours:
         theme = Theme.DARK if desktop_is_dark(app) else Theme.LIGHT
     colours = DARK if theme is Theme.DARK else LIGHT
     app.setStyle("Fusion")
+    if app.platformName() == "offscreen":
+        app.setFont(QFont(app.font().family(), OFFSCREEN_POINTS))
     app.setPalette(palette(colours))
     style = (resources.files("grabbergui.resources") / "style.qss").read_text(encoding="utf-8")
     app.setStyleSheet(Template(style).substitute(vars(colours)))

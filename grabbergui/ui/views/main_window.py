@@ -73,7 +73,7 @@ class MainWindow(QMainWindow):
         self.statusbar.setSizeGripEnabled(False)
         self.menuView.addAction(self.sourcesDock.toggleViewAction())
         self.menuView.addAction(self.featuresDock.toggleViewAction())
-        self.resizeDocks([self.sourcesDock, self.featuresDock], [250, 360], Qt.Orientation.Horizontal)
+        self.resizeDocks([self.sourcesDock, self.featuresDock], [270, 360], Qt.Orientation.Horizontal)
         self._group_themes()
         self._join_own_actions()
         self._explain_shortcuts()

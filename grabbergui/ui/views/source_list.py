@@ -50,6 +50,8 @@ class SourceListView(QWidget):
         self.addressEdit.setCompleter(completer)
         self.sourceList.setItemDelegate(SourceDelegate(self.sourceList))
         self.sourceList.setMouseTracking(True)
+        if (viewport := self.sourceList.viewport()) is not None:
+            viewport.setAutoFillBackground(False)  # the cards lie on the window itself
         self.addressEdit.returnPressed.connect(self._on_address_entered)
         self.addressEdit.textChanged.connect(self._update_button)
         self.refreshButton.clicked.connect(self.refreshRequested)

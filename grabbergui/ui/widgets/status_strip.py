@@ -39,7 +39,9 @@ class StatusStrip(QWidget):
         if self.stateLabel.property("tone") != tone.value:
             self.stateLabel.setProperty("tone", tone.value)
             # A style sheet looks at properties only when a widget is polished.
-            self.stateLabel.setStyleSheet(self.stateLabel.styleSheet())
+            if (style := self.stateLabel.style()) is not None:
+                style.unpolish(self.stateLabel)
+                style.polish(self.stateLabel)
 
     def setMessage(self, text: str) -> None:
         """What is open, or a word in passing."""
