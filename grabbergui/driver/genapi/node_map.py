@@ -21,7 +21,7 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureValue
-from grabbergui.core.sfnc import automatic_mode_of
+from grabbergui.core.sfnc import Role, automatic_mode_of
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import node_features
 from grabbergui.driver.genapi.port import RegisterPort
@@ -195,7 +195,23 @@ class CameraNodeMap:
             and not value.node.parents
         ]
         self._port.take_failure()
-        return replace(root, members=(*root.members, *(branch for branch in lost if branch.members)))
+        branches = (*root.members, *(branch for branch in lost if branch.members))
+        unlisted = tuple(self._unlisted())
+        if unlisted:
+            branches += (Category("Unlisted", "Not in a category", members=unlisted),)
+        return replace(root, members=branches)
+
+    def _unlisted(self) -> Iterator[FeatureDescription]:
+        """What operators look for and the camera has, though no category lists it: a frame rate, say."""
+        for role in Role:
+            name = role.find(lambda name: bool(self._map.has_node(name)))
+            if name is None or role.find(self.has) is not None:
+                continue
+            value = self._map.get_node(name)
+            description = node_features.describe(value.node, "Unlisted")
+            if description is not None and self._implemented(value):
+                self._descriptions[name] = description
+                yield description
 
     def _category(self, category: Any, above: frozenset[str]) -> Category:
         node = category.node

@@ -69,7 +69,7 @@ def nodes(memory, changes):
 
 
 def test_the_tree_has_what_is_implemented(nodes):
-    image, odd, _lost = nodes.root.members
+    image, odd, *_ = nodes.root.members
 
     assert (image.name, image.title, image.visibility) == ("Image", "Image Format", Visibility.BEGINNER)
     assert [member.name for member in image.members] == [
@@ -80,10 +80,16 @@ def test_the_tree_has_what_is_implemented(nodes):
 
 
 def test_a_category_that_nothing_leads_to_is_found(nodes):
-    lost = nodes.root.members[-1]
+    lost = nodes.root.members[2]
 
     assert [member.name for member in lost.members] == ["GainRaw"]
     assert nodes.feature("GainRaw").representation is Representation.LINEAR
+
+
+def test_what_operators_look_for_is_found_though_no_category_lists_it(nodes):
+    unlisted = nodes.root.members[-1]
+
+    assert [member.name for member in unlisted.members] == ["AcquisitionFrameRateRaw"]
 
 
 def test_an_integer(nodes):
