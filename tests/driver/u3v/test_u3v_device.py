@@ -1,0 +1,363 @@
+"""Host and simulated camera on a bus within the process."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from u3v_bench import wait_for
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceLostError,
+    DeviceStatusError,
+    GrabberError,
+    SourceNotFoundError,
+    UsageError,
+)
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.camera import Camera
+from grabbergui.driver.device import StreamRequest
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.u3v_backend import SimulatedBus
+from grabbergui.driver.sim.u3v_descriptors import CONTROL_IN, STREAM_IN
+from grabbergui.driver.sim.u3v_device import SimulatedU3vDevice, U3vFaults
+from grabbergui.driver.u3v import source
+from grabbergui.driver.u3v.device import U3vDevice
+from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
+
+
+def grab(camera: Camera, count: int) -> list[Frame]:
+    queue = camera.open_queue(count)
+    camera.start()
+    try:
+        return [queue.get(5.0) for _ in range(count)]
+    finally:
+        camera.stop()
+        queue.close()
+
+
+def test_fifty_frames_arrive_whole(plug_in) -> None:
+    _, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    queue = camera.open_queue(50)
+    camera.start()
+    # Not all are kept: there are fewer buffers than that.
+    seen = [
+        (frame.frame_id, frame.complete, int(frame.raw()[0, 0]))
+        for frame in (queue.get(5.0) for _ in range(50))
+    ]
+    camera.stop()
+    statistics = camera.statistics()
+    camera.close()
+    assert [frame_id for frame_id, _, _ in seen] == list(range(50))
+    assert all(complete for _, complete, _ in seen)
+    assert statistics.frames >= 50
+    assert (statistics.incomplete, statistics.lost, statistics.packets_ignored) == (0, 0, 0)
+    # A ramp that moves by as much from each frame to the next.
+    steps = np.diff([value for _, _, value in seen]) % 256
+    assert len(set(steps.tolist())) == 1
+    assert steps[0] != 0
+
+
+def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in) -> None:
+    _, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    queue = camera.open_queue(64)
+    camera.start()
+    wait_for(lambda: camera.statistics().underruns > 5)
+    queue.clear()
+    frames = camera.statistics().frames
+    wait_for(lambda: camera.statistics().frames > frames + 5)
+    camera.close()
+
+
+def test_a_frame_larger_than_a_transfer_is_put_together_without_a_copy(plug_in) -> None:
+    _, device = plug_in(width=1224, height=1024, largest_transfer=65536)
+    camera = Camera(device)
+    camera.open()
+    frames = grab(camera, 3)
+    camera.close()
+    for frame in frames:
+        assert frame.complete
+        assert frame.raw().base is not None
+        assert np.shares_memory(frame.raw(), frame.payload)
+        ramp = frame.raw()
+        assert (ramp == ramp[0]).all()
+
+
+def test_time_stamps_are_on_the_hosts_clock(plug_in) -> None:
+    _, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    before = time.time_ns()
+    frames = grab(camera, 5)
+    camera.close()
+    after = time.time_ns()
+    assert all(before - 50_000_000 < frame.received_ns < after for frame in frames)
+    offsets = [frame.received_ns - frame.timestamp_ns for frame in frames]
+    assert max(offsets) - min(offsets) < 1_000_000, "mapped, not the time of arrival"
+
+
+def test_features_are_read_and_written(plug_in) -> None:
+    simulated, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    assert camera.write_feature("ExposureTime", 2500).value == 2500.0
+    assert simulated.model.memory.number(reg.EXPOSURE_TIME) == 2500.0
+    assert camera.feature("DeviceTLType").value == "USB3Vision"
+    camera.write_feature("DeviceUserID", "left eye")
+    camera.close()
+    assert simulated.model.memory.get(reg.DEVICE_USER_ID) == "left eye"
+
+
+def test_what_is_known_of_an_opened_camera(plug_in) -> None:
+    _, device = plug_in()
+    device.open(Access.CONTROL)
+    assert (device.info.vendor, device.info.model) == ("grabbergui", "Simulated camera")
+    assert device.info.uri == "u3v:SIM001"
+    assert device.description().lstrip().startswith(b"<?xml")
+
+
+def test_a_device_refuses_by_status(plug_in) -> None:
+    _, device = plug_in()
+    device.open(Access.CONTROL)
+    with pytest.raises(DeviceStatusError, match="invalid address"):
+        device.read(0x9999_0000, 4)
+    with pytest.raises(DeviceStatusError, match="write protect"):
+        device.write(0x0, b"\1\0\0\0")
+    assert device.read(0, 4) == b"\1\0\1\0"
+
+
+def test_monitor_access_writes_nothing(plug_in) -> None:
+    _, device = plug_in()
+    assert device.open(Access.MONITOR) is Access.MONITOR
+    with pytest.raises(AccessDeniedError, match="reading only"):
+        device.write(reg.WIDTH.address, bytes(4))
+
+
+def test_events_reach_the_node_map_packet_by_packet(plug_in) -> None:
+    _, device = plug_in()
+    seen: list[tuple[int, bytes]] = []
+    device.on_event = lambda event_id, packet: seen.append((event_id, packet))
+    device.open(Access.CONTROL)
+    device.write(reg.EVENT_NOTIFICATION[reg.Event.TEST].address, (1).to_bytes(4, "big"))
+    device.write(reg.TEST_EVENT_GENERATE.address, (1).to_bytes(4, "big"))
+    wait_for(lambda: bool(seen))
+    event_id, packet = seen[0]
+    assert event_id == reg.EVENT_ID_BASE + reg.Event.TEST
+    assert packet[:4] == b"U3VE"
+
+
+@pytest.mark.parametrize("alignment", [1, 4, 1024, 4096])
+def test_a_strict_camera_of_any_alignment_streams(plug_in, alignment: int) -> None:
+    _, device = plug_in(width=72, height=50, alignment=alignment, strict=True)
+    camera = Camera(device)
+    camera.open()
+    frames = grab(camera, 3)
+    camera.close()
+    assert [len(frame.payload) for frame in frames] == [3600] * 3
+
+
+def test_chunks_lie_behind_the_picture(plug_in) -> None:
+    _, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    camera.write_feature("ChunkModeActive", True)
+    frame = grab(camera, 2)[1]
+    camera.close()
+    assert len(frame.payload) > 64 * 48
+    assert frame.raw().shape == (48, 64)
+    length = int.from_bytes(frame.payload[-4:].tobytes(), "little")
+    assert 0 < length < 100
+
+
+# -- finding ---------------------------------------------------------------------------------------
+def test_a_camera_is_found_by_serial_guid_or_place() -> None:
+    bus = SimulatedBus(SimulatedU3vDevice())
+    for name in ("", "SIM001", "sim001", "GRUI00SIM001", "1-1"):
+        assert find_camera(name, bus).info.serial == "SIM001"
+    with pytest.raises(SourceNotFoundError, match="there is u3v:SIM001"):
+        find_camera("OTHER", bus)
+    assert bus.opened == 0
+
+
+def test_without_permission_the_camera_is_listed_with_the_cure() -> None:
+    bus = SimulatedBus(SimulatedU3vDevice(), forbidden=True)
+    (found,) = find_cameras(bus)
+    assert "70-grabbergui-u3v.rules" in found.info.note
+    with pytest.raises(AccessDeniedError, match="doctor --fix-udev"):
+        U3vDevice(backend=bus).open(Access.CONTROL)
+
+
+def test_a_second_host_is_told_that_the_camera_is_in_use(plug_in) -> None:
+    _, device = plug_in()
+    device.open(Access.CONTROL)
+    second = U3vDevice(backend=device._backend)
+    with pytest.raises(AccessDeniedError, match="another application"):
+        second.open(Access.CONTROL)
+    device.close()
+    second.open(Access.CONTROL)
+    second.close()
+
+
+def test_looking_for_cameras_is_quick_and_silent_without_any() -> None:
+    begun = time.monotonic()
+    found = source.discover(1.0)
+    assert time.monotonic() - begun < 2.0
+    assert all(info.bus == "USB3 Vision" for info in found)
+
+
+@pytest.mark.parametrize("text", ["u3v:?transfer_size=12", "u3v:?transfers=many", "u3v:?transfers=0"])
+def test_options_out_of_range_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="a number from"):
+        source.create(SourceUri.parse(text))
+
+
+# -- faults ----------------------------------------------------------------------------------------
+def test_unanswered_and_pending_commands_are_waited_for(plug_in) -> None:
+    _, device = plug_in(U3vFaults(ignore_every=7, pending_every=5))
+    device.open(Access.CONTROL)
+    for _ in range(20):
+        assert device.read(0, 4) == b"\1\0\1\0"
+
+
+def test_a_dead_control_channel_is_given_up(plug_in) -> None:
+    simulated, device = plug_in()
+    device.open(Access.CONTROL)
+    simulated.faults.ignore_every = 1
+    with pytest.raises(AckTimeoutError, match="did not answer READMEM"):
+        device.read(0, 4)
+    simulated.faults.ignore_every = 0
+    assert device.read(0, 4) == b"\1\0\1\0"
+
+
+def test_halts_that_a_former_host_left_are_cleared(plug_in) -> None:
+    simulated, device = plug_in()
+    simulated.pipes[CONTROL_IN].set_halt()
+    simulated.pipes[STREAM_IN].set_halt()
+    camera = Camera(device)
+    camera.open()
+    assert len(grab(camera, 3)) == 3
+    camera.close()
+
+
+def test_a_stream_that_a_former_host_left_on_is_taken_over(plug_in) -> None:
+    simulated, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    simulated.registers.stream_enabled = True
+    assert len(grab(camera, 3)) == 3
+    camera.close()
+
+
+def test_a_stale_answer_is_dropped(plug_in) -> None:
+    simulated, device = plug_in()
+    device.open(Access.CONTROL)
+    simulated.pipes[CONTROL_IN].put(bytes.fromhex("5533564300000108080016ff0000010000000000"))
+    assert device.read(0, 4) == b"\1\0\1\0"
+
+
+def test_stalls_are_cleared_and_the_stream_goes_on(plug_in) -> None:
+    _, device = plug_in(U3vFaults(stall_every=5))
+    camera = Camera(device)
+    camera.open()
+    frames = grab(camera, 20)
+    statistics = camera.statistics()
+    camera.close()
+    assert all(frame.complete for frame in frames)
+    assert statistics.lost >= 3
+    assert statistics.packets_missing >= 3
+
+
+def test_short_frames_are_counted_or_delivered_as_such(plug_in) -> None:
+    _, device = plug_in(U3vFaults(short_every=4))
+    device.open(Access.CONTROL)
+    frames: list[Frame] = []
+    device.open_stream(StreamRequest(64 * 48, deliver_incomplete=True), frames.append)
+    device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
+    wait_for(lambda: len(frames) >= 12)
+    device.close_stream()
+    short = [frame for frame in frames if not frame.complete]
+    assert short
+    assert all(frame.missing_bytes == 64 * 24 for frame in short)
+    assert device.stream_statistics().incomplete == len(short)
+
+
+def test_frames_that_end_early_are_complete_and_lower(plug_in) -> None:
+    _, device = plug_in(U3vFaults(early_every=1), width=256, height=32)
+    camera = Camera(device)
+    camera.open()
+    frames = grab(camera, 10)
+    camera.close()
+    assert all(frame.complete and frame.height == 16 for frame in frames)
+
+
+def test_unplugging_while_streaming_is_told_once_and_the_camera_comes_back(plug_in) -> None:
+    simulated, device = plug_in(U3vFaults(unplug_after_frames=10))
+    camera = Camera(device)
+    states: list[ConnectionState] = []
+    camera.connection_changed.connect(lambda state, reason: states.append(state))
+    camera.open()
+    camera.start()
+    wait_for(lambda: ConnectionState.LOST in states)
+    camera.close()
+    assert states.count(ConnectionState.LOST) == 1
+    simulated.faults.unplug_after_frames = 0
+    simulated.plug_in()
+    camera = Camera(device)
+    camera.open()
+    assert len(grab(camera, 3)) == 3
+    camera.close()
+
+
+def test_unplugging_an_idle_camera_is_noticed(plug_in) -> None:
+    simulated, device = plug_in()
+    reasons: list[str] = []
+    device.on_lost = reasons.append
+    device.open(Access.CONTROL)
+    simulated.unplug()
+    wait_for(lambda: bool(reasons))
+    with pytest.raises(DeviceLostError, match="unplugged"):
+        device.read(0, 4)
+    device.close()
+    assert len(reasons) == 1
+
+
+def _everything(device: U3vDevice) -> None:
+    """Open, describe, stream a little, stop."""
+    device.open(Access.CONTROL)
+    device.description()
+    got = threading.Event()
+    device.open_stream(StreamRequest(64 * 48), lambda frame: got.set())
+    device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
+    assert got.wait(5.0)
+    device.write(reg.ACQUISITION_STOP.address, (1).to_bytes(4, "big"))
+    device.close_stream()
+    device.close()
+
+
+def test_unplugged_at_every_step_it_fails_clearly_and_opens_again(plug_in) -> None:
+    simulated, device = plug_in()
+    _everything(device)
+    commands = simulated.commands_seen
+    assert commands > 40
+    for step in range(1, commands + 1):
+        simulated.plug_in()
+        simulated.faults.unplug_after_commands = step
+        try:
+            _everything(device)
+        except GrabberError as error:
+            assert isinstance(error, (DeviceLostError, SourceNotFoundError)), f"step {step}: {error!r}"
+        device.close()
+        simulated.unplug()
+    simulated.faults.unplug_after_commands = 0
+    simulated.plug_in()
+    _everything(device)
