@@ -12,6 +12,9 @@ from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Represe
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
 
+DIGITS = 7
+"""Significant digits of a fraction that is shown: what 32-bit floating point has."""
+
 _UNITS = {
     "us": "µs",
     "usec": "µs",
@@ -38,13 +41,13 @@ def breakable(title: str) -> str:
     return _LOWER_UPPER.sub(_ZERO_WIDTH_SPACE, title)
 
 
-def number_text(number: int | float) -> str:
-    """A number to look at: integers in full, fractions with seven significant digits."""
+def number_text(number: int | float, digits: int = DIGITS) -> str:
+    """A number to look at: integers in full, fractions with so many significant digits."""
     if isinstance(number, int):
         return str(number)
     if not math.isfinite(number) or (number and not 1e-6 <= abs(number) < 1e15):
-        return f"{number:.7g}"
-    decimals = 6 - math.floor(math.log10(abs(number))) if number else 0
+        return f"{number:.{digits}g}"
+    decimals = digits - 1 - math.floor(math.log10(abs(number))) if number else 0
     text = f"{number:.{max(decimals, 0)}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 

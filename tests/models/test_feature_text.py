@@ -39,6 +39,17 @@ def test_numbers_to_look_at(number, text):
     assert number_text(number) == text
 
 
+def test_fewer_digits_where_there_is_less_room():
+    assert [number_text(11276.6321, digits) for digits in (7, 6, 5, 4)] == [
+        "11276.63",
+        "11276.6",
+        "11277",
+        "11277",
+    ]
+    assert number_text(0.0123456, 4) == "0.01235"
+    assert number_text(123456789, 4) == "123456789"
+
+
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_a_fraction_shown_is_the_fraction_to_seven_digits(number):
     assert float(number_text(number)) == pytest.approx(number, rel=1e-6, abs=0)

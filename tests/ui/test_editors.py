@@ -201,6 +201,18 @@ def test_fractions_keep_every_digit_typed(take, qtbot):
     assert hand.values == [33.333333333333336]
 
 
+def test_a_fraction_is_shown_with_the_digits_there_is_room_for(take, qtbot):
+    hand = take(feature(**{**vars(EXPOSURE), "value": 11276.6321}))
+    field = hand.editor.field
+    assert field.text() == "11276.63 µs"
+    field.setFixedWidth(field.fontMetrics().horizontalAdvance("11276 µs") + 40)
+    qtbot.waitUntil(lambda: field.text() == "11277 µs")
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values == []
+    field.setFixedWidth(400)
+    qtbot.waitUntil(lambda: field.text() == "11276.63 µs")
+
+
 def test_arrow_keys_step_until_the_end_of_the_range(take, qtbot):
     hand = take(feature(K.INTEGER, 2432, minimum=16, maximum=2448, increment=16))
     field = hand.editor.field

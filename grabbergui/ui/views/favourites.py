@@ -48,7 +48,7 @@ class FavouritesStrip(QWidget):
         font = row.font()
         font.setPointSizeF(font.pointSizeF() * 1.1)
         row.setFont(font)
-        row.reserveButtonHeight()
+        row.standBesideOthers()
         row.setMinimumWidth(190)
         row.setMaximumWidth(460)
         return row

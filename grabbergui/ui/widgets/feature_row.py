@@ -52,7 +52,7 @@ class FeatureRow(QWidget):
         for line in (self._cell_line, self._slider_line):
             line.setContentsMargins(0, 0, 0, 0)
             line.setSpacing(6)
-        grid = QGridLayout(self)
+        self._grid = grid = QGridLayout(self)
         grid.setContentsMargins(INDENT if indented else 0, 1, 0, 1)
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(2)
@@ -63,8 +63,10 @@ class FeatureRow(QWidget):
         grid.addLayout(self._slider_line, 1, 0, 1, 2)
         self._cell.setMinimumHeight(self.fontMetrics().height() + 8)
 
-    def reserveButtonHeight(self) -> None:
-        """Keep the slider's line as high as an `auto` button, for rows that stand side by side."""
+    def standBesideOthers(self) -> None:
+        """Keep the slider's line as high as an `auto` button, and leave more to the value."""
+        self._grid.setColumnStretch(0, 3)
+        self._grid.setColumnStretch(1, 4)
         button = AutoButton()
         button.setFont(self.font())
         self._slider_line.addStrut(button.sizeHint().height())

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QFocusEvent, QKeyEvent, QValidator
+from PyQt5.QtGui import QFocusEvent, QKeyEvent, QResizeEvent, QShowEvent, QValidator
 from PyQt5.QtWidgets import QAbstractSpinBox, QWidget
 
 from grabbergui.core.features import Feature
 from grabbergui.models.feature_scale import nearest_allowed, stepped
-from grabbergui.models.feature_text import number_text, parse_number, unit_text
+from grabbergui.models.feature_text import DIGITS, number_text, parse_number, unit_text
 from grabbergui.ui.widgets.wheel_guard import WheelGuard
+
+LEAST_DIGITS = 4
+"""Significant digits of a fraction that are shown however little room there is."""
+
+LINE_EDIT_PADDING = 6
+"""Pixels that a line edit keeps free beside its text."""
 
 
 class NumberField(QAbstractSpinBox):
@@ -83,6 +89,18 @@ class NumberField(QAbstractSpinBox):
         super().focusInEvent(event)
         self.selectAll()
 
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many digits as there is room for."""
+        super().resizeEvent(event)
+        if not self._typing:
+            self._show()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Show as many digits as there is room for."""
+        super().showEvent(event)
+        if not self._typing:
+            self._show()
+
     def selectAll(self) -> None:
         """Select the number without its unit."""
         self._line.setSelection(0, len(self.text().split(" ")[0]))
@@ -90,16 +108,25 @@ class NumberField(QAbstractSpinBox):
     # -- ours ------------------------------------------------------------------------------------
     def _show(self) -> None:
         feature = self._feature
-        number = feature.value if feature is not None else None
-        if feature is None or not isinstance(number, int | float):
+        if feature is None or not isinstance(feature.value, int | float):
             text = ""
         else:
-            text = f"{number_text(number)} {unit_text(feature.unit)}".rstrip()
+            text = self._fitting(feature.value, unit_text(feature.unit))
         if text != self._line.text():
             self._line.setText(text)
             # Twenty digits need the room of the arrows more than they need the arrows.
             symbols = QAbstractSpinBox.ButtonSymbols
             self.setButtonSymbols(symbols.UpDownArrows if len(text) < 14 else symbols.NoButtons)
+
+    def _fitting(self, number: int | float, unit: str) -> str:
+        """The number with its unit, with as many of its digits as there is room for."""
+        room = self._line.width() - LINE_EDIT_PADDING
+        text = ""
+        for digits in range(DIGITS, LEAST_DIGITS - 1, -1):
+            text = f"{number_text(number, digits)} {unit}".rstrip()
+            if not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= room:
+                break
+        return text
 
     def _edit(self, number: int | float) -> None:
         assert self._feature is not None
