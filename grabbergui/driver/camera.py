@@ -16,8 +16,12 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, Strea
 from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.settings_memory import SettingsMemory
 
 log = logging.getLogger(__name__)
+
+RECONNECT_PERIOD = 0.5
+"""Seconds between attempts to open a camera that was lost."""
 
 POLL_PERIOD = 0.2
 """Seconds between looks at GenApi's polling times and at values under an automatic mode."""
@@ -29,7 +33,11 @@ _CHANGES_PAYLOAD = (
 
 
 class Camera(FrameGrabber):
-    """A local camera on whatever transport. Thread-safe; feature calls are serialised."""
+    """A local camera on whatever transport. Thread-safe; feature calls are serialised.
+
+    A camera that is lost is opened again as soon as it answers; what was written to it since it was opened
+    is written again, and the stream goes on.
+    """
 
     def __init__(self, device: Device, *, deliver_incomplete: bool = False) -> None:
         super().__init__(device.info)
@@ -44,6 +52,10 @@ class Camera(FrameGrabber):
         self._lock = threading.RLock()
         self._poller: _Poller | None = None
         self._automatic: dict[str, list[str]] = {}
+        self._settings = SettingsMemory()
+        self._closed = threading.Event()
+        self._closed.set()
+        self._reconnecting: threading.Thread | None = None
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access = Access.CONTROL) -> None:
@@ -54,19 +66,25 @@ class Camera(FrameGrabber):
             self.connection_changed.emit(ConnectionState.OPENING, "")
             self.device.on_lost = self._on_lost
             try:
-                self._access = self.device.open(access)
-                self._nodes = CameraNodeMap(self.device, self.device.description(), self._on_features_changed)
+                self._connect(access)
             except BaseException:
                 self.device.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
                 raise
-            self.info = self.device.info
-            self._automatic = self._automatic_modes(self._nodes)
+            self._settings = SettingsMemory()
+            self._closed.clear()
             self._poller = _Poller(self._poll)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
+    def _connect(self, access: Access) -> None:
+        self._access = self.device.open(access)
+        self._nodes = CameraNodeMap(self.device, self.device.description(), self._on_features_changed)
+        self.info = self.device.info
+        self._automatic = self._automatic_modes(self._nodes)
+
     def close(self) -> None:
         """See FrameGrabber."""
+        self._closed.set()
         with self._lock:
             if self._nodes is None:
                 return
@@ -78,8 +96,11 @@ class Camera(FrameGrabber):
             nodes, self._nodes = self._nodes, None
             nodes.close()
             self.device.close()
+            reconnecting, self._reconnecting = self._reconnecting, None
         if poller is not None:
             poller.stop()
+        if reconnecting is not None:
+            reconnecting.join()
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
 
@@ -125,7 +146,9 @@ class Camera(FrameGrabber):
             with self._paused() if restart else nullcontext():
                 self._prepare_write(feature)
                 feature = self._opened().feature(name)
-                self._opened().write(name, feature.validated(value))
+                accepted = feature.validated(value)
+                self._opened().write(name, accepted)
+                self._settings.note(feature, accepted, self._opened().feature)
             return self.feature(name)
 
     def execute(self, name: str) -> None:
@@ -301,10 +324,46 @@ class Camera(FrameGrabber):
                 yield auto  # Once falls back to Off by itself
                 yield from names
 
+    # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
         log.warning("%s: %s", self.info.uri, reason)
-        self._streaming = False
+        was_streaming, self._streaming = self._streaming, False
         self.connection_changed.emit(ConnectionState.LOST, reason)
+        if self._closed.is_set() or self._reconnecting is not None:
+            return
+        name = f"reconnect {self.info.uri}"
+        thread = threading.Thread(target=self._reconnect, args=(was_streaming,), name=name, daemon=True)
+        self._reconnecting = thread
+        thread.start()
+
+    def _reconnect(self, was_streaming: bool) -> None:
+        """Try until it is back or closed."""
+        while not self._closed.wait(RECONNECT_PERIOD):
+            with self._lock:
+                if self._closed.is_set():
+                    return
+                try:
+                    self._restore(was_streaming)
+                except GrabberError as error:
+                    log.info("%s is not back yet: %s", self.info.uri, error)
+                    continue
+                self._reconnecting = None
+            self.connection_changed.emit(ConnectionState.OPEN, "it is back, and set as before")
+            names = frozenset(description.name for description in self.feature_tree().descriptions())
+            self.features_changed.emit(names)
+            return
+
+    def _restore(self, streaming: bool) -> None:
+        self.device.close_stream()
+        self.device.close()
+        if self._nodes is not None:
+            self._nodes.close()
+        self._connect(self._access)
+        nodes = self._opened()
+        for refusal in self._settings.replay(nodes.write):
+            log.warning("%s, set again: %s", self.info.uri, refusal)
+        if streaming:
+            self.start(keep_trigger=self._keep_trigger)
 
     def _opened(self) -> CameraNodeMap:
         nodes = self._nodes

@@ -1,12 +1,18 @@
 """The camera as a frame grabber, on the simulated device."""
 
+import queue as queue_module
 import threading
 import time
 
 import pytest
 
 from grabbergui import sources
-from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
+from grabbergui.core.errors import (
+    DeviceLostError,
+    FeatureAccessError,
+    FeatureNotFoundError,
+    FeatureValueError,
+)
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
@@ -174,14 +180,44 @@ def test_unknown_features_suggest_known_ones(camera):
         camera.feature("ExposureTme")
 
 
-def test_a_lost_device_is_told(camera):
-    states = []
-    camera.connection_changed.connect(lambda state, why: states.append((state, why)))
+def test_a_lost_device_comes_back_as_it_was_set(camera):
+    states = queue_module.Queue()
+    camera.connection_changed.connect(lambda state, why: states.put((state, why)))
+    queue = camera.open_queue()
+    camera.write_feature("PixelFormat", "BayerRG8")
+    camera.write_feature("BalanceRatioSelector", "Blue")
+    camera.write_feature("BalanceRatio", 1.5)
+    camera.write_feature("BalanceRatioSelector", "Red")
+    camera.write_feature("BalanceRatio", 1.25)
+    camera.write_feature("Width", 128)
+    camera.start()
+    queue.get(5)
 
+    camera.device.model = sources.create("sim:?width=64&height=48&fps=100").device.model  # a reboot
     camera.device.on_lost("the cable is out")
 
-    assert states == [(ConnectionState.LOST, "the cable is out")]
-    assert not camera.streaming
+    assert states.get(timeout=5) == (ConnectionState.LOST, "the cable is out")
+    assert states.get(timeout=5)[0] is ConnectionState.OPEN
+    assert camera.feature("BalanceRatioSelector").value == "Red"
+    assert camera.feature("BalanceRatio").value == 1.25
+    assert camera.write_feature("BalanceRatioSelector", "Blue").value == "Blue"
+    assert camera.feature("BalanceRatio").value == 1.5
+    assert camera.streaming
+    queue.clear()
+    assert queue.get(5).width == 128
+
+
+def test_a_lost_device_can_be_closed(camera, monkeypatch):
+    def refuse(access: Access) -> Access:
+        raise DeviceLostError("still gone")
+
+    before = set(threading.enumerate())
+    monkeypatch.setattr(camera.device, "open", refuse)
+    camera.device.on_lost("the cable is out")
+
+    camera.close()
+
+    assert not [thread for thread in set(threading.enumerate()) - before if thread.is_alive()]
 
 
 def test_closing_ends_every_thread_and_may_be_done_twice():
