@@ -24,6 +24,7 @@ DEFAULT_URI = "sim:"
 _KINDS: dict[str, str] = {
     "sim": "grabbergui.driver.sim.source",
     "gige": "grabbergui.driver.gige.source",
+    "u3v": "grabbergui.driver.u3v.source",
 }
 """Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 
