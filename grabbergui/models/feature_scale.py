@@ -81,16 +81,15 @@ class SliderScale:
 
     @property
     def _zero(self) -> int:
-        """Where the logarithm begins: one above zero, which has no logarithm."""
-        return 0 if self.minimum > 0 else 1
+        """Where the logarithm begins: one above a minimum that is zero or as good as zero."""
+        return 0 if self._floor == self.minimum else 1
 
     @property
     def _floor(self) -> float:
-        """The smallest number with a logarithm."""
-        if self.minimum > 0:
+        """Where the logarithm begins, as a number: a slider has no use for more than nine decades."""
+        if self.minimum >= self.maximum * 1e-9:
             return self.minimum
-        smallest = self.increment or self.maximum * 1e-6
-        return min(smallest, self.maximum / 2)
+        return min(self.increment or self.maximum * 1e-6, self.maximum / 2)
 
     def _on_step(self, number: int | float) -> int | float:
         if self.increment:

@@ -1,7 +1,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
@@ -41,6 +41,7 @@ def scales(draw):
 
 
 @given(scales())
+@example((feature(5e-324, 1.0), SliderScale.of(feature(5e-324, 1.0))))
 def test_the_ends_are_exact_and_positions_grow_with_values(pair):
     made, scale = pair
     assert scale.to_value(0) == made.minimum
@@ -84,6 +85,12 @@ def test_zero_has_a_place_of_its_own_on_a_logarithmic_slider():
     assert scale.to_position(1e-9) == 1
     integers = SliderScale.of(feature(0, 65535, representation=LOG))
     assert [integers.to_value(0), integers.to_value(1), integers.to_value(STEPS)] == [0, 1, 65535]
+
+
+def test_a_minimum_that_is_as_good_as_zero_is_taken_for_zero():
+    scale = SliderScale.of(feature(2.2e-311, 1000.0))
+    assert scale.logarithmic
+    assert [scale.to_value(0), scale.to_value(1)] == [2.2e-311, pytest.approx(0.001)]
 
 
 def test_more_than_three_decades_are_logarithmic():
