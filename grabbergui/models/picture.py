@@ -53,6 +53,7 @@ class PictureModel:
         self._offer: Picture | None = None
         self._frame: Frame | None = None
         self._problem = ""
+        self._dropped = 0
         self._painted = RateMeter()
         self._lock = threading.Lock()
         self._taken = threading.Event()
@@ -84,6 +85,7 @@ class PictureModel:
         queue = grabber.open_queue(depth=2)
         self._queue = queue
         self._problem = ""
+        self._dropped = 0
         self.received = self.converted = 0
         self.last_received = None
         self._painted.clear()
@@ -140,7 +142,6 @@ class PictureModel:
 
     def _newest(self, queue: FrameQueue) -> Frame:
         """The newest frame there is; the one shown before only where nothing else waits."""
-        dropped = queue.dropped
         newest = queue.get(FRAME_WAIT)
         arrived = int(newest is not self._frame)
         while True:
@@ -152,7 +153,9 @@ class PictureModel:
                 newest = frame
                 arrived += 1
         if arrived:
-            self.received += arrived + queue.dropped - dropped
+            dropped = queue.dropped
+            self.received += arrived + dropped - self._dropped
+            self._dropped = dropped
             self.last_received = time.monotonic()
         return newest
 

@@ -1,0 +1,169 @@
+"""The connection: its states in order, failures in words, and nothing left behind."""
+
+import threading
+import time
+
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.core.errors import AccessDeniedError, TransportError, UsageError
+from grabbergui.core.grabber import ConnectionState
+from grabbergui.models.connection import Connection, LinkState
+
+S = LinkState
+
+
+class Source(ScriptedGrabber):
+    """Opens as a test tells; counts its calls and the threads they come from."""
+
+    def __init__(self):
+        super().__init__()
+        self.calls = []
+        self.opening = threading.Event()
+        self.opening.set()
+        self.problem = None
+        self.start_problem = None
+
+    def _note(self, call):
+        self.calls.append(call)
+        self.threads.add(threading.current_thread().name)
+
+    def open(self, *args):
+        self._note("open")
+        assert self.opening.wait(5)
+        if self.problem:
+            raise self.problem
+
+    def start(self, *, keep_trigger=False):
+        self._note("start")
+        if self.start_problem:
+            raise self.start_problem
+        super().start()
+
+    def stop(self):
+        self._note("stop")
+        super().stop()
+
+    def close(self):
+        self._note("close")
+        super().close()
+
+
+class Bench:
+    def __init__(self):
+        self.source = Source()
+        self.link = Connection(lambda uri: self.source)
+        self.states = []
+        self.failures = []
+        self.link.state_changed.connect(lambda state, reason: self.states.append(state))
+        self.link.failed.connect(self.failures.append)
+
+    def until(self, state, seconds=5.0):
+        deadline = time.monotonic() + seconds
+        while self.link.state is not state:
+            assert time.monotonic() < deadline, f"{self.link.state}, not {state}: {self.failures}"
+            time.sleep(0.002)
+
+
+@pytest.fixture
+def bench():
+    bench = Bench()
+    yield bench
+    bench.source.opening.set()
+    bench.link.disconnect()
+    assert bench.link.wait_closed(5)
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("features ")]
+
+
+def test_states_come_in_order_and_all_calls_from_one_thread_that_is_not_ours(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    bench.link.stop()
+    bench.until(S.OPEN)
+    bench.link.start()
+    bench.until(S.STREAMING)
+    bench.link.disconnect()
+    assert bench.link.wait_closed(5)
+    assert bench.states == [S.OPENING, S.OPEN, S.STREAMING, S.OPEN, S.STREAMING, S.CLOSED]
+    assert bench.source.calls == ["open", "start", "stop", "start", "close"]
+    assert bench.source.threads == {"features sim:"}
+
+
+def test_features_are_there_when_it_says_opened(bench):
+    seen = []
+    bench.link.opened.connect(lambda source: seen.append((source.grabber, source.features.root.name)))
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    assert seen == [(bench.source, "Root")]
+
+
+def test_connecting_does_not_wait_and_can_be_given_up(bench):
+    bench.source.opening.clear()
+    begun = time.monotonic()
+    bench.link.connect_to("sim:")
+    bench.link.disconnect()
+    assert time.monotonic() - begun < 0.2
+    assert bench.states == [S.OPENING, S.CLOSED]
+    bench.source.opening.set()
+    assert bench.link.wait_closed(5)
+    assert "start" not in bench.source.calls
+    assert bench.states == [S.OPENING, S.CLOSED], "late answers are ignored"
+    assert bench.source.calls in (["open", "close"], [])
+
+
+def test_why_it_cannot_be_opened_is_told_and_it_is_closed(bench):
+    bench.source.problem = AccessDeniedError("another application holds the camera")
+    bench.link.connect_to("sim:")
+    bench.until(S.CLOSED)
+    assert bench.link.wait_closed(5)
+    assert bench.failures == ["another application holds the camera"]
+    assert bench.source.calls == ["open", "close"]
+
+
+def test_a_source_that_does_not_start_stays_open(bench):
+    bench.source.start_problem = TransportError("no bandwidth left")
+    bench.link.connect_to("sim:")
+    deadline = time.monotonic() + 5
+    while not bench.failures and time.monotonic() < deadline:
+        time.sleep(0.002)
+    assert bench.failures == ["Acme Script does not start: no bandwidth left"]
+    assert bench.link.state is S.OPEN
+
+
+def test_a_malformed_uri_is_refused_and_leaves_what_is_open(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    with pytest.raises(UsageError):
+        bench.link.connect_to("no scheme")
+    assert bench.link.state is S.STREAMING
+
+
+def test_a_lost_source_is_told_and_its_return_too(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    bench.source.connection_changed.emit(ConnectionState.LOST, "the camera does not answer any more")
+    assert bench.link.state is S.LOST
+    assert bench.failures == ["the camera does not answer any more"]
+    bench.source.connection_changed.emit(ConnectionState.OPEN, "")
+    assert bench.link.state is S.STREAMING
+
+
+def test_another_source_takes_the_place_of_the_first(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    first, bench.source = bench.source, Source()
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    assert bench.link.source.grabber is bench.source
+    assert bench.link.wait_closed(5)
+    assert first.calls[-1] == "close"
+
+
+def test_twenty_connections_leave_no_thread(bench):
+    before = threading.active_count()
+    for _ in range(20):
+        bench.link.connect_to("sim:")
+        bench.until(S.STREAMING)
+        bench.link.disconnect()
+    assert bench.link.wait_closed(5)
+    assert threading.active_count() == before

@@ -1,0 +1,100 @@
+"""Why there is no picture, from what is seen."""
+
+from dataclasses import replace
+
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.core.errors import TransportError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.core.grabber import StreamStatistics
+from grabbergui.models.diagnosis import CameraFacts, Observation, Stage, diagnose
+
+SILENT = Observation(
+    "Acme One", address="10.0.0.7", bus="GigE Vision", seconds=5.0, silent=5.0, statistics=StreamStatistics()
+)
+RUNNING = Observation(
+    "Acme One", seconds=60.0, silent=0.04, statistics=StreamStatistics(frames=900), received=900,
+    painted=900, mean=90.0,
+)  # fmt: skip
+
+
+def test_nothing_is_said_while_all_is_well_or_too_early():
+    assert diagnose(RUNNING) is None
+    assert diagnose(replace(SILENT, seconds=0.5, silent=0.5)) is None
+
+
+def test_no_packets_names_firewall_port_address_and_the_command_that_opens_it():
+    found = diagnose(replace(SILENT, facts=CameraFacts(stream_port=50010, packet_size=8192)))
+    assert found.stage is Stage.PACKETS
+    assert "UDP port 50010" in found.advice
+    assert "sudo ufw allow proto udp from 10.0.0.7 to any port 50010" in found.advice
+    assert "8192 bytes need an MTU as large" in found.advice
+
+
+def test_no_firewall_is_blamed_for_a_source_that_uses_none():
+    found = diagnose(replace(SILENT, bus="USB3 Vision"))
+    assert found.stage is Stage.PACKETS
+    assert "irewall" not in found.advice
+
+
+@pytest.mark.parametrize(
+    ("statistics", "words"),
+    [
+        (StreamStatistics(packets=900, incomplete=4, packets_missing=70), ["70 packets", "1500 bytes"]),
+        (StreamStatistics(packets=900), ["900 packets", "MTU"]),
+        (StreamStatistics(packets=900, frames=12), ["after 12", "cable"]),
+    ],
+)
+def test_packets_without_frames(statistics, words):
+    found = diagnose(replace(SILENT, statistics=statistics, facts=CameraFacts(packet_size=1500)))
+    assert found.stage is Stage.FRAMES
+    assert all(word in found.summary + found.advice for word in words)
+
+
+def test_waiting_for_a_trigger_is_no_fault_of_the_network():
+    found = diagnose(replace(SILENT, facts=CameraFacts(trigger_source="Line1")))
+    assert found.stage is Stage.CONTROL
+    assert "waits for a trigger from Line1" in found.summary
+
+
+def test_a_slow_camera_is_given_time():
+    slow = replace(SILENT, facts=CameraFacts(period=2.0))
+    assert diagnose(slow) is None
+    assert diagnose(replace(slow, silent=7.0)) is not None
+
+
+def test_a_format_that_cannot_be_converted():
+    found = diagnose(replace(RUNNING, problem="pixel format 0x81080001 is unknown"))
+    assert found.stage is Stage.CONVERSION
+    assert "0x81080001" in found.summary
+
+
+def test_a_black_picture_is_blamed_on_the_exposure_with_its_value():
+    found = diagnose(replace(RUNNING, mean=0.4, facts=CameraFacts(exposure="10 us")))
+    assert found.stage is Stage.DISPLAY
+    assert "exposure (10 us) may be too short" in found.summary
+
+
+def test_frames_that_are_not_painted():
+    assert diagnose(replace(RUNNING, painted=0, mean=None)).stage is Stage.DISPLAY
+
+
+def test_facts_are_read_under_the_names_that_the_camera_has():
+    def feature(name, value, kind=FeatureKind.INTEGER, unit=""):
+        return Feature(name=name, kind=kind, value=value, access=AccessMode.READ_WRITE, unit=unit)
+
+    grabber = ScriptedGrabber(
+        [
+            feature("TriggerMode", "On", FeatureKind.ENUMERATION),
+            feature("TriggerSource", "Line1", FeatureKind.ENUMERATION),
+            feature("GevSCPHostPort", 50010),
+            feature("GevSCPSPacketSize", 1400),
+            feature("ExposureTimeAbs", 12.5, FeatureKind.FLOAT, "us"),
+            feature("AcquisitionFrameRateAbs", 4.0, FeatureKind.FLOAT, "Hz"),
+        ]
+    )
+    assert CameraFacts.read(grabber) == CameraFacts("Line1", 50010, 1400, "12.5 us", 0.25)
+    grabber.failures["TriggerSource"] = TransportError("no answer")
+    assert CameraFacts.read(grabber).trigger_source == "an input"
+    assert CameraFacts.read(ScriptedGrabber()) == CameraFacts()

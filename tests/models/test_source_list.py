@@ -1,0 +1,119 @@
+"""The list of sources: searching by itself, steady against a lost answer, with those named by hand."""
+
+import threading
+import time
+
+import pytest
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.models.source_list import KEEP_MISSES, SourceListModel
+
+CAMERA = DeviceInfo("gige:GV01", vendor="Acme", model="One", serial="GV01")
+
+
+def until(condition, seconds=5.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.005)
+
+
+class Network:
+    """Answers searches as a test tells; counts them."""
+
+    def __init__(self, *infos):
+        self.infos = list(infos)
+        self.searches = 0
+
+    def __call__(self, timeout):
+        self.searches += 1
+        if isinstance(self.infos, Exception):
+            raise self.infos
+        return list(self.infos)
+
+
+@pytest.fixture
+def listing():
+    models = []
+
+    def make(network, interval=0.01):
+        models.append(SourceListModel(network, interval))
+        return models[-1]
+
+    yield make
+    for model in models:
+        assert model.stop()
+
+
+def uris(model):
+    return [line.info.uri for line in model.sources]
+
+
+def test_what_is_found_is_listed_and_listed_on(listing):
+    network = Network(CAMERA)
+    model = listing(network)
+    changes = []
+    model.changed.connect(changes.append)
+    model.start()
+    until(lambda: network.searches > 3)
+    assert uris(model) == ["gige:GV01"]
+    assert len(changes) == 1, "the same answer again is no change"
+
+
+def test_one_lost_answer_does_not_remove_a_source_but_its_absence_does(listing):
+    network = Network(CAMERA)
+    model = listing(network, interval=60)
+    model._note([CAMERA])
+    for _ in range(KEEP_MISSES):
+        model._note([])
+        assert uris(model) == ["gige:GV01"]
+    model._note([])
+    assert uris(model) == []
+
+
+def test_a_search_that_fails_does_not_end_searching(listing):
+    network = Network()
+    network.infos = RuntimeError("broken finder")
+    model = listing(network)
+    model.start()
+    until(lambda: network.searches > 1)
+    network.infos = [CAMERA]
+    until(lambda: uris(model) == ["gige:GV01"])
+
+
+def test_refresh_searches_at_once(listing):
+    network = Network()
+    model = listing(network, interval=60)
+    model.start()
+    until(lambda: network.searches == 1)
+    model.refresh()
+    until(lambda: network.searches == 2)
+
+
+def test_a_source_named_by_hand_stays_until_removed_and_is_not_listed_twice(listing):
+    model = listing(Network())
+    assert str(model.add("gige://10.0.0.7")) == "gige:10.0.0.7"
+    assert [(line.info.uri, line.manual) for line in model.sources] == [("gige:10.0.0.7", True)]
+    model._note([DeviceInfo("gige:10.0.0.7", model="Found")])
+    assert [(line.info.uri, line.manual) for line in model.sources] == [("gige:10.0.0.7", False)]
+    model.remove("gige:10.0.0.7")
+    assert uris(model) == ["gige:10.0.0.7"]
+
+
+def test_a_malformed_address_is_refused(listing):
+    model = listing(Network())
+    with pytest.raises(UsageError, match="write its kind first"):
+        model.add("192.168.0.10")
+    assert model.sources == ()
+
+
+def test_stopping_ends_the_thread_at_once(listing):
+    network = Network()
+    model = listing(network, interval=60)
+    model.start()
+    until(lambda: network.searches == 1)
+    begun = time.monotonic()
+    assert model.stop()
+    assert time.monotonic() - begun < 0.5
+    assert not any(thread.name == "discovery" for thread in threading.enumerate())
