@@ -130,11 +130,12 @@ class Block:
         if len(self.tries) < len(self.received):
             self.tries = _grown(self.tries, len(self.received) - 1)
             self.asked_at = np.concatenate([self.asked_at, np.zeros(len(self.tries) - len(self.asked_at))])
-        open_ids = missing[self.tries[missing] < policy.max_tries]
+        open_ids: NDArray[np.intp] = missing[self.tries[missing] < policy.max_tries]
         if not len(open_ids):
             self.next_check = NEVER
             return open_ids
-        due = open_ids[(self.tries[open_ids] == 0) | (self.asked_at[open_ids] + policy.repeat_wait <= now)]
+        waited = now - self.asked_at[open_ids]
+        due: NDArray[np.intp] = open_ids[(self.tries[open_ids] == 0) | (waited >= policy.repeat_wait)]
         self.tries[due] += 1
         self.asked_at[due] = now
         self.next_check = float(self.asked_at[open_ids].min()) + policy.repeat_wait

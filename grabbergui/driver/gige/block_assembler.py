@@ -1,7 +1,8 @@
 """Packets to blocks, gaps to requests: the stream channel as a machine without I/O.
 
-It reads no clock and opens no socket; times are seconds of any monotonic clock. Its driver feeds datagrams, sends what `resend_requests()` gives, and takes what `finished()` gives.
-Memory is bounded: a handful of open blocks, each in a buffer of the caller's pool. One thread.
+It reads no clock and opens no socket; times are seconds of any monotonic clock. Its driver feeds datagrams,
+sends what `resend_requests()` gives, and takes what `finished()` gives. Memory is bounded: a handful of open
+blocks, each in a buffer of the caller's pool. One thread.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ class BlockAssembler:
         *,
         deliver_incomplete: bool = False,
     ) -> None:
-        """`stride`: image bytes in a full packet; `payload_size`: bytes of each buffer, the largest payload."""
+        """`stride`: image bytes in a full packet; `payload_size`: bytes of a buffer, the largest payload."""
         self.stride = stride
         self.payload_size = payload_size
         self.policy = policy or ResendPolicy()
@@ -347,11 +348,11 @@ class BlockAssembler:
         """Ask for what is missing and give up what will not come."""
         if now < self._due:
             return
-        for block in list(self._open):
-            if block is self._open[0] and self._hopeless(block, now):
-                self._finish(block)
-                self._finish_ready()
-            elif block.next_check <= now:
+        while self._open and now >= self._last_hope(self._open[0]):
+            self._finish(self._open[0])
+            self._finish_ready()
+        for block in self._open:
+            if block.next_check <= now:
                 self._ask(block, now)
         self._due = min((self._deadline(block) for block in self._open), default=NEVER)
 
@@ -375,9 +376,6 @@ class BlockAssembler:
         if packets is None:
             packets = -(-self.payload_size // self.stride)
         return packets + 1 if block.last_id is None else block.last_id
-
-    def _hopeless(self, block: Block, now: float) -> bool:
-        return now >= self._last_hope(block)
 
     def _last_hope(self, block: Block) -> float:
         """When a block that nothing more comes of is finished."""

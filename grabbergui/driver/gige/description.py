@@ -1,7 +1,8 @@
 """The GenICam XML: where a device says it is, and getting it from there.
 
 The first URL, then the second: `Local:name.zip;address;length` in the device's memory (numbers in
-hexadecimal), `File:` on this host. What comes from a device is not trusted: sizes are limited before anything is read.
+hexadecimal), `File:` on this host. What comes from a device is not trusted: sizes are limited before
+anything is read.
 """
 
 from __future__ import annotations

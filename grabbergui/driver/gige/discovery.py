@@ -92,9 +92,9 @@ def discover(
 
 def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
     """The device of a name (see `FoundDevice.answers_to`; empty: the first one), as soon as it answers."""
-    search = Search()
-    found = search.run(timeout, until=lambda device: not name or device.answers_to(name))
-    return next((device for device in found if not name or device.answers_to(name)), None)
+    found = Search().run(timeout, lambda device: device.reachable and (not name or device.answers_to(name)))
+    candidates = [device for device in found if not name or device.answers_to(name)]
+    return min(candidates, key=lambda device: not device.reachable, default=None)
 
 
 def ask(ip: str, timeout: float) -> FoundDevice | None:
@@ -183,6 +183,8 @@ class Search:
             return None
         ip = source if identity.ip == "0.0.0.0" or interface.loopback else identity.ip
         device = FoundDevice(identity, ip, interface)
-        if len(self._found) < MAX_DEVICES:
-            self._found.setdefault(device.key, device)
+        known = self._found.get(device.key)
+        # One device may be heard on several interfaces; the one that its address belongs to is the way to it.
+        if (known is None and len(self._found) < MAX_DEVICES) or (known and not known.reachable):
+            self._found[device.key] = device
         return device

@@ -1,8 +1,8 @@
 """Keeping control, and knowing when it is gone: a machine without I/O.
 
 Control expires unless its holder talks to the device. Reading CCP is the one command that every device
-counts, and its value tells whether control is still ours. A camera that stops answering, or whose control went
-elsewhere, is known within two seconds.
+counts, and its value tells whether control is still ours. A camera that stops answering, or whose control
+went elsewhere, is known within two seconds.
 """
 
 from __future__ import annotations

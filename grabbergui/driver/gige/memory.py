@@ -47,7 +47,7 @@ class DeviceMemory:
         return b"".join(pieces)[address - first :][:length]
 
     def write(self, address: int, data: bytes) -> None:
-        """Write all of `data`; a word covered in part is read first. Raises as `read`, and AccessDeniedError."""
+        """Write all of `data`; a word covered in part is read first. Raises as `read`, AccessDeniedError."""
         if not self.writable:
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
         first, end = self._aligned(address, len(data))

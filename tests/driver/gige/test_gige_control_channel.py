@@ -1,0 +1,234 @@
+"""The control channel and the heartbeat, in memory, with time as a number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from transcripts import lines
+
+from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
+from grabbergui.driver.gige import gvcp
+from grabbergui.driver.gige.bootstrap import Register
+from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
+from grabbergui.driver.gige.gvcp import Ack, CommandCode, ReadReg, Status, WriteReg
+from grabbergui.driver.gige.heartbeat import Heartbeat, Pulse
+
+READ = ReadReg((Register.CCP,))
+WRITE = WriteReg(((0x20030, 1),))
+
+
+def ack_of(datagram: bytes, payload: bytes = b"\0\0\0\2", status: int = 0) -> bytes:
+    header, _ = gvcp.split_command(datagram)
+    return Ack(status, header.command + 1, header.req_id, payload).encode()
+
+
+def run_until(
+    channel: ControlChannel, end: float, answer: Callable[[float, bytes], bytes | None]
+) -> list[float]:
+    """Let time pass from deadline to deadline; when each datagram left."""
+    sent = []
+    now = 0.0
+    while True:
+        for datagram in channel.datagrams():
+            sent.append(now)
+            reply = answer(now, datagram)
+            if reply is not None:
+                channel.receive(reply, now)
+        due = channel.timer()
+        if due is None or due > end:
+            return sent
+        now = due
+        channel.handle_timer(now)
+
+
+def test_an_answer_ends_the_exchange() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(READ, 0.0)
+    (datagram,) = channel.datagrams()
+    assert datagram == bytes.fromhex("420100800004000100000a00")
+    channel.receive(ack_of(datagram), 0.01)
+    assert exchange.done and exchange.payload == b"\0\0\0\2"
+    assert channel.timer() is None and channel.last_heard == 0.01
+
+
+def test_a_lost_command_is_sent_again_unchanged_and_then_given_up() -> None:
+    channel = ControlChannel(ControlTiming(ack_timeout=0.5, tries=3))
+    exchange = channel.start(READ, 0.0)
+    seen: list[bytes] = []
+    assert run_until(channel, 10.0, lambda now, data: seen.append(data)) == [0.0, 0.5, 1.0]
+    assert len(set(seen)) == 1, "a retry keeps its req_id"
+    assert isinstance(exchange.error, AckTimeoutError)
+    assert "READREG at 0xA00" in str(exchange.error) and "3 tries" in str(exchange.error)
+
+
+def test_a_late_first_answer_counts_for_the_retry() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(READ, 0.0)
+    (first,) = channel.datagrams()
+    channel.handle_timer(0.4)
+    assert list(channel.datagrams()) == [first]
+    channel.receive(ack_of(first), 0.5)
+    channel.receive(ack_of(first), 0.6)
+    assert exchange.payload is not None and channel.ignored == 1
+
+
+def test_an_answer_must_match_command_and_id() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(READ, 0.0)
+    for stranger in (
+        Ack(0, CommandCode.WRITEREG + 1, exchange.req_id, bytes(4)).encode(),
+        Ack(0, CommandCode.READREG + 1, exchange.req_id + 1, bytes(4)).encode(),
+        b"\0\0",
+    ):
+        channel.receive(stranger, 0.1)
+    assert not exchange.done
+
+
+def test_a_refusal_names_command_address_and_status() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(WRITE, 0.0)
+    (datagram,) = channel.datagrams()
+    channel.receive(ack_of(datagram, b"", Status.WRITE_PROTECT), 0.1)
+    assert isinstance(exchange.error, DeviceStatusError) and exchange.error.status == Status.WRITE_PROTECT
+    assert "WRITEREG at 0x20030" in str(exchange.error) and "WRITE_PROTECT (0x8004)" in str(exchange.error)
+
+
+def test_a_busy_device_is_asked_again() -> None:
+    channel = ControlChannel()
+    exchange = channel.start(WRITE, 0.0)
+    replies = iter([Status.BUSY, Status.BUSY, Status.SUCCESS])
+    sent = run_until(channel, 5.0, lambda now, data: ack_of(data, bytes(4), next(replies)))
+    assert exchange.payload == bytes(4) and len(sent) == 3 and sent[-1] < 0.1
+
+
+def test_pending_ack_moves_the_deadline_and_stops_the_retries() -> None:
+    """Replays the captured pause of 1.2 s: PENDING_ACK, a heartbeat in between, then the answer."""
+    conversation = list(lines("viva-pending-ack"))
+    start = next(i for i, line in enumerate(conversation) if line.data[2:4] == b"\0\x86")
+    command, pending = conversation[start : start + 2]
+    answer = next(line for line in conversation[start + 2 :] if line.data[2:4] == b"\0\x87")
+    channel = ControlChannel()
+    _, payload = gvcp.split_command(command.data)
+    while channel._next_id != 0x64:
+        channel._advance_id()
+    exchange = channel.start(gvcp.WriteMem.decode(payload), 0.0)
+    assert list(channel.datagrams()) == [command.data]
+    channel.receive(pending.data, 0.0)
+    assert channel.patient and channel.timer() == pytest.approx(1.8 + 0.4)
+    heartbeat = channel.start(READ, 0.75)
+    (beat,) = channel.datagrams()
+    channel.receive(ack_of(beat), 0.76)
+    assert heartbeat.done and not exchange.done
+    channel.handle_timer(1.1)
+    assert list(channel.datagrams()) == []
+    channel.receive(answer.data, 1.2)
+    assert exchange.payload is not None and not channel.patient
+
+
+def test_endless_patience_is_not_given() -> None:
+    channel = ControlChannel(ControlTiming(pending_limit=5.0))
+    exchange = channel.start(WRITE, 0.0)
+    now = 0.0
+    while not exchange.done:
+        list(channel.datagrams())
+        if now < 60:
+            channel.receive(gvcp.encode_pending_ack(1000, exchange.req_id), now)
+        now = min(now + 0.9, channel.timer() or now)
+        channel.handle_timer(now)
+    assert now <= 5.0 and "patience" in str(exchange.error)
+
+
+def test_request_ids_skip_zero_and_those_in_use() -> None:
+    channel = ControlChannel()
+    first = channel.start(READ, 0.0)
+    for _ in range(0xFFFE):
+        channel.cancel(channel.start(READ, 0.0))
+    after = channel.start(READ, 0.0)
+    assert first.req_id == 1 and after.req_id == 2
+
+
+@given(st.lists(st.binary(max_size=32), max_size=20))
+def test_no_datagram_crashes_the_channel(datagrams: list[bytes]) -> None:
+    channel = ControlChannel()
+    exchange = channel.start(READ, 0.0)
+    for datagram in datagrams:
+        channel.receive(datagram, 0.0)
+        channel.receive(b"\0\0\0\x81\0\4\0\1" + datagram, 0.0)
+    assert isinstance(exchange, Exchange)
+
+
+# -- heartbeat ---------------------------------------------------------------------------------------
+class Driven:
+    """A heartbeat on a channel, driven as `control_link` drives both."""
+
+    def __init__(self, *, controlling: bool = True) -> None:
+        self.channel = ControlChannel()
+        self.heartbeat = Heartbeat(self.channel, Pulse(), controlling=controlling, now=0.0)
+        self.now = 0.0
+        self.beats: list[float] = []
+
+    def run(self, end: float, answer: Callable[[float, bytes], bytes | None]) -> Driven:
+        while self.heartbeat.lost is None:
+            self.channel.handle_timer(self.now)
+            self.heartbeat.handle_timer(self.now)
+            for datagram in self.channel.datagrams():
+                self.beats.append(self.now)
+                reply = answer(self.now, datagram)
+                if reply is not None:
+                    self.channel.receive(reply, self.now)
+            self.heartbeat.handle_timer(self.now)
+            timers = [self.channel.timer(), self.heartbeat.timer()]
+            due = min((timer for timer in timers if timer is not None), default=end + 1)
+            if due > end:
+                break
+            self.now = due
+        return self
+
+
+def test_it_beats_once_a_period_while_answered() -> None:
+    driven = Driven().run(4.0, lambda now, data: ack_of(data))
+    assert driven.heartbeat.lost is None
+    assert (
+        driven.beats == pytest.approx([0.4 * beat for beat in range(len(driven.beats))])
+        and len(driven.beats) >= 10
+    )
+
+
+def test_silence_is_loss_within_two_seconds() -> None:
+    driven = Driven().run(10.0, lambda now, data: ack_of(data) if now < 3.0 else None)
+    assert driven.heartbeat.lost is not None and "not answered" in driven.heartbeat.lost
+    assert driven.now - 3.0 < 2.0
+
+
+def test_a_few_lost_datagrams_are_no_loss() -> None:
+    count = iter(range(1000))
+    driven = Driven().run(10.0, lambda now, data: ack_of(data) if next(count) % 4 == 0 else None)
+    assert driven.heartbeat.lost is None
+
+
+@pytest.mark.parametrize("controlling, lost", [(True, True), (False, False)])
+def test_lost_privilege_matters_to_a_controller_only(controlling: bool, lost: bool) -> None:
+    driven = Driven(controlling=controlling).run(1.0, lambda now, data: ack_of(data, bytes(4)))
+    assert (driven.heartbeat.lost is not None) is lost
+
+
+def test_a_device_that_asked_for_patience_may_be_silent() -> None:
+    driven = Driven()
+    write = driven.channel.start(WRITE, 0.0)
+    driven.channel.receive(gvcp.encode_pending_ack(6000, write.req_id), 0.0)
+    driven.run(5.5, lambda now, data: None)
+    assert driven.heartbeat.lost is None
+    driven.run(20.0, lambda now, data: None)
+    assert driven.heartbeat.lost is not None and isinstance(write.error, AckTimeoutError)
+
+
+@given(st.binary(max_size=12))
+def test_no_payload_crashes_the_heartbeat(payload: bytes) -> None:
+    try:
+        READ.decode_ack(payload)
+    except RemoteProtocolError:
+        driven = Driven().run(1.0, lambda now, data: ack_of(data, payload))
+        assert driven.heartbeat.lost is None
