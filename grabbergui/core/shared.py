@@ -1,0 +1,86 @@
+"""One open grabber for several users within a process: the window beside the network servers."""
+
+from __future__ import annotations
+
+from grabbergui.core.features import Category, Feature, FeatureValue
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
+
+
+class SharedGrabber(FrameGrabber):
+    """Another handle on a grabber that somebody else opened, and closes.
+
+    Everything is passed on, changes come from either side, but closing this handle only lets go of it. Its
+    queues are closed with it. Stopping the stream stops it for all, as on the camera itself.
+    """
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        super().__init__(grabber.info)
+        self._grabber = grabber
+        self._queues: list[FrameQueue] = []
+
+    def open(self, access: Access = Access.CONTROL) -> None:
+        """Listen to the grabber; it is open already."""
+        self._grabber.features_changed.connect(self.features_changed.emit)
+        self._grabber.connection_changed.connect(self._on_connection_changed)
+        self.connection_changed.emit(ConnectionState.OPEN, "")
+
+    def close(self) -> None:
+        """See FrameGrabber."""
+        self._grabber.features_changed.disconnect(self.features_changed.emit, missing_ok=True)
+        self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
+        for queue in self._queues:
+            queue.close()
+        self._queues.clear()
+
+    @property
+    def access(self) -> Access:
+        """See FrameGrabber."""
+        return self._grabber.access
+
+    def feature_tree(self) -> Category:
+        """See FrameGrabber."""
+        return self._grabber.feature_tree()
+
+    def has_feature(self, name: str) -> bool:
+        """See FrameGrabber."""
+        return self._grabber.has_feature(name)
+
+    def feature(self, name: str) -> Feature:
+        """See FrameGrabber."""
+        return self._grabber.feature(name)
+
+    def write_feature(self, name: str, value: FeatureValue) -> Feature:
+        """See FrameGrabber."""
+        return self._grabber.write_feature(name, value)
+
+    def execute(self, name: str) -> None:
+        """See FrameGrabber."""
+        self._grabber.execute(name)
+
+    def start(self, *, keep_trigger: bool = False) -> None:
+        """See FrameGrabber."""
+        self._grabber.start(keep_trigger=keep_trigger)
+
+    def stop(self) -> None:
+        """See FrameGrabber."""
+        self._grabber.stop()
+
+    @property
+    def streaming(self) -> bool:
+        """See FrameGrabber."""
+        return self._grabber.streaming
+
+    def statistics(self) -> StreamStatistics:
+        """See FrameGrabber."""
+        return self._grabber.statistics()
+
+    def open_queue(self, depth: int = 2) -> FrameQueue:
+        """See FrameGrabber."""
+        queue = self._grabber.open_queue(depth)
+        self._queues = [*(q for q in self._queues if not q.closed), queue]
+        return queue
+
+    def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
+        self.info = self._grabber.info
+        self.connection_changed.emit(state, reason)

@@ -1,0 +1,88 @@
+"""The interactive prompt: completion of commands, features and entries, history, ranges while one types."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+
+from prompt_toolkit import PromptSession
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
+from prompt_toolkit.patch_stdout import patch_stdout
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import FeatureKind
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.terminal.interpreter import Interpreter, answer
+
+_TAKES_FEATURE = ("get_feature", "get", "set_feature", "set", "auto", "mode", "run", "list_features", "list")
+
+
+class FeatureCompleter(Completer):
+    """Completes commands first, then names of features, then entries."""
+
+    def __init__(self, grabber: FrameGrabber, interpreter: Interpreter) -> None:
+        self._grabber = grabber
+        self._interpreter = interpreter
+        self._features = list(grabber.feature_tree().descriptions())
+
+    def get_completions(self, document: Document, complete_event: CompleteEvent) -> Iterable[Completion]:
+        """Called by prompt_toolkit."""
+        before = document.text_before_cursor
+        words = before.split()
+        typed = "" if not words or before.endswith(" ") else words[-1]
+        position = len(words) - (1 if typed else 0)
+        for text, meaning in self._candidates(words, position):
+            if typed.lower() in text.lower():
+                yield Completion(text, -len(typed), display_meta=meaning)
+
+    def _candidates(self, words: list[str], position: int) -> Iterator[tuple[str, str]]:
+        if position == 0:
+            for name, command in self._interpreter.commands.items():
+                yield name, command.meaning
+        elif position == 1 and words[0] in _TAKES_FEATURE:
+            for description in self._features:
+                if words[0] != "run" or description.kind is FeatureKind.COMMAND:
+                    yield description.name, description.tooltip
+        elif position == 2 and words[0] in ("set", "set_feature") and self._grabber.has_feature(words[1]):
+            feature = self._grabber.feature(words[1])
+            for entry in feature.entries:
+                yield entry.name, entry.tooltip
+
+
+def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> None:
+    """Read and run commands until `exit`, the end of the input, or `finished`.
+
+    With a terminal it prompts and completes; without one it reads lines, for scripts.
+    """
+    interpreter = Interpreter(grabber)
+    lines = _prompted(grabber, interpreter) if sys.stdin.isatty() else iter(sys.stdin)
+    for line in lines:
+        worked, text = answer(interpreter, line)
+        if text:
+            print(text, file=sys.stdout if worked else sys.stderr, flush=True)
+        if interpreter.finished or finished():
+            return
+
+
+def _prompted(grabber: FrameGrabber, interpreter: Interpreter) -> Iterator[str]:
+    console: PromptSession[str] = PromptSession(completer=FeatureCompleter(grabber, interpreter))
+    while True:
+        try:
+            # What others print meanwhile goes above the prompt.
+            with patch_stdout():
+                yield console.prompt("camera> ", bottom_toolbar=lambda: _hint(grabber, console))
+        except (EOFError, KeyboardInterrupt):
+            return
+
+
+def _hint(grabber: FrameGrabber, console: PromptSession[str]) -> str:
+    """What the feature being typed allows."""
+    words = console.default_buffer.text.split()
+    if len(words) < 2 or not grabber.has_feature(words[1]):
+        return "Tab completes; help lists the commands"
+    try:
+        feature = grabber.feature(words[1])
+    except GrabberError as error:
+        return str(error)
+    return f"{feature.name}: {feature.range_text()}"

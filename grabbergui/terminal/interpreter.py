@@ -1,0 +1,177 @@
+"""Typed commands on a grabber: text in, text out, no console in between.
+
+The same commands serve the console, a YARP port and a ROS 2 service. Names of commands follow the reference
+system's terminal (`list_features`, `get_feature`, `set_feature`).
+"""
+
+from __future__ import annotations
+
+import inspect
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
+from grabbergui.core.features import Feature, FeatureKind, Visibility, format_value
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
+from grabbergui.models import snapshot
+
+_FRAME_TIMEOUT = 5.0
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command of the terminal."""
+
+    arguments: str
+    "As one types them: `NAME [VALUE]`."
+    meaning: str
+    run: Callable[..., str]
+
+
+class Interpreter:
+    """Runs one line at a time. Any thread, but one line at once."""
+
+    def __init__(self, grabber: FrameGrabber, *, folder: Path | None = None) -> None:
+        self._grabber = grabber
+        self._folder = folder or Path.cwd()
+        self.finished = False
+        "Set by `exit`."
+        self.commands: dict[str, Command] = {
+            "list_features": Command(
+                "[TEXT]",
+                "the features (beginner and expert) whose name has TEXT in it, with values",
+                self._list_features,
+            ),
+            "get_feature": Command("NAME", "a feature's value and range", self._get_feature),
+            "set_feature": Command(
+                "NAME VALUE", "write a value; its automatic mode, if any, goes off", self._set_feature
+            ),
+            "run": Command("NAME", "execute a command of the camera", self._run),
+            "auto": Command(
+                "NAME [Continuous|Once|Off]", "hand a feature to the camera, or take it back", self._auto
+            ),
+            "mode": Command("NAME", "whether a feature is set by hand or by the camera", self._mode),
+            "start": Command("", "let the stream run", self._start),
+            "stop": Command("", "stop the stream, for everybody", self._stop),
+            "snapshot": Command(
+                "[FOLDER]", "save the next frame, as PNG, or TIFF for more than 8 bits", self._snapshot
+            ),
+            "stats": Command("", "frames, losses and rates since the stream was started", self._stats),
+            "help": Command("", "this list", self._help),
+            "exit": Command("", "leave; a server ends", self._exit),
+        }
+        "By name, for completion too."
+        self._aliases = {"list": "list_features", "get": "get_feature", "set": "set_feature", "quit": "exit"}
+
+    def execute(self, line: str) -> str:
+        """Run a line and return what to print, perhaps nothing. Raises GrabberError for what fails."""
+        try:
+            words = shlex.split(line)
+        except ValueError as error:
+            raise UsageError(f"'{line}': {error}") from error
+        if not words:
+            return ""
+        name = self._aliases.get(words[0], words[0])
+        command = self.commands.get(name)
+        if command is None:
+            raise UsageError(f"there is no command '{words[0]}'; `help` lists them")
+        try:
+            inspect.signature(command.run).bind(*words[1:])
+        except TypeError:
+            raise UsageError(f"write `{name} {command.arguments}`") from None
+        return command.run(*words[1:])
+
+    # -- commands --------------------------------------------------------------------------------
+    def _list_features(self, *text: str) -> str:
+        wanted = " ".join(text).lower()
+        lines = [
+            self._line(self._grabber.feature(description.name))
+            for description in self._grabber.feature_tree().descriptions()
+            if wanted in f"{description.name} {description.title}".lower()
+            and (wanted or description.visibility <= Visibility.EXPERT)
+        ]
+        return "\n".join(lines) or f"no feature's name has '{wanted}' in it"
+
+    def _get_feature(self, name: str) -> str:
+        return self._line(self._grabber.feature(name))
+
+    def _set_feature(self, name: str, *value: str) -> str:
+        # NAME=VALUE is what the command line has taught.
+        if not value and "=" in name:
+            name, _, text = name.partition("=")
+        else:
+            text = " ".join(value).removeprefix("=").strip()
+        if not text:
+            raise UsageError(f"{name}: which value? {self._grabber.feature(name).range_text()}")
+        return self._line(self._grabber.write_feature(name, text))
+
+    def _run(self, name: str) -> str:
+        self._grabber.execute(name)
+        return f"{name} is done"
+
+    def _auto(self, name: str, mode: str = AUTO_CONTINUOUS) -> str:
+        automatic = self._grabber.feature(name).auto
+        if automatic is None:
+            raise FeatureNotFoundError(f"{name} has no automatic mode on this camera", name)
+        spelled = {text.lower(): text for text in (AUTO_CONTINUOUS, AUTO_ONCE, AUTO_OFF)}
+        return self._line(self._grabber.write_feature(automatic, spelled.get(mode.lower(), mode)))
+
+    def _mode(self, name: str) -> str:
+        automatic = self._grabber.feature(name).auto
+        if automatic is None:
+            return f"{name} is set by hand; this camera has no automatic mode for it"
+        return self._line(self._grabber.feature(automatic))
+
+    def _start(self) -> str:
+        self._grabber.start()
+        return "streaming"
+
+    def _stop(self) -> str:
+        self._grabber.stop()
+        return "stopped"
+
+    def _snapshot(self, folder: str = "") -> str:
+        queue = self._grabber.open_queue(1)
+        try:
+            frame = queue.get(_FRAME_TIMEOUT)
+        finally:
+            queue.close()
+        path = snapshot.save(frame, self._folder / Path(folder).expanduser(), self._grabber.info)
+        return f"saved {path}"
+
+    def _stats(self) -> str:
+        counters = self._grabber.statistics().as_dict()
+        width = max(map(len, counters))
+        return "\n".join(f"{name.ljust(width)}  {value:.6g}" for name, value in counters.items())
+
+    def _help(self) -> str:
+        calls = {f"{name} {command.arguments}": command.meaning for name, command in self.commands.items()}
+        width = max(map(len, calls))
+        return "\n".join(f"{call.ljust(width)}  {meaning}" for call, meaning in calls.items())
+
+    def _exit(self) -> str:
+        self.finished = True
+        return ""
+
+    @staticmethod
+    def _line(feature: Feature) -> str:
+        if feature.value is None:
+            what = "a command" if feature.kind is FeatureKind.COMMAND else feature.access_problem()
+            return f"{feature.name}: {what}"
+        unit = f" {feature.unit}" if feature.unit else ""
+        text = f"{feature.name} = {format_value(feature.value)}{unit}"
+        if not feature.access.writable:
+            return f"{text} (read-only)"
+        plain = feature.kind in (FeatureKind.STRING, FeatureKind.BOOLEAN)
+        return text if plain else f"{text} ({feature.range_text()})"
+
+
+def answer(interpreter: Interpreter, line: str) -> tuple[bool, str]:
+    """Run a line; whether it worked, and what to print. Raises nothing that a user may cause."""
+    try:
+        return True, interpreter.execute(line)
+    except GrabberError as error:
+        return False, str(error)

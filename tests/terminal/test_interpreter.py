@@ -1,0 +1,121 @@
+"""Typed commands, on the simulated camera."""
+
+import subprocess
+import sys
+
+import pytest
+from prompt_toolkit.completion import CompleteEvent
+from prompt_toolkit.document import Document
+
+from grabbergui import sources
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
+from grabbergui.terminal.console import FeatureCompleter
+from grabbergui.terminal.interpreter import Interpreter, answer
+
+
+@pytest.fixture(scope="module")
+def grabber():
+    grabber = sources.create("sim:?width=64&height=48&fps=100")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+@pytest.fixture
+def terminal(grabber, tmp_path):
+    return Interpreter(grabber, folder=tmp_path)
+
+
+def test_features_are_listed_by_a_part_of_their_name(terminal):
+    text = terminal.execute("list_features exposure")
+
+    assert "ExposureTime = " in text and "us (10 … " in text and "Width" not in text
+    assert len(terminal.execute("list").splitlines()) > 30
+    assert "no feature" in terminal.execute("list warp drive")
+
+
+@pytest.mark.parametrize(
+    "line", ["set_feature Width 128", "set Width=128", "set Width = 128", "  set   'Width'  0x80 "]
+)
+def test_values_are_set_as_one_happens_to_type_them(terminal, line):
+    assert terminal.execute(line).startswith("Width = 128 px")
+    assert terminal.execute("get_feature Width").startswith("Width = 128 px (16 … ")
+
+
+def test_automatic_modes(terminal):
+    assert terminal.execute("auto ExposureTime").startswith("ExposureAuto = Continuous")
+    assert terminal.execute("mode ExposureTime").startswith("ExposureAuto = Continuous")
+    assert terminal.execute("auto ExposureTime off").startswith("ExposureAuto = Off")
+    assert "set by hand" in terminal.execute("mode Width")
+
+
+def test_the_stream_and_a_snapshot(terminal, tmp_path):
+    assert terminal.execute("start") == "streaming"
+    saved = terminal.execute("snapshot pictures")
+    assert saved.startswith("saved ") and len(list((tmp_path / "pictures").iterdir())) == 1
+    assert "frames " in terminal.execute("stats")
+    assert terminal.execute("stop") == "stopped"
+
+
+def test_help_names_every_command_and_exit_ends(terminal):
+    assert all(name in terminal.execute("help") for name in terminal.commands)
+    assert terminal.execute("") == "" and not terminal.finished
+    assert terminal.execute("exit") == "" and terminal.finished
+
+
+@pytest.mark.parametrize(
+    ("line", "error", "message"),
+    [
+        ("fly", UsageError, "no command 'fly'"),
+        ("get", UsageError, "write `get_feature NAME`"),
+        ("get a b", UsageError, "write `get_feature NAME`"),
+        ("set Width", UsageError, "which value"),
+        ("set 'Width", UsageError, "quotation"),
+        ("get Warp", FeatureNotFoundError, "no feature Warp"),
+        ("auto Width", FeatureNotFoundError, "no automatic mode"),
+    ],
+)
+def test_what_fails_says_why(terminal, line, error, message):
+    with pytest.raises(error, match=message):
+        terminal.execute(line)
+    worked, text = answer(terminal, line)
+    assert not worked and message in text
+
+
+def test_errors_are_all_of_one_tree(terminal):
+    with pytest.raises(GrabberError):
+        terminal.execute("set Width -1")
+
+
+@pytest.mark.parametrize(
+    ("typed", "completion"),
+    [
+        ("", "list_features"),
+        ("se", "set_feature"),
+        ("get ", "Width"),
+        ("set Exposure", "ExposureTime"),
+        ("set PixelFormat Mono1", "Mono12p"),
+        ("run ", "TriggerSoftware"),
+    ],
+)
+def test_completion(grabber, terminal, typed, completion):
+    completer = FeatureCompleter(grabber, terminal)
+
+    texts = [found.text for found in completer.get_completions(Document(typed), CompleteEvent())]
+
+    assert completion in texts
+    assert typed != "run " or "Width" not in texts
+
+
+def test_lines_from_a_pipe():
+    result = subprocess.run(
+        [sys.executable, "-m", "grabbergui", "terminal", "sim:"],
+        input="set Gain 3\nget Nonsense\nexit\nget Width\n",
+        capture_output=True,
+        text=True,
+        timeout=30,
+    )
+
+    assert result.returncode == 0
+    assert result.stdout.startswith("Gain = 3 dB") and result.stdout.count("\n") == 1
+    assert "no feature Nonsense" in result.stderr
