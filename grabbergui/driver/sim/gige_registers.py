@@ -1,0 +1,213 @@
+"""The bootstrap registers of the simulated camera as a GigE Vision device."""
+
+from __future__ import annotations
+
+import io
+import socket
+import struct
+import zipfile
+from functools import partial
+from importlib import resources
+
+from grabbergui.driver.gige import bootstrap
+from grabbergui.driver.gige.bootstrap import Capability, StreamChannel
+from grabbergui.driver.gige.gvcp_device import Identity
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.description import with_transport
+from grabbergui.driver.sim.memory import Kind, Register, RegisterMemory
+from grabbergui.driver.sim.model import CameraModel
+
+XML_ADDRESS = 0x200000
+XML_NAME = "grabbergui_simulated_camera"
+TICKS_PER_SECOND = 1_000_000_000
+LEAST_HEARTBEAT_MS = 500
+SMALLEST_PACKET = 576
+CHANNEL = StreamChannel(0)
+
+_CAPABILITY = (
+    Capability.CONCATENATION
+    | Capability.WRITEMEM
+    | Capability.PACKETRESEND
+    | Capability.EVENT
+    | Capability.EVENTDATA
+    | Capability.PENDING_ACK
+    | Capability.ACTION
+    | Capability.SCHEDULED_ACTION
+    | Capability.TEST_DATA
+    | Capability.PRIMARY_APPLICATION
+    | Capability.HEARTBEAT_DISABLE
+    | Capability.SERIAL_NUMBER
+    | Capability.USER_NAME
+    | 0x00100000  # unconditional action
+    | 0x00440000  # extended status codes
+    | 0x10000000  # link speed
+)
+_STREAM_CAPABILITY = 0x80000000 | 0x40000000
+"Tells its source port; 16-bit block ids can be had."
+EXTENDED_IDS = 0x40000000
+"In the GVSP configuration."
+
+
+def _register(
+    name: str, address: int, default: int = 0, *, writable: bool = False, high: int = 0xFFFFFFFF
+) -> Register:
+    return Register(name, address, Kind.UINT32, 4, default, writable, 0, high)
+
+
+def _field(name: str, field: bootstrap.Field, text: str = "", *, writable: bool = False) -> Register:
+    return Register(name, field.address, Kind.STRING, field.length, text, writable)
+
+
+_R = bootstrap.Register
+CURRENT_IP = _register("current IP", _R.CURRENT_IP)
+SUBNET_MASK = _register("current subnet mask", _R.CURRENT_SUBNET_MASK)
+PERSISTENT_IP = _register("persistent IP", _R.PERSISTENT_IP, writable=True)
+MAC_HIGH = _register("MAC high", _R.MAC_HIGH)
+MAC_LOW = _register("MAC low", _R.MAC_LOW)
+USER_NAME = _field("user name", bootstrap.USER_NAME, writable=True)
+ACTION_DEVICE_KEY = _register("action device key", _R.ACTION_DEVICE_KEY, writable=True)
+HEARTBEAT_TIMEOUT = _register("heartbeat timeout", _R.HEARTBEAT_TIMEOUT_MS, 3000, writable=True)
+TIMESTAMP_CONTROL = _register("timestamp control", _R.TIMESTAMP_CONTROL, writable=True, high=3)
+TIMESTAMP_HIGH = _register("latched timestamp high", _R.TIMESTAMP_HIGH)
+TIMESTAMP_LOW = _register("latched timestamp low", _R.TIMESTAMP_LOW)
+GVCP_CONFIGURATION = _register("GVCP configuration", _R.GVCP_CONFIGURATION, writable=True)
+GVSP_CONFIGURATION = _register("GVSP configuration", _R.GVSP_CONFIGURATION, writable=True)
+CCP = _register("CCP", _R.CCP, writable=True)
+PRIMARY_PORT = _register("primary application port", _R.PRIMARY_APPLICATION_PORT)
+PRIMARY_IP = _register("primary application IP", _R.PRIMARY_APPLICATION_IP)
+MCP = _register("MCP", _R.MCP, writable=True)
+MCDA = _register("MCDA", _R.MCDA, writable=True)
+MCTT = _register("MCTT", _R.MCTT_MS, 200, writable=True, high=10_000)
+MCRC = _register("MCRC", _R.MCRC, 3, writable=True, high=20)
+MCSP = _register("MCSP", _R.MCSP, bootstrap.GVCP_PORT)
+SCP = _register("SCP0", CHANNEL.port, writable=True)
+SCPS = _register("SCPS0", CHANNEL.packet_size, 1500, writable=True)
+SCPD = _register("SCPD0", CHANNEL.packet_delay, writable=True, high=1_000_000_000)
+SCDA = _register("SCDA0", CHANNEL.destination, writable=True)
+SCSP = _register("SCSP0", CHANNEL.source_port)
+ACTION_GROUP_KEY = _register("action group key", 0x9800, writable=True)
+ACTION_GROUP_MASK = _register("action group mask", 0x9804, writable=True)
+
+_REGISTERS = (
+    _register("version", _R.VERSION, 0x00020000),
+    _register("device mode", _R.DEVICE_MODE, 0x80000001),
+    MAC_HIGH,
+    MAC_LOW,
+    _register("supported IP configuration", _R.SUPPORTED_IP_CONFIGURATION, 0x7),
+    _register("current IP configuration", _R.CURRENT_IP_CONFIGURATION, 0x6, writable=True),
+    CURRENT_IP,
+    SUBNET_MASK,
+    _register("current gateway", _R.CURRENT_GATEWAY),
+    _register("number of network interfaces", 0x0600, 1),
+    PERSISTENT_IP,
+    _register("persistent subnet mask", _R.PERSISTENT_SUBNET_MASK, writable=True),
+    _register("persistent gateway", _R.PERSISTENT_GATEWAY, writable=True),
+    _register("link speed", _R.LINK_SPEED, 10_000),
+    _register("message channels", _R.MESSAGE_CHANNELS, 1),
+    _register("stream channels", _R.STREAM_CHANNELS, 1),
+    _register("action signals", _R.ACTION_SIGNALS, 1),
+    ACTION_DEVICE_KEY,
+    _register("active links", 0x0910, 1),
+    _register("stream capability", _R.STREAM_CAPABILITY, _STREAM_CAPABILITY),
+    _register("message capability", 0x0930, 0x80000000),
+    _register("GVCP capability", _R.GVCP_CAPABILITY, int(_CAPABILITY)),
+    HEARTBEAT_TIMEOUT,
+    _register("tick frequency high", _R.TICK_FREQUENCY_HIGH),
+    _register("tick frequency low", _R.TICK_FREQUENCY_LOW, TICKS_PER_SECOND),
+    TIMESTAMP_CONTROL,
+    TIMESTAMP_HIGH,
+    TIMESTAMP_LOW,
+    GVCP_CONFIGURATION,
+    _register("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
+    GVSP_CONFIGURATION,
+    CCP,
+    PRIMARY_PORT,
+    PRIMARY_IP,
+    MCP,
+    MCDA,
+    MCTT,
+    MCRC,
+    MCSP,
+    SCP,
+    SCPS,
+    SCPD,
+    SCDA,
+    SCSP,
+    _register("SCC0", 0x0D20),
+    _register("SCCFG0", 0x0D24, writable=True, high=0),
+    ACTION_GROUP_KEY,
+    ACTION_GROUP_MASK,
+)
+
+
+_FEATURES = (
+    "GevSCPSPacketSize",
+    "GevSCPSDoNotFragment",
+    "GevSCPSFireTestPacket",
+    "GevSCPD",
+    "GevGVSPExtendedIDMode",
+    "GevHeartbeatTimeout",
+    "GevCurrentIPAddress",
+    "GevMACAddress",
+    "ActionDeviceKey",
+    "ActionGroupKey",
+    "ActionGroupMask",
+)
+
+
+def xml_archive() -> bytes:
+    """The description with GigE Vision's features, zipped."""
+    archive = io.BytesIO()
+    # A fixed date, so that the same camera has the same bytes.
+    member = zipfile.ZipInfo(f"{XML_NAME}.xml", (2024, 1, 1, 0, 0, 0))
+    member.compress_type = zipfile.ZIP_DEFLATED
+    with zipfile.ZipFile(archive, "w") as writer:
+        writer.writestr(member, description())
+    return archive.getvalue()
+
+
+def description() -> bytes:
+    """The description with GigE Vision's features."""
+    nodes = resources.files(__package__).joinpath("gige.xml").read_bytes()
+    return with_transport(_FEATURES, nodes)
+
+
+def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -> RegisterMemory:
+    """Bootstrap registers of a camera at an address; strings are the model's own."""
+    archive = xml_archive()
+    url = f"Local:{XML_NAME}.zip;{XML_ADDRESS:x};{len(archive):x}"
+    strings = {
+        _field("vendor", bootstrap.VENDOR): reg.DEVICE_VENDOR_NAME,
+        _field("model", bootstrap.MODEL): reg.DEVICE_MODEL_NAME,
+        _field("version text", bootstrap.DEVICE_VERSION): reg.DEVICE_VERSION,
+        _field("manufacturer info", bootstrap.MANUFACTURER_INFO): reg.DEVICE_MANUFACTURER_INFO,
+        _field("serial number", bootstrap.SERIAL_NUMBER): reg.DEVICE_SERIAL_NUMBER,
+        USER_NAME: reg.DEVICE_USER_ID,
+    }
+    urls = (_field("first URL", bootstrap.FIRST_URL, url), _field("second URL", bootstrap.SECOND_URL, url))
+    memory = RegisterMemory((*_REGISTERS, *strings, *urls))
+    for mirror, original in strings.items():
+        memory.on_read(mirror, partial(model.memory.get, original))
+    memory.on_check(USER_NAME, lambda value: model.memory.set(reg.DEVICE_USER_ID, value))
+    memory.set(CURRENT_IP, _number(address))
+    memory.set(SUBNET_MASK, _number(netmask))
+    memory.set(MAC_HIGH, int.from_bytes(mac[:2], "big"))
+    memory.set(MAC_LOW, int.from_bytes(mac[2:], "big"))
+    memory.add_block(XML_ADDRESS, archive)
+    for register, shift in ((TIMESTAMP_HIGH, 32), (TIMESTAMP_LOW, 0)):
+        memory.on_read(register, partial(_latched, model, shift))
+    return memory
+
+
+def _latched(model: CameraModel, shift: int) -> int:
+    return model.memory.integer(reg.TIMESTAMP_LATCH_VALUE) >> shift & 0xFFFFFFFF
+
+
+def identity(memory: RegisterMemory) -> bytes:
+    """The DISCOVERY_ACK's payload: the first registers as they are."""
+    return memory.read(0, Identity.FORMAT.size)
+
+
+def _number(address: str) -> int:
+    (number,) = struct.unpack(">I", socket.inet_aton(address))
+    return int(number)
