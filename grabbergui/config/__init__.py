@@ -1,0 +1,1 @@
+"""Configuration files, as YARP's ResourceFinder finds and reads them."""
