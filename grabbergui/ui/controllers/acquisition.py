@@ -20,6 +20,8 @@ from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.status_strip import StateTone
 
 STATUS_INTERVAL_MS = 200
+FACTS_INTERVAL = 1.0
+"Seconds between two questions to a camera that shows no picture."
 STALLED = 1.0
 "Seconds without a frame after which the state says so."
 
@@ -48,6 +50,7 @@ class AcquisitionController(QObject):
         self._facts = CameraFacts()
         self._mean: float | None = None
         self._painted = 0
+        self._ask_again = 0.0
         self._shown: OpenSource | None = None
         self._bind_models()
         self._bind_view()
@@ -138,6 +141,7 @@ class AcquisitionController(QObject):
         self._facts = CameraFacts()
         self._mean = None
         self._painted = 0
+        self._ask_again = 0.0
 
     def _on_snapshot_saved(self, path: Path) -> None:
         self._window.messages.showNotice(f"Saved {path}")
@@ -190,13 +194,14 @@ class AcquisitionController(QObject):
     def _ask_for_facts(self, source: OpenSource) -> None:
         """Read what bears on it; not while all is well, so that nothing disturbs a running camera."""
         grabber = source.grabber
-        if grabber is None:
+        if grabber is None or time.monotonic() < self._ask_again:
             return
+        self._ask_again = time.monotonic() + FACTS_INTERVAL
 
         def done(facts: CameraFacts) -> None:
             self._bridge.call(lambda: self._on_facts(source, facts))
 
-        source.worker.submit(lambda: CameraFacts.read(grabber), key="diagnosis", done=done, delay=1.0)
+        source.worker.submit(lambda: CameraFacts.read(grabber), key="diagnosis", done=done)
 
     def _on_facts(self, source: OpenSource, facts: CameraFacts) -> None:
         if source is self._shown:

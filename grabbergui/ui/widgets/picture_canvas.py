@@ -6,7 +6,7 @@ import math
 
 import pyqtgraph as pg
 from PyQt5.QtCore import QEvent, QPointF, QRectF, Qt, pyqtSignal
-from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import DisplayImage
@@ -50,7 +50,6 @@ class PictureCanvas(pg.GraphicsView):
         self._box.disableAutoRange()
         self._box.sigRangeChanged.connect(self._announce)
         self._box.sigRangeChangedManually.connect(self._on_box_moved_by_hand)
-        self.sceneObj.sigMouseMoved.connect(self._on_scene_mouse_moved)
 
     @property
     def zoom(self) -> float:
@@ -119,6 +118,11 @@ class PictureCanvas(pg.GraphicsView):
             else:
                 self._zoom_to(zoom)
 
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow the cursor. pyqtgraph's own signal leaves out moves that come fast, the last one too."""
+        super().mouseMoveEvent(event)
+        self._follow(event.localPos())
+
     def leaveEvent(self, event: QEvent) -> None:
         """The cursor is on no pixel any more."""
         super().leaveEvent(event)
@@ -177,8 +181,8 @@ class PictureCanvas(pg.GraphicsView):
         self._fitted = False
         self._announce()
 
-    def _on_scene_mouse_moved(self, position: QPointF) -> None:
-        point = self._box.mapSceneToView(position)
+    def _follow(self, position: QPointF) -> None:
+        point = self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint())))
         x, y = math.floor(point.x()), math.floor(point.y())
         width, height = self._item.frame_size
         if self._empty or not (0 <= x < width and 0 <= y < height):

@@ -1,0 +1,57 @@
+"""The whole window on the simulated camera, offscreen, remembering nothing."""
+
+import threading
+
+import pytest
+
+from grabbergui.models.connection import LinkState
+from grabbergui.ui.controllers.main import MainController
+from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.views.main_window import MainWindow
+
+
+class Desk:
+    """A window, the program behind it, and what a person would do there."""
+
+    def __init__(self, qtbot, snapshots):
+        self.qtbot = qtbot
+        self.preferences = Preferences(None)
+        self.preferences.snapshot_folder = snapshots
+        self.window = MainWindow()
+        self.window.resize(1280, 800)
+        self.program = MainController(self.window, self.preferences)
+        qtbot.addWidget(self.window)
+        self.window.show()
+
+    @property
+    def errors(self):
+        return self.window.messages.messages
+
+    @property
+    def grabber(self):
+        return self.program.connection.source.grabber
+
+    def connect(self, uri="sim:"):
+        self.program.sources.connect_to(uri)
+        self.until(lambda: self.program.connection.state is LinkState.STREAMING)
+
+    def watch(self, pictures=3):
+        """Wait until so many more pictures are painted."""
+        painted = []
+        self.window.picture.painted.connect(lambda: painted.append(1))
+        self.until(lambda: len(painted) >= pictures)
+
+    def until(self, condition, seconds=10.0):
+        self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(seconds * 1000))
+
+
+@pytest.fixture
+def window_desk(qtbot, tmp_path):
+    before = set(threading.enumerate())
+    desk = Desk(qtbot, tmp_path / "snapshots")
+    yield desk
+    desk.window.close()
+    desk.program.shut_down()
+    desk.program.connection.wait_closed(10)
+    left = [thread.name for thread in threading.enumerate() if thread not in before]
+    assert not left, f"threads left behind: {left}"

@@ -1,0 +1,106 @@
+"""The program: run without a display it leaves its picture; what goes wrong is said in a line."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from PyQt5.QtGui import QImage
+
+CODE = "import sys; from pathlib import Path; from grabbergui.ui import app; "
+
+
+def run(code, tmp_path, timeout=50):
+    environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
+    environment.pop("QT_QPA_PLATFORM", None)
+    return subprocess.run(
+        [sys.executable, "-c", CODE + code], capture_output=True, text=True, timeout=timeout, env=environment
+    )
+
+
+def test_offscreen_it_runs_a_while_and_leaves_its_picture(tmp_path):
+    target = tmp_path / "window.png"
+    done = run(
+        f"sys.exit(app.run('sim:', offscreen=True, duration=4, screenshot=Path({json.dumps(str(target))})))",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    path, rate, unit = done.stdout.split()
+    assert (path, unit) == (str(target), "frames/s")
+    assert float(rate) > 5
+    image = QImage(str(target))
+    assert (image.width(), image.height()) >= (1000, 700)
+    colours = {image.pixel(x, 450) for x in range(300, 900, 3)}
+    assert len(colours) > 10, "the middle shows no picture"
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_screenshot_alone_ends_it_too_in_both_looks(tmp_path, theme):
+    target = tmp_path / "window.png"
+    done = run(
+        f"sys.exit(app.run('sim:', offscreen=True, theme='{theme}',"
+        f" screenshot=Path({json.dumps(str(target))})))",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    corner = QImage(str(target)).pixelColor(1270, 5).lightness()
+    assert corner > 200 if theme == "light" else corner < 60
+
+
+def test_without_a_frame_it_fails_with_one_clear_line(tmp_path):
+    done = run(
+        "sys.exit(app.run('nonsense:', offscreen=True, duration=1, screenshot=Path('never.png')))", tmp_path
+    )
+    assert done.returncode == 1
+    said = [line for line in done.stderr.splitlines() if "propagateSizeHints" not in line]
+    assert len(said) == 1 and "no known kind" in said[0]
+    assert not done.stdout
+
+
+def test_an_interrupt_ends_it_cleanly(tmp_path):
+    environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
+    code = (
+        CODE
+        + "app.QTimer.singleShot(0, lambda: print('up', flush=True)); sys.exit(app.run('sim:', offscreen=True))"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
+    try:
+        time.sleep(0)
+        assert process.stdout.readline() == "up\n"
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=20)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+    assert process.returncode == 0, errors
+    assert "Traceback" not in errors
+
+
+def test_what_nobody_caught_is_shown_and_the_window_goes_on(tmp_path):
+    done = run(
+        "from grabbergui.ui.widgets.message_stack import MessageStack as S; shown = []; "
+        "S.showError = lambda self, text: shown.append(text)\n"
+        "def fault(): raise RuntimeError('a fault')\n"
+        "app.QTimer.singleShot = app.QTimer.singleShot\n"
+        "begin = app.MainController.begin\n"
+        "def broken(self, uri):\n"
+        "    begin(self, uri)\n"
+        "    app.QTimer.singleShot(200, fault)\n"
+        "app.MainController.begin = broken\n"
+        "code = app.run('sim:', offscreen=True, duration=2)\n"
+        "print(shown)\n"
+        "sys.exit(code)",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "internal error: RuntimeError: a fault" in done.stdout

@@ -1,0 +1,233 @@
+"""The window as a person uses it, on the simulated camera."""
+
+import threading
+import time
+
+import cv2
+import numpy as np
+import pytest
+from PyQt5.QtCore import Qt, QTimer
+from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit
+
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.models.connection import LinkState
+from grabbergui.models.diagnosis import Stage
+from grabbergui.models.source_list import ListedSource
+from grabbergui.ui import theme
+from grabbergui.ui.theme import DARK, LIGHT
+
+
+def test_the_picture_arrives_and_the_state_says_so(window_desk):
+    window_desk.connect()
+    window_desk.watch()
+    status = window_desk.window.status
+    window_desk.until(lambda: "Live" in status.stateLabel.text() and "Mono8" in status.formatLabel.text())
+    assert status.stateLabel.property("tone") == "good"
+    window_desk.until(lambda: float(status.rateLabel.text().split()[0]) > 5)
+    assert "grabbergui" in window_desk.window.windowTitle()
+    assert not window_desk.errors
+
+
+def test_moving_a_slider_changes_the_cameras_register(window_desk):
+    window_desk.connect()
+    rows = window_desk.window.favourites.rows
+    window_desk.until(lambda: rows.rows("ExposureTime") and rows.rows("ExposureTime")[0].editor is not None)
+    slider = rows.rows("ExposureTime")[0].editor.slider()
+    before = window_desk.grabber.feature("ExposureTime").value
+    window_desk.until(slider.isEnabled)
+    window_desk.qtbot.keyClick(slider, Qt.Key_PageUp)
+    window_desk.until(lambda: window_desk.grabber.feature("ExposureTime").value > before * 1.01)
+
+
+def test_stop_and_start(window_desk):
+    window, link = window_desk.window, window_desk.program.connection
+    window_desk.connect()
+    window_desk.watch()
+    window.actionStop.trigger()
+    window_desk.until(lambda: link.state is LinkState.OPEN)
+    window_desk.until(lambda: "Stopped" in window.status.stateLabel.text())
+    assert not window_desk.grabber.streaming
+    assert window.actionStart.isEnabled() and not window.actionStop.isEnabled()
+    window.actionStart.trigger()
+    window_desk.until(lambda: link.state is LinkState.STREAMING)
+    window_desk.watch()
+
+
+def test_a_snapshot_holds_the_frames_own_pixels(window_desk, tmp_path):
+    window_desk.connect()
+    window_desk.watch()
+    window_desk.window.actionStop.trigger()
+    window_desk.until(lambda: window_desk.window.actionStart.isEnabled())
+    window_desk.window.actionSnapshot.trigger()
+    window_desk.until(lambda: any("Saved" in message for message in window_desk.errors))
+    (path,) = (tmp_path / "snapshots").glob("*.png")
+    frame = window_desk.program.picture.frame
+    assert np.array_equal(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), frame.raw())
+
+
+def test_a_refused_write_shows_in_the_error_bar_and_can_be_dismissed(window_desk):
+    window_desk.connect()
+    features = window_desk.program.connection.source.features
+    features.write("ExposureTime", -5.0)
+    window_desk.until(lambda: window_desk.errors)
+    assert "ExposureTime=-5.0" in window_desk.errors[0]
+    assert window_desk.window.messages.isVisible()
+    button = window_desk.window.messages.findChild(QAbstractButton, "closeButton")
+    window_desk.qtbot.mouseClick(button, Qt.LeftButton)
+    assert not window_desk.errors and not window_desk.window.messages.isVisible()
+    window_desk.watch()
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [("192.168.0.10", "write its kind first"), ("nonsense:1", "no known kind")],
+)
+def test_a_bad_address_is_explained(window_desk, typed, said):
+    edit = window_desk.window.sources.addressEdit
+    window_desk.qtbot.keyClicks(edit, typed)
+    window_desk.qtbot.keyClick(edit, Qt.Key_Return)
+    window_desk.until(lambda: window_desk.errors)
+    assert said in window_desk.errors[0]
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.CLOSED)
+
+
+def test_typing_an_address_connects_and_the_button_lets_go(window_desk):
+    view = window_desk.window.sources
+    window_desk.qtbot.keyClicks(view.addressEdit, "sim:")
+    window_desk.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
+    window_desk.until(lambda: view.connectButton.text() == "Disconnect")
+    window_desk.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.CLOSED)
+    window_desk.until(lambda: "Not connected" in window_desk.window.status.stateLabel.text())
+    assert not window_desk.window.actionSnapshot.isEnabled()
+
+
+def test_sources_found_are_listed_and_a_refresh_keeps_the_selection(window_desk):
+    view = window_desk.window.sources
+    one = ListedSource(DeviceInfo("gige:1", vendor="Acme", model="One", serial="1", address="10.0.0.1"))
+    two = ListedSource(DeviceInfo("gige:2", vendor="Acme", model="Two", note="in another subnet"))
+    view.setSources([one, two])
+    view.sourceList.setCurrentRow(1)
+    view.setSources([two, one])
+    assert view.selected == "gige:2"
+    with window_desk.qtbot.waitSignal(view.connectRequested) as asked:
+        window_desk.qtbot.mouseClick(view.connectButton, Qt.LeftButton)
+    assert asked.args == ["gige:2"]
+
+
+def test_twenty_times_connected_and_let_go_leaves_no_thread(window_desk):
+    before = threading.active_count()
+    for _ in range(20):
+        window_desk.connect()
+        window_desk.program.connection.disconnect()
+    assert window_desk.program.connection.wait_closed(10)
+    window_desk.until(lambda: threading.active_count() == before)
+
+
+def test_closing_while_it_streams_and_searches_takes_less_than_a_second(window_desk):
+    window_desk.program.begin("sim:")
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
+    begun = time.monotonic()
+    window_desk.window.close()
+    assert time.monotonic() - begun < 1.0
+
+
+def test_no_turn_of_the_event_loop_takes_100_ms_while_a_camera_opens_and_streams(window_desk):
+    # The first time, Python loads modules and Qt its fonts: that is the program's start, not the camera's.
+    window_desk.connect()
+    window_desk.watch()
+    window_desk.program.connection.disconnect()
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.CLOSED)
+    turns, last = [], [time.monotonic()]
+
+    def turn():
+        now = time.monotonic()
+        turns.append(now - last[0])
+        last[0] = now
+
+    timer = QTimer()
+    timer.timeout.connect(turn)
+    timer.start(0)
+    window_desk.connect()
+    window_desk.watch(20)
+    timer.stop()
+    assert len(turns) > 50
+    assert max(turns) < 0.1, f"the longest turn took {max(turns) * 1000:.0f} ms"
+
+
+def test_a_note_over_the_picture_says_where_it_stops(window_desk):
+    window_desk.connect()
+    window_desk.watch()
+    window_desk.grabber.write_feature("TriggerMode", "On")
+    note = window_desk.window.picture.note
+    window_desk.until(lambda: note.isVisible() and "waits for a trigger" in note.summaryLabel.text())
+    assert "Waiting" in window_desk.window.status.stateLabel.text() or (
+        "Stalled" in window_desk.window.status.stateLabel.text()
+    )
+    assert f"✗ {Stage.CONTROL.value}" in note.stageLabel.text()
+    window_desk.grabber.write_feature("TriggerMode", "Off")
+    window_desk.until(lambda: not note.isVisible())
+
+
+def test_messages_newest_on_top_same_ones_counted_old_ones_gone(window_desk):
+    stack = window_desk.window.messages
+    for text in ("one", "two", "two", "three", "four", "five"):
+        stack.showError(text)
+    assert stack.messages == ["five", "four", "three", "two"]
+    stack.dismissAll()
+    assert not stack.messages
+
+
+def test_every_control_has_a_name_to_be_read_aloud(window_desk):
+    for button in window_desk.window.sources.findChildren(QAbstractButton):
+        if isinstance(button.parent(), QLineEdit):
+            continue  # Qt's own button that clears the field
+        assert button.accessibleName() or button.text(), button.objectName()
+    for edit in window_desk.window.sources.findChildren(QLineEdit):
+        assert edit.accessibleName() or edit.objectName() == "qt_spinbox_lineedit"
+    for action in window_desk.window.toolBar.actions():
+        assert action.isSeparator() or (action.text() and not action.icon().isNull()), action.objectName()
+
+
+def test_no_two_actions_share_a_shortcut(window_desk):
+    keys = [
+        a.shortcut().toString()
+        for a in window_desk.window.findChildren(QAction)
+        if not a.shortcut().isEmpty()
+    ]
+    assert len(keys) == len(set(keys))
+
+
+def luminance(colour):
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize(
+    ("ink", "ground"),
+    [("text", "window"), ("text", "panel"), ("text", "raised"), ("muted", "window"), ("muted", "panel"),
+     ("good", "raised"), ("busy", "raised"), ("bad", "bad_back"), ("text", "bad_back"), ("text", "info_back"),
+     ("on_accent", "accent")],
+)  # fmt: skip
+def test_text_stands_out_from_what_is_behind_it(colours, ink, ground):
+    bright, dim = sorted(
+        (luminance(getattr(colours, ink)), luminance(getattr(colours, ground))), reverse=True
+    )
+    assert (bright + 0.05) / (dim + 0.05) >= 4.5, "WCAG 2.1, AA"
+
+
+def test_the_look_can_be_changed_while_it_runs(window_desk, qapp):
+    before = qapp.palette(), qapp.styleSheet(), qapp.style().objectName()
+    try:
+        window_desk.window.actionThemeDark.trigger()
+        assert window_desk.window.palette().window().color().name() == DARK.window
+        window_desk.window.actionThemeLight.trigger()
+        assert window_desk.window.palette().window().color().name() == LIGHT.window
+        assert window_desk.preferences.theme is theme.Theme.LIGHT
+    finally:
+        qapp.setStyle(before[2])
+        qapp.setStyleSheet(before[1])
+        qapp.setPalette(before[0])

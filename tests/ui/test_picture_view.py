@@ -1,0 +1,156 @@
+"""The picture: fit, 1:1, zoom about the cursor, sharp pixels, and the value under the cursor."""
+
+import numpy as np
+import pytest
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent, QWheelEvent
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.region import Region
+from grabbergui.models.connection import LinkState
+from grabbergui.ui.views.picture_view import PictureView
+
+WIDTH, HEIGHT = 1600, 1200
+
+
+@pytest.fixture
+def view(qtbot):
+    view = PictureView()
+    qtbot.addWidget(view)
+    view.resize(800, 640)
+    view.show()
+    qtbot.waitExposed(view)
+    return view
+
+
+def whole(width=WIDTH, height=HEIGHT, scale=4):
+    pixels = np.zeros((height // scale, width // scale), np.uint8)
+    return DisplayImage(pixels, Region(0, 0, width, height))
+
+
+def shown(view):
+    """The picture's place on the widget: left, top, right, bottom."""
+    first, last = view.canvas.frameToView(0, 0), view.canvas.frameToView(WIDTH, HEIGHT)
+    return first.x(), first.y(), last.x(), last.y()
+
+
+def test_a_picture_is_fitted_whole_and_its_proportions_are_kept(view):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    left, top, right, bottom = shown(view)
+    assert left >= -1 and top >= -1
+    assert right <= view.canvas.width() + 1 and bottom <= view.canvas.height() + 1
+    assert (right - left) / (bottom - top) == pytest.approx(WIDTH / HEIGHT, rel=0.01)
+    assert max((right - left) / view.canvas.width(), (bottom - top) / view.canvas.height()) > 0.99
+    assert "fitted" in view.zoomLabel.text()
+
+
+def test_it_stays_fitted_when_the_window_changes_its_size(view, qtbot):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.resize(500, 700)
+    qtbot.waitUntil(lambda: view.canvas.width() == 500)
+    left, _, right, _ = shown(view)
+    assert (left, right) == (pytest.approx(0, abs=1.5), pytest.approx(500, abs=1.5))
+
+
+def test_one_to_one_shows_a_screen_pixel_for_each_of_the_frame(view, qtbot):
+    asked = []
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    view.viewChanged.connect(lambda region, size: asked.append((region, size)))
+    view.canvas.oneToOne()
+    assert view.canvas.zoom == pytest.approx(1.0, abs=1e-6)
+    region, size = asked[-1]
+    assert size == (region.width, region.height)
+    assert region.width == pytest.approx(view.canvas.width(), abs=2)
+    assert view.zoomLabel.text() == "100%"
+
+
+def test_at_one_to_one_the_screen_shows_the_very_pixels(view, qtbot):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    asked = []
+    view.viewChanged.connect(lambda region, size: asked.append(region))
+    view.canvas.oneToOne()
+    region = asked[-1].clipped(WIDTH, HEIGHT)
+    pixels = np.random.default_rng(3).integers(0, 256, (region.height, region.width), np.uint8)
+    view.setPicture(DisplayImage(pixels, region), WIDTH, HEIGHT)
+    image = view.canvas.grab().toImage()
+    corner = view.canvas.frameToView(region.x, region.y)
+    for x, y in ((0, 0), (100, 50), (301, 203), (region.width - 2, region.height - 2)):
+        at = QPoint(round(corner.x()) + x, round(corner.y()) + y)
+        assert image.pixelColor(at).red() == pixels[y, x]
+
+
+def test_enlarged_pixels_are_sharp_squares(view):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    asked = []
+    view.viewChanged.connect(lambda region, size: asked.append(region))
+    view.canvas.zoomBy(16 / view.canvas.zoom)
+    region = asked[-1].clipped(WIDTH, HEIGHT)
+    board = (np.indices((region.height, region.width)).sum(axis=0) % 2 * 255).astype(np.uint8)
+    view.setPicture(DisplayImage(board, region), WIDTH, HEIGHT)
+    image = view.canvas.grab().toImage()
+    values = {image.pixelColor(x, 300).red() for x in range(100, 700)}
+    assert values == {0, 255}
+
+
+def test_the_wheel_zooms_about_the_cursor_and_lets_go_of_the_fit(view, qtbot):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    at = view.canvas.frameToView(400, 300)
+    zoom = view.canvas.zoom
+    event = QWheelEvent(
+        at, QPointF(view.canvas.mapToGlobal(at.toPoint())), QPoint(), QPoint(0, 240), Qt.NoButton,
+        Qt.NoModifier, Qt.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(view.canvas.viewport(), event)
+    assert view.canvas.zoom > zoom * 1.05
+    assert not view.canvas.fitted
+    after = view.canvas.frameToView(400, 300)
+    assert (after.x(), after.y()) == (pytest.approx(at.x(), abs=2), pytest.approx(at.y(), abs=2))
+
+
+def test_zoom_has_bounds(view):
+    view.setPicture(whole(), WIDTH, HEIGHT)
+    for _ in range(40):
+        view.canvas.zoomBy(2)
+    assert view.canvas.zoom <= 64.5
+    for _ in range(40):
+        view.canvas.zoomBy(0.5)
+    assert view.canvas.zoom > 0.05
+
+
+def test_painted_is_told_once_for_each_picture(view, qtbot):
+    told = []
+    view.painted.connect(lambda: told.append(1))
+    for number in range(1, 4):
+        view.setPicture(whole(), WIDTH, HEIGHT)
+        qtbot.waitUntil(lambda number=number: len(told) == number)
+    view.canvas.viewport().repaint()
+    assert len(told) == 3
+
+
+def test_the_value_under_the_cursor_is_the_sensors(window_desk):
+    window_desk.connect()
+    window_desk.watch()
+    window_desk.window.actionStop.trigger()
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.OPEN)
+    view, frame = window_desk.window.picture, window_desk.program.picture.frame
+    view.canvas.zoomBy(8 / view.canvas.zoom)
+    x, y = frame.width // 2, frame.height // 2
+    for x, y in ((x, y), (x - 31, y + 12), (x + 17, y - 25)):
+        at = view.canvas.frameToView(x + 0.5, y + 0.5)
+        move = QMouseEvent(QEvent.MouseMove, at, Qt.NoButton, Qt.NoButton, Qt.NoModifier)
+        QApplication.sendEvent(view.canvas.viewport(), move)
+        window_desk.until(lambda x=x, y=y: f"x {x}  y {y} " in view.cursorLabel.text())
+        assert view.cursorLabel.text().split()[-1] == str(frame.raw()[y, x])
+    QApplication.sendEvent(view.canvas, QEvent(QEvent.Leave))
+    assert view.cursorLabel.text() == ""
+
+
+def test_zoomed_in_only_the_visible_part_is_converted(window_desk):
+    window_desk.connect()
+    window_desk.watch()
+    window_desk.window.picture.canvas.zoomBy(10)
+    window_desk.watch(3)
+    taken = window_desk.window.picture.canvas._item._target
+    frame = window_desk.program.picture.frame
+    assert taken.width() < frame.width / 2
