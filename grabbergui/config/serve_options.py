@@ -1,0 +1,107 @@
+"""What `grabbergui serve` can be told, on the command line or in a file.
+
+Keys are those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`, `terminal`) and ours;
+the command line wins over the file.
+"""
+
+from __future__ import annotations
+
+import difflib
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+from grabbergui.config.ini import Section
+from grabbergui.core.errors import UsageError
+from grabbergui.sources import DEFAULT_URI
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """One camera and how it is shared."""
+
+    source: str = ""
+    "A URI; empty means the first GigE Vision camera, or the simulated one with `fake`."
+    fake: bool = False
+    index: int = 0
+    "Which of the cameras found, where no source is named."
+    pixel_format: str = ""
+    "Set before streaming."
+    introspection: bool = False
+    "Log every feature with its value and range when the camera is open."
+    terminal: bool = False
+    window: bool = False
+    yarp: str = ""
+    "The image port's name; empty: not on YARP."
+    ros2: str = ""
+    "The node's name; empty: not on ROS 2."
+    with_name_server: bool = False
+    "Run a YARP name server too."
+    nameserver: str = ""
+    "HOST:PORT of the YARP name server; empty: found as YARP does."
+    bind: str = ""
+    "The address our YARP ports listen on; empty: where the name server is reachable from."
+    capabilities: str = "COLOR"
+    "COLOR or RAW: what the YARP image port sends."
+    raw: bool = False
+    "Send raw images on a second YARP port as well."
+    period: float = 0.0
+    "Seconds between YARP images at least; 0: every frame."
+    normalised: bool = False
+    "Serve YARP feature values as 0…1."
+
+    @property
+    def uri(self) -> str:
+        """The source to open, where it is clear without looking for cameras."""
+        return self.source or (DEFAULT_URI if self.fake else "")
+
+    def with_file(self, section: Section, given: frozenset[str], where: str) -> ServeOptions:
+        """These options with a file's values for those not in `given` (the command line's).
+
+        An unknown key is warned of, with the nearest known one. Raises UsageError for a bad value.
+        """
+        changes: dict[str, Any] = {}
+        for key, text in section.values.items():
+            name = _NAMES.get(key)
+            if name is None:
+                if key not in _YARP_OWN:
+                    near = difflib.get_close_matches(key, _NAMES, n=1)
+                    hint = f"; did you mean {near[0]}?" if near else ""
+                    log.warning("%s: unknown key '%s' is ignored%s", where, key, hint)
+            elif name not in given:
+                changes[name] = _value(key, text, _TYPES[name], where)
+        return replace(self, **changes)
+
+
+_TYPES: Mapping[str, str] = {field.name: str(field.type) for field in fields(ServeOptions)}
+_NAMES: Mapping[str, str] = {name: name for name in _TYPES if name != "pixel_format"} | {
+    "pixelFormat": "pixel_format",
+    "with-name-server": "with_name_server",
+    "name": "yarp",
+    "node_name": "ros2",
+}
+"""A file's keys and our fields."""
+
+_YARP_OWN = frozenset({"device", "subdevice", "from", "context", "verbose", "wrapper"})
+"""Keys that YARP's own tools read from the same files."""
+
+
+def _value(key: str, text: str, kind: str, where: str) -> Any:
+    converters: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "bool": _switch}
+    try:
+        return converters.get(kind, str)(text)
+    except ValueError as error:
+        raise UsageError(f"{where}: {key} {text}: {error}") from error
+
+
+def _switch(text: str) -> bool:
+    """A key alone means yes."""
+    lowered = text.lower()
+    if lowered in ("", "1", "true", "on", "yes"):
+        return True
+    if lowered in ("0", "false", "off", "no"):
+        return False
+    raise ValueError("not yes or no")
