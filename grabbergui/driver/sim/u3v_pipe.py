@@ -41,6 +41,9 @@ class InPipe:
     last packet is full does not end a request that wants more, unless an empty packet follows it.
     """
 
+    on_flush: Callable[[], None] | None = None
+    """Called after what was queued has been forgotten: a front takes back what it holds. Any thread."""
+
     def __init__(self) -> None:
         self._transfers: deque[memoryview] = deque()
         self._changed = threading.Condition()
@@ -101,11 +104,24 @@ class InPipe:
         with self._changed:
             self._changed.notify_all()
 
+    def take_transfer(self, timeout: float) -> memoryview:
+        """The next transfer as it was queued, for a front that leaves packets to a controller."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._transfers or self._gone, timeout)
+            if self._gone:
+                raise PipeGoneError
+            if not self._transfers:
+                raise PipeTimeoutError
+            self._changed.notify_all()
+            return self._transfers.popleft()
+
     def flush(self) -> None:
         """Forget what was queued."""
         with self._changed:
             self._transfers.clear()
             self._changed.notify_all()
+        if self.on_flush is not None:
+            self.on_flush()
 
     def set_halt(self) -> None:
         """Stall, and forget what was queued."""

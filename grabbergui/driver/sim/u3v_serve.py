@@ -11,6 +11,9 @@ from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v_device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.sim.u3v_usbip import UsbIpServer, attach_to_kernel
 
+GADGET_LEADER_SPACE = 72
+"Some controllers take up to 64 bytes that no host fetches, and deliver them at the next start."
+
 
 class Via(Enum):
     """What carries the camera's USB."""
@@ -45,7 +48,9 @@ def serve(
         ways = ", ".join(known.value for known in Via)
         raise UsageError(f"--via {via}: one of {ways} is expected") from None
     stop = stop or threading.Event()
-    camera = SimulatedU3vDevice(model, faults=faults, leader_space=72 if way is Via.GADGET else 0)
+    camera = SimulatedU3vDevice(
+        model, faults=faults, leader_space=GADGET_LEADER_SPACE if way is Via.GADGET else 0
+    )
     camera.on_unplug = stop.set
     camera.start()
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import threading
+import weakref
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -79,6 +80,7 @@ class U3vDevice(Device):
         self._lost = ""
         "Why the camera is gone, once it is."
         self._lost_lock = threading.Lock()
+        self._exit: weakref.finalize[Any, Any] | None = None
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
@@ -100,6 +102,8 @@ class U3vDevice(Device):
             self._camera = self._handle = self._registers = None
             handle.close()
             raise
+        # libusb must not be shut down at the interpreter's exit while our threads are in it.
+        self._exit = weakref.finalize(self, _close_at_exit, weakref.ref(self))
         self._access = access
         # The same camera again after a replug, whatever was asked for the first time.
         self._name = self._name or camera.info.serial
@@ -110,6 +114,8 @@ class U3vDevice(Device):
 
     def close(self) -> None:
         """See Device."""
+        if self._exit is not None:
+            self._exit.detach()
         self.close_stream()
         watcher, self._watcher = self._watcher, None
         if watcher is not None:
@@ -302,3 +308,9 @@ class U3vDevice(Device):
         """See Device."""
         receiver = self._receiver
         return receiver.statistics() if receiver is not None else self._statistics
+
+
+def _close_at_exit(reference: weakref.ref[U3vDevice]) -> None:
+    device = reference()
+    if device is not None:
+        device.close()

@@ -9,7 +9,9 @@ import time
 from collections import deque
 from typing import Any
 
-import usb1  # type: ignore[import-untyped]
+import numpy as np
+import usb1
+from numpy.typing import NDArray
 
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
 from grabbergui.driver.u3v.block_assembler import Request
@@ -26,7 +28,6 @@ _OUTCOMES = {
     usb1.TRANSFER_COMPLETED: Outcome.DONE,
     usb1.TRANSFER_STALL: Outcome.HALTED,
 }
-_NOTHING = bytearray(1)
 
 
 class LibusbQueue(TransferQueue):
@@ -60,11 +61,11 @@ class LibusbQueue(TransferQueue):
     def submit(self, request: Request) -> bool:
         """Queue a request; False where the kernel's memory for USB is used up."""
         transfer = self._idle.pop() if self._idle else self._handle.getTransfer()
-        transfer.setBulk(self._stream.endpoint_in, request.view.data, self._over.add)
+        transfer.setBulk(self._stream.endpoint_in, _window(request.view), self._over.add)
         try:
             transfer.submit()
         except (usb1.USBErrorNoMem, usb1.USBErrorIO) as error:
-            self._rest(transfer)
+            self._idle.append(transfer)
             if self._in_flight:
                 return False
             raise TransportError(
@@ -72,7 +73,7 @@ class LibusbQueue(TransferQueue):
                 "raise /sys/module/usbcore/parameters/usbfs_memory_mb, to 1000 say"
             ) from error
         except usb1.USBError as error:
-            self._rest(transfer)
+            self._idle.append(transfer)
             raise self._ours(error) from error
         self._in_flight.append((transfer, request))
         self._count(request, 1)
@@ -154,14 +155,8 @@ class LibusbQueue(TransferQueue):
         transfer, request = self._in_flight.popleft()
         self._over.discard(transfer)
         self._count(request, -1)
-        result = transfer.getStatus(), transfer.getActualLength()
-        self._rest(transfer)
-        return result
-
-    def _rest(self, transfer: Any) -> None:
-        """Keep a transfer for later, without its hold on the frame's buffer."""
-        transfer.setBulk(self._stream.endpoint_in, _NOTHING)
         self._idle.append(transfer)
+        return transfer.getStatus(), transfer.getActualLength()
 
     def _ours(self, error: usb1.USBError) -> AccessDeniedError | TransportError:
         if isinstance(error, usb1.USBErrorNoDevice):
@@ -171,3 +166,12 @@ class LibusbQueue(TransferQueue):
         if isinstance(error, usb1.USBErrorBusy):
             return AccessDeniedError(f"{self._name}: another application holds its stream; close it there")
         return TransportError(f"{self._name}: USB error: {error}")
+
+
+def _window(view: NDArray[np.uint8]) -> ctypes.Array[ctypes.c_char]:
+    """The array's memory, without a hold on it; the request in flight has that.
+
+    python-libusb1 leaves a reference cycle at each transfer. With the array in it, a frame's buffer would
+    come back to its pool only when Python next looks for such cycles.
+    """
+    return (ctypes.c_char * len(view)).from_address(view.ctypes.data)
