@@ -51,6 +51,8 @@ _STATUS = {
     Refusal.INVALID_PARAMETER: Status.INVALID_PARAMETER,
     Refusal.ACCESS_DENIED: Status.ACCESS_DENIED,
 }
+_WRITES = (CommandCode.WRITEREG, CommandCode.WRITEMEM)
+_FAILED = 0x8000
 _ON_CONTROL = Control.EXCLUSIVE | Control.CONTROL
 
 
@@ -232,6 +234,9 @@ class ControlChannel:
             status, answer = refused.status, refused.payload
         except RemoteProtocolError:
             status, answer = Status.INVALID_HEADER, b""
+        if status & _FAILED and not answer and header.command in _WRITES:
+            # Hosts do not look at it, but dissectors do.
+            answer = encode_write_ack(0)
         if answer is None or not header.flags & FLAG_ACK_REQUIRED:
             return []
         if status == Status.SUCCESS and self._taking_control(header.command):
@@ -245,12 +250,11 @@ class ControlChannel:
         return [Outgoing(now, pending, source), Outgoing(now + SLOW_COMMAND_S, ack, source)]
 
     def _taking_control(self, command: int) -> bool:
-        return command in (CommandCode.WRITEREG, CommandCode.WRITEMEM) and self._source == self._controller
+        return command in _WRITES and self._source == self._controller
 
     @staticmethod
     def _saves_user_set(command: int, payload: bytes) -> bool:
-        writes = command in (CommandCode.WRITEREG, CommandCode.WRITEMEM)
-        return writes and payload[:4] == struct.pack(">I", reg.USER_SET_SAVE.address)
+        return command in _WRITES and payload[:4] == struct.pack(">I", reg.USER_SET_SAVE.address)
 
     def _force_ip(self, payload: bytes, flags: int) -> bytes | None:
         request = ForceIp.decode(payload)
