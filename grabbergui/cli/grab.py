@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -59,19 +58,17 @@ def _grab(options: argparse.Namespace) -> int:
 
 def _collect(grabber: FrameGrabber, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
     first: Frame | None = None
-    started = ended = time.monotonic()
     payload_bytes = 0
     for so_far in range(options.frames):
         frame = _next(grabber, queue, options.timeout, so_far)
-        ended = time.monotonic()
-        if first is None:
-            first, started = frame, ended
+        first = first or frame
         payload_bytes += frame.payload.nbytes
         if options.out is not None:
             snapshot.save(frame, options.out, grabber.info)
     assert first is not None
     counters = grabber.statistics()
-    seconds = ended - started
+    # From the first frame's own time to the last's: opening the camera is not the camera's rate.
+    seconds = max(0.0, (frame.received_ns - first.received_ns) / 1e9)
     return {
         "frames": options.frames,
         "incomplete": counters.incomplete,
@@ -79,7 +76,6 @@ def _collect(grabber: FrameGrabber, queue: FrameQueue, options: argparse.Namespa
         "width": first.width,
         "height": first.height,
         "pixel_format": first.pixel_format.name,
-        # From the first frame to the last: opening and the first exposure are not the camera's rate.
         "fps": (options.frames - 1) / seconds if seconds > 0 else 0.0,
         "seconds": seconds,
         "bytes": payload_bytes,
