@@ -116,7 +116,7 @@ class Connection:
         source = OpenSource(parsed)
         with self._lock:
             self._source = source
-        self._change(source, LinkState.OPENING, f"connecting to {parsed}")
+        self._change(source, LinkState.OPENING, f"Connecting to {parsed}")
 
         def failed(error: GrabberError) -> None:
             self._give_up(source, str(error))

@@ -121,7 +121,7 @@ def _silent(seen: Observation) -> Diagnosis:
     if seen.facts.trigger_source is not None:
         return Diagnosis(
             Stage.CONTROL,
-            f"{seen.source} waits for a trigger from {seen.facts.trigger_source}.",
+            f"{seen.source} waits for a trigger (source: {seen.facts.trigger_source}).",
             "Send one (TriggerSoftware), or set TriggerMode to Off.",
         )
     if count.frames:

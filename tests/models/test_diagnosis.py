@@ -55,7 +55,7 @@ def test_packets_without_frames(statistics, words):
 def test_waiting_for_a_trigger_is_no_fault_of_the_network():
     found = diagnose(replace(SILENT, facts=CameraFacts(trigger_source="Line1")))
     assert found.stage is Stage.CONTROL
-    assert "waits for a trigger from Line1" in found.summary
+    assert "waits for a trigger (source: Line1)" in found.summary
 
 
 def test_a_slow_camera_is_given_time():

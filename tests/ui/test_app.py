@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 from PyQt5.QtGui import QImage
@@ -64,7 +63,8 @@ def test_an_interrupt_ends_it_cleanly(tmp_path):
     environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
     code = (
         CODE
-        + "app.QTimer.singleShot(0, lambda: print('up', flush=True)); sys.exit(app.run('sim:', offscreen=True))"
+        + "app.QTimer.singleShot(0, lambda: print('up', flush=True)); "
+        + "sys.exit(app.run('sim:', offscreen=True))"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", code],
@@ -74,7 +74,6 @@ def test_an_interrupt_ends_it_cleanly(tmp_path):
         env=environment,
     )
     try:
-        time.sleep(0)
         assert process.stdout.readline() == "up\n"
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=20)
@@ -91,7 +90,6 @@ def test_what_nobody_caught_is_shown_and_the_window_goes_on(tmp_path):
         "from grabbergui.ui.widgets.message_stack import MessageStack as S; shown = []; "
         "S.showError = lambda self, text: shown.append(text)\n"
         "def fault(): raise RuntimeError('a fault')\n"
-        "app.QTimer.singleShot = app.QTimer.singleShot\n"
         "begin = app.MainController.begin\n"
         "def broken(self, uri):\n"
         "    begin(self, uri)\n"

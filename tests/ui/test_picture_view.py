@@ -135,8 +135,8 @@ def test_the_value_under_the_cursor_is_the_sensors(window_desk):
     window_desk.until(lambda: window_desk.program.connection.state is LinkState.OPEN)
     view, frame = window_desk.window.picture, window_desk.program.picture.frame
     view.canvas.zoomBy(8 / view.canvas.zoom)
-    x, y = frame.width // 2, frame.height // 2
-    for x, y in ((x, y), (x - 31, y + 12), (x + 17, y - 25)):
+    middle_x, middle_y = frame.width // 2, frame.height // 2
+    for x, y in ((middle_x, middle_y), (middle_x - 31, middle_y + 12), (middle_x + 17, middle_y - 25)):
         at = view.canvas.frameToView(x + 0.5, y + 0.5)
         move = QMouseEvent(QEvent.MouseMove, at, Qt.NoButton, Qt.NoButton, Qt.NoModifier)
         QApplication.sendEvent(view.canvas.viewport(), move)

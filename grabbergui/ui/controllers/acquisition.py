@@ -151,7 +151,7 @@ class AcquisitionController(QObject):
         self._show_state()
         source = self._shown
         if source is None or source.grabber is None:
-            self._view.setNote("")
+            self._view.setNote(*self._invitation())
             return
         statistics = source.grabber.statistics()
         self._show_figures(statistics)
@@ -160,6 +160,15 @@ class AcquisitionController(QObject):
             self._explain(source, statistics)
         else:
             self._view.setNote("")
+
+    def _invitation(self) -> tuple[str, str]:
+        """What to say where there is nothing to see: a sentence, and what to do."""
+        if self._connection.state is LinkState.OPENING:
+            return f"{self._connection.reason} …", ""
+        return (
+            "Nothing is connected.",
+            "Choose a source on the left, or type its address; sim: is the simulated camera.",
+        )
 
     def _show_figures(self, statistics: StreamStatistics) -> None:
         status, frame = self._window.status, self._picture.frame

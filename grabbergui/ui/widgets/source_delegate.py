@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette
-from PyQt5.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+from PyQt5.QtWidgets import QAbstractItemView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from grabbergui.models.source_list import ListedSource
 
@@ -14,6 +14,8 @@ CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2
 PADDING = 9
 LINE_GAP = 2
 RADIUS = 6
+_SIDES = 2 * PADDING + 5
+"Pixels of a line's width that text does not have."
 
 
 class SourceDelegate(QStyledItemDelegate):
@@ -22,8 +24,14 @@ class SourceDelegate(QStyledItemDelegate):
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
         """As high as its lines."""
         title, small = _fonts(option.font)
-        lines = len(_details(index.data(SOURCE_ROLE)))
-        height = QFontMetrics(title).height() + lines * (QFontMetrics(small).height() + LINE_GAP)
+        source: ListedSource = index.data(SOURCE_ROLE)
+        height = QFontMetrics(title).height()
+        height += len(_details(source)) * (QFontMetrics(small).height() + LINE_GAP)
+        if source.info.note:
+            view = option.widget
+            viewport = view.viewport() if isinstance(view, QAbstractItemView) else None
+            width = viewport.width() if viewport is not None else 200
+            height += _wrapped(QFontMetrics(small), source.info.note, width - _SIDES) + LINE_GAP
         return QSize(120, height + 2 * PADDING)
 
     def paint(self, painter: QPainter | None, option: QStyleOptionViewItem, index: QModelIndex) -> None:
@@ -44,6 +52,10 @@ class SourceDelegate(QStyledItemDelegate):
         muted = palette.color(QPalette.PlaceholderText)
         for detail in _details(source):
             line = _text(painter, line, small, ink if hindered else muted, detail)
+        if hindered:
+            line.setBottom(card.bottom())
+            painter.setPen(palette.color(QPalette.Active, QPalette.Text))
+            painter.drawText(line, Qt.TextFlag.TextWordWrap, source.info.note)
         painter.restore()
 
     def _paint_back(
@@ -72,8 +84,13 @@ def _details(source: ListedSource) -> list[str]:
     place = " · ".join(part for part in (info.bus, info.address) if part)
     serial = f"serial {info.serial}" if info.serial else ""
     named = " ".join((info.vendor, info.model)).strip() if info.user_name else ""
-    lines = [" · ".join(part for part in (named, serial) if part), place, info.note]
+    lines = [" · ".join(part for part in (named, serial) if part), place]
     return [line for line in lines if line]
+
+
+def _wrapped(metrics: QFontMetrics, text: str, width: int) -> int:
+    """How high a text is in lines of that width."""
+    return metrics.boundingRect(QRect(0, 0, width, 1000), Qt.TextFlag.TextWordWrap, text).height()
 
 
 def _fonts(font: QFont) -> tuple[QFont, QFont]:
