@@ -79,6 +79,7 @@ class NumberFeatures:
     def __init__(self, ask: Ask) -> None:
         self._ask = ask
         self._channel = RED
+        self._seen: dict[str, Feature] = {}
         self._knobs = [knob for number in FeatureId if (knob := self._explore(number)) is not None]
         self._entries = dict(self._make_entries())
         self.tree = self._make_tree()
@@ -104,9 +105,15 @@ class NumberFeatures:
         write(accepted)
         return self.read(name)
 
-    def values(self) -> dict[str, Feature]:
-        """Everything that others may change, as it is now."""
-        return {name: entry.read() for name, entry in self._entries.items() if entry.write is not None}
+    def execute(self, name: str) -> None:
+        """YARP's interface has no commands."""
+        raise FeatureAccessError(f"{name} is no command; YARP's own servers have none", name)
+
+    def changes(self) -> frozenset[str]:
+        """What others changed since the last call: everything they may change is read again."""
+        now = {name: entry.read() for name, entry in self._entries.items() if entry.write is not None}
+        before, self._seen = self._seen or now, now
+        return frozenset(name for name, feature in now.items() if before.get(name) != feature)
 
     # -- what the server has -------------------------------------------------------------------------
     def _explore(self, number: FeatureId) -> _Knob | None:

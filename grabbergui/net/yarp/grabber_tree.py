@@ -99,6 +99,11 @@ def understood(reply: Sequence[Item]) -> bool:
     return len(reply) > 1 and reply[0] == WORD
 
 
+def read_hello(reply: Sequence[Item]) -> DeviceInfo:
+    """The camera behind a server that answered `hello`. Raises as `read_reply`."""
+    return read_info(_table(read_reply(reply)).get("info"))
+
+
 def read_info(data: object) -> DeviceInfo:
     """A DeviceInfo out of a reply. Raises RemoteProtocolError."""
     table = _table(data)

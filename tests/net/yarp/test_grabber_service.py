@@ -188,7 +188,7 @@ def test_both_balances(wire: Wire, grabber: FrameGrabber) -> None:
 def test_a_server_that_has_nothing(dialect: Dialect) -> None:
     remote = NumberFeatures(lambda operation, *arguments: Reply(status=Status.NOT_IMPLEMENTED))
     assert list(remote.tree.descriptions()) == []
-    assert remote.values() == {}
+    assert remote.changes() == frozenset()
 
 
 # -- our vocabulary --------------------------------------------------------------------------------

@@ -1,0 +1,239 @@
+"""A frame grabber on a YARP network as a source like any other."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+from grabbergui.core.errors import (
+    FeatureAccessError,
+    GrabberError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    TransportError,
+)
+from grabbergui.core.features import Category, Feature, FeatureValue
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.net.yarp.client_link import Features, GrabberLink
+from grabbergui.net.yarp.client_stream import PictureStream
+from grabbergui.net.yarp.name_client import NameClient
+
+log = logging.getLogger(__name__)
+
+WATCH_PERIOD = 0.4
+"""Seconds between two looks at what others changed, and whether the server is still there."""
+
+BUS = "YARP"
+
+_GONE = (TransportError, SourceNotFoundError, SourceUnavailableError)
+
+
+class YarpGrabber(FrameGrabber):
+    """A remote camera: one of ours with every feature it has, any other with YARP's numbered features.
+
+    Pictures need a port of our own, registered with the same name server while streaming. A watcher thread
+    tells what others changed (while somebody listens), notices that the server went, and connects again
+    when it is back.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        nameserver: str = "",
+        carrier: str = "fast_tcp",
+        bind: str = "",
+        uri: str = "",
+    ) -> None:
+        """A grabber for the port `name`; `nameserver` is HOST:PORT, by default the configured one."""
+        super().__init__(DeviceInfo(uri or f"yarp:{name}", bus=BUS, address=name, user_name=name))
+        self._name = name
+        self._nameserver = nameserver
+        self._carrier = carrier
+        self._bind = bind
+        self._names: NameClient | None = None
+        self._link: GrabberLink | None = None
+        self._features: Features | None = None
+        self._stream: PictureStream | None = None
+        self._statistics = StreamStatistics()
+        self._access = Access.CONTROL
+        # Held over every use of the link: the window's thread and the watcher both ask the server.
+        self._lock = threading.RLock()
+        self._stopping = threading.Event()
+        self._watcher: threading.Thread | None = None
+
+    # -- connection ------------------------------------------------------------------------------
+    def open(self, access: Access = Access.CONTROL) -> None:
+        """See FrameGrabber. Raises SourceUnavailableError without a name server."""
+        with self._lock:
+            if self._link is not None:
+                return
+            self._names = NameClient.find(self._nameserver)
+            self._connect(self._names)
+            self._access = access
+            self._stopping.clear()
+            self._watcher = threading.Thread(target=self._watch, name=f"yarp watch {self._name}", daemon=True)
+            self._watcher.start()
+        self.connection_changed.emit(ConnectionState.OPEN, "")
+
+    def close(self) -> None:
+        """See FrameGrabber."""
+        self._stopping.set()
+        watcher, self._watcher = self._watcher, None
+        if watcher is not None and watcher is not threading.current_thread():
+            watcher.join(10)
+        self.stop()
+        self._fanout.close()
+        with self._lock:
+            was_open = self._link is not None or self._features is not None
+            self._disconnect()
+            self._features = None
+        if was_open:
+            self.connection_changed.emit(ConnectionState.CLOSED, "")
+
+    @property
+    def access(self) -> Access:
+        """See FrameGrabber."""
+        return self._access
+
+    # -- features --------------------------------------------------------------------------------
+    def feature_tree(self) -> Category:
+        """See FrameGrabber."""
+        return self._known().tree
+
+    def has_feature(self, name: str) -> bool:
+        """See FrameGrabber."""
+        return self._known().has(name)
+
+    def feature(self, name: str) -> Feature:
+        """See FrameGrabber."""
+        self._require(name)
+        with self._lock:
+            return self._connected().read(name)
+
+    def write_feature(self, name: str, value: FeatureValue) -> Feature:
+        """See FrameGrabber."""
+        self._require_control(name)
+        with self._lock:
+            feature = self._connected().write(name, value)
+        self.features_changed.emit(frozenset({name}))
+        return feature
+
+    def execute(self, name: str) -> None:
+        """See FrameGrabber."""
+        self._require_control(name)
+        with self._lock:
+            self._connected().execute(name)
+
+    def _require_control(self, name: str) -> None:
+        self._require(name)
+        if self._access is Access.MONITOR:
+            raise FeatureAccessError(f"{name}: {self._name} was opened for reading only", name)
+
+    def _known(self) -> Features:
+        features = self._features
+        if features is None:
+            raise TransportError(f"{self._name} is not open")
+        return features
+
+    def _connected(self) -> Features:
+        if self._link is None:
+            raise TransportError(f"{self._name} is gone just now; it is used again when it comes back")
+        return self._known()
+
+    # -- acquisition -----------------------------------------------------------------------------
+    def start(self, *, keep_trigger: bool = False) -> None:
+        """See FrameGrabber. The remote camera is not told to start: its server decides that."""
+        with self._lock:
+            if self._stream is not None:
+                return
+            self._connected()
+            assert self._names
+            stream = PictureStream(
+                self._name, self._names, self._fanout.put, carrier=self._carrier, bind=self._bind
+            )
+            self._fanout.clear()
+            stream.open()
+            self._stream = stream
+
+    def stop(self) -> None:
+        """See FrameGrabber."""
+        with self._lock:
+            stream, self._stream = self._stream, None
+            if stream is not None:
+                stream.close()
+                self._statistics = stream.statistics()
+
+    @property
+    def streaming(self) -> bool:
+        """See FrameGrabber."""
+        return self._stream is not None
+
+    def statistics(self) -> StreamStatistics:
+        """See FrameGrabber."""
+        stream = self._stream
+        return stream.statistics() if stream is not None else self._statistics
+
+    # -- coming and going ------------------------------------------------------------------------
+    def _connect(self, names: NameClient) -> None:
+        names.query(self._name)
+        link = GrabberLink(self._name, names)
+        try:
+            self.info = link.info(self.info)
+            self._features = link.features()
+        except BaseException:
+            link.close()
+            raise
+        self._link = link
+
+    def _disconnect(self) -> None:
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+
+    def _watch(self) -> None:
+        while not self._stopping.wait(WATCH_PERIOD):
+            try:
+                if self._link is None:
+                    self._return()
+                else:
+                    self._look()
+            except _GONE as error:
+                self._lose(str(error))
+            except GrabberError as error:
+                log.warning("%s: %s", self._name, error)
+
+    def _look(self) -> None:
+        """One look at the server and at the stream. Raises when either is gone."""
+        with self._lock:
+            link, features, stream = self._link, self._features, self._stream
+            if link is None or features is None:
+                return
+            changed: frozenset[str] = frozenset()
+            if len(self.features_changed):
+                changed = features.changes()
+            else:
+                link.check()
+            if stream is not None and not stream.connected:
+                stream.connect()
+        if changed:
+            self.features_changed.emit(changed)
+
+    def _return(self) -> None:
+        """Try to connect again. Raises while the server is still away."""
+        assert self._names
+        with self._lock:
+            self._connect(self._names)
+            if self._stream is not None and not self._stream.connected:
+                self._stream.connect()
+        log.info("%s is back", self._name)
+        self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} is back")
+        self.features_changed.emit(frozenset(d.name for d in self.feature_tree().descriptions()))
+
+    def _lose(self, reason: str) -> None:
+        with self._lock:
+            present = self._link is not None
+            self._disconnect()
+        if present:
+            log.info("%s was lost: %s", self._name, reason)
+            self.connection_changed.emit(ConnectionState.LOST, reason)

@@ -1,0 +1,141 @@
+"""Finds out what a remote frame grabber speaks, and gives its features."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError
+from grabbergui.core.features import Category, Feature, FeatureValue
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net.yarp import grabber_tree
+from grabbergui.net.yarp.client_numbers import NumberFeatures
+from grabbergui.net.yarp.client_tree import TreeFeatures
+from grabbergui.net.yarp.grabber_rpc import (
+    Call,
+    Operation,
+    Reply,
+    Status,
+    encode_request,
+    read_reply,
+)
+from grabbergui.net.yarp.grabber_values import Value
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.yarp.values import Dialect
+
+TIMEOUT = 2.0
+"""Seconds for one request to a server of YARP's own."""
+
+
+class Features(Protocol):
+    """A remote camera's features, however they cross the wire. One thread at a time."""
+
+    tree: Category
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a feature."""
+
+    def read(self, name: str) -> Feature:
+        """The feature as the server has it now."""
+
+    def write(self, name: str, value: FeatureValue) -> Feature:
+        """Set it and read it back."""
+
+    def execute(self, name: str) -> None:
+        """Run a command."""
+
+    def changes(self) -> frozenset[str]:
+        """What others changed since the last call."""
+
+
+class GrabberLink:
+    """The request side of a remote frame grabber. One thread at a time."""
+
+    def __init__(self, name: str, names: NameClient, *, timeout: float = TIMEOUT) -> None:
+        """Connect and find out what the server speaks.
+
+        Raises SourceNotFoundError, SourceUnavailableError from the name server, TransportError where the
+        port does not answer.
+        """
+        self._timeout = timeout
+        self._camera = DeviceInfo("")
+        self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
+        try:
+            self.dialect, self.ours = self._find_dialect()
+        except BaseException:
+            self._rpc.close()
+            raise
+
+    def features(self) -> Features:
+        """All the server lets us know and set. Asks it many things."""
+        return TreeFeatures(self._rpc) if self.ours else NumberFeatures(self.ask)
+
+    def info(self, info: DeviceInfo) -> DeviceInfo:
+        """`info` with what the server tells of its camera."""
+        if self.ours:
+            return _merged(info, self._camera)
+        description = self.ask(Operation.DESCRIPTION)
+        model = str(description.values[1]) if description.ok else ""
+        return _merged(info, DeviceInfo(info.uri, model=model))
+
+    def ask(self, operation: Operation, *arguments: Value) -> Reply:
+        """Perform an operation on the server; an answer that makes no sense is a failure."""
+        call = Call(operation, arguments, self.dialect)
+        reply = self._rpc.call(encode_request(call), self._timeout)
+        if reply is None:
+            return Reply(status=Status.NOT_IMPLEMENTED)
+        try:
+            return read_reply(call, reply)
+        except RemoteProtocolError as error:
+            return Reply(status=Status.FAILED, text=str(error))
+
+    def is_grabber(self) -> bool:
+        """Whether the server answers as a frame grabber does."""
+        return self.ours or self.ask(Operation.WIDTH).ok
+
+    def check(self) -> None:
+        """Raise TransportError where the server is gone."""
+        self.ask(Operation.WIDTH)
+
+    def close(self) -> None:
+        """Hang up. May be called twice; never raises."""
+        self._rpc.close()
+
+    def _find_dialect(self) -> tuple[Dialect, bool]:
+        """Which YARP it is, and whether it knows our vocabulary.
+
+        Both kinds answer a word they don't know with a word, and none of these requests hangs one of them.
+        """
+        reply = self._rpc.call(grabber_tree.request("hello"), self._timeout)
+        if reply and grabber_tree.understood(reply):
+            self._camera = grabber_tree.read_hello(reply)
+            return Dialect.YARP3, True
+        width = self._rpc.call(encode_request(Call(Operation.WIDTH, dialect=Dialect.YARP4)), self._timeout)
+        if width and isinstance(width[0], list):
+            self._rpc.dialect = Dialect.YARP4
+            return Dialect.YARP4, False
+        return Dialect.YARP3, False
+
+
+def _request_port(name: str, names: NameClient) -> str:
+    """NAME/rpc, or the image port itself, which answers the same requests."""
+    try:
+        names.query(f"{name}/rpc")
+        return f"{name}/rpc"
+    except SourceNotFoundError:
+        names.query(name)
+        return name
+
+
+def _merged(info: DeviceInfo, camera: DeviceInfo) -> DeviceInfo:
+    return DeviceInfo(
+        uri=info.uri,
+        vendor=camera.vendor,
+        model=camera.model,
+        serial=camera.serial,
+        bus=info.bus,
+        address=info.address,
+        user_name=camera.user_name,
+        version=camera.version,
+        interface=info.interface,
+    )

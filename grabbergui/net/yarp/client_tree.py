@@ -1,0 +1,61 @@
+"""The features of a remote frame grabber that is ours as well: the whole GenICam tree."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.features import Category, Feature, FeatureValue, format_value
+from grabbergui.net.yarp import grabber_tree
+from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp.rpc_client import RpcClient
+
+TIMEOUT = 7.0
+"""Seconds for one request; a command may take five in the camera."""
+
+
+class TreeFeatures:
+    """Features of a server that knows our vocabulary. One thread at a time."""
+
+    def __init__(self, rpc: RpcClient) -> None:
+        self._rpc = rpc
+        self.tree: Category = grabber_tree.read_category(self._ask("tree"))
+        "What there is; asked of the server once."
+        self._names = frozenset(description.name for description in self.tree.descriptions())
+        self._revision = 0
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a feature."""
+        return name in self._names
+
+    def read(self, name: str) -> Feature:
+        """The feature as the server has it now."""
+        found = self._ask("feature", name)
+        if not isinstance(found, list) or len(found) != 1:
+            raise RemoteProtocolError(f"the server did not describe {name}")
+        return grabber_tree.read_feature(found[0])
+
+    def write(self, name: str, value: FeatureValue) -> Feature:
+        """Set it; the server says what it is then."""
+        return grabber_tree.read_feature(self._ask("write", name, format_value(value)))
+
+    def execute(self, name: str) -> None:
+        """Run a command."""
+        self._ask("execute", name)
+
+    def changes(self) -> frozenset[str]:
+        """What others changed since the last call."""
+        answer = self._ask("changes", str(self._revision))
+        if not isinstance(answer, dict):
+            raise RemoteProtocolError("the server's list of changes is malformed")
+        revision, names = answer.get("revision"), answer.get("names")
+        if not isinstance(revision, int) or not isinstance(names, (list, type(None))):
+            raise RemoteProtocolError("the server's list of changes is malformed")
+        first, self._revision = not self._revision, revision
+        if names is None:
+            return frozenset() if first else self._names
+        return self._names.intersection(map(str, names))
+
+    def _ask(self, verb: str, *arguments: str) -> Any:
+        reply = self._rpc.call(grabber_tree.request(verb, *arguments), TIMEOUT)
+        return grabber_tree.read_reply(reply or Bottle())

@@ -1,0 +1,175 @@
+"""Shares a grabber on a YARP network, as frameGrabber_nws_yarp does."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.yarp.envelope import Stamp
+from grabbergui.net.yarp.grabber_pictures import Capability
+from grabbergui.net.yarp.grabber_service import GrabberService
+from grabbergui.net.yarp.inputs import Reply, Request
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.ports import OutputPort, RpcServer
+
+log = logging.getLogger(__name__)
+
+DEFAULT_NAME = "/grabber"
+
+_POLL = 0.5
+"""Seconds after which a publisher without frames looks whether it shall stop."""
+
+
+class YarpGrabberServer:
+    """Ports NAME (pictures, and requests as well), NAME/rpc, and NAME/raw where asked.
+
+    Any thread may call. A reader that is slow or stuck holds up neither the camera nor another reader; while
+    nobody reads, no picture is converted.
+    """
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        name: str = DEFAULT_NAME,
+        *,
+        names: NameClient | None = None,
+        capabilities: Capability = Capability.COLOR,
+        also_raw: bool = False,
+        period: float = 0.0,
+        normalised: bool = False,
+        bind: str = "",
+    ) -> None:
+        """Get ready to share an open grabber.
+
+        `period` is the least time between two pictures in seconds, 0 for all. With `normalised` the values
+        of features go from 0 to 1. Without `names` the ports are reached as ``tcp://HOST:PORT/`` only.
+        """
+        self.name = name
+        self._grabber = grabber
+        self._service = GrabberService(grabber, normalised=normalised)
+        self._rpc = RpcServer(f"{name}/rpc", self._answer, names, bind=bind)
+        images = OutputPort(name, names, handler=self._answer, bind=bind)
+        self._publishers = [_Publisher(grabber, images, capabilities, period)]
+        if also_raw:
+            raw = OutputPort(f"{name}/raw", names, handler=self._answer, bind=bind)
+            self._publishers.append(_Publisher(grabber, raw, Capability.RAW, period))
+        self._started_stream = False
+
+    def start(self) -> None:
+        """Open the ports, and start the stream where it is off.
+
+        Raises SourceUnavailableError without a name server, TransportError where an address is taken, and
+        what `FrameGrabber.start` raises; nothing is left open then.
+        """
+        try:
+            self._rpc.open()
+            for publisher in self._publishers:
+                publisher.start()
+            if not self._grabber.streaming:
+                self._grabber.start()
+                self._started_stream = True
+        except GrabberError:
+            self.stop()
+            raise
+        log.info("%s is shared as %s", self._grabber.info.title, ", ".join(self.places()))
+
+    def stop(self) -> None:
+        """Close the ports, and stop the stream where we started it. May be called twice; never raises."""
+        for publisher in self._publishers:
+            publisher.stop()
+        self._rpc.close()
+        self._service.close()
+        if self._started_stream:
+            self._started_stream = False
+            try:
+                self._grabber.stop()
+            except GrabberError as error:
+                log.warning("%s could not be stopped: %s", self._grabber.info.title, error)
+
+    def __enter__(self) -> YarpGrabberServer:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def places(self) -> list[str]:
+        """Each port's name and address, for people: ``/grabber at tcp://127.0.0.1:10003/``."""
+        ports = [*(publisher.port for publisher in self._publishers), self._rpc]
+        return [f"{port.name} at {port.place()}" for port in ports]
+
+    @property
+    def readers(self) -> int:
+        """How many read pictures just now."""
+        return sum(publisher.port.connections for publisher in self._publishers)
+
+    @property
+    def published(self) -> int:
+        """Pictures sent since the start, each counted once whoever read it."""
+        return sum(publisher.published for publisher in self._publishers)
+
+    def _answer(self, request: Request) -> Reply:
+        return self._service.answer(request.bottle())
+
+
+class _Publisher:
+    """Sends frames on one port, on a thread of its own."""
+
+    def __init__(
+        self, grabber: FrameGrabber, port: OutputPort, capability: Capability, period: float
+    ) -> None:
+        self.port = port
+        self.published = 0
+        self._grabber = grabber
+        self._capability = capability
+        self._period = period
+        self._queue = grabber.open_queue(1)
+        self._stopping = threading.Event()
+        self._refused = ""
+        "The pixel format that could not be converted, so that it is told once."
+        self._thread = threading.Thread(target=self._run, name=f"yarp {port.name} pictures", daemon=True)
+
+    def start(self) -> None:
+        self.port.open()
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._stopping.set()
+        self._queue.close()
+        if self._thread.ident is not None:
+            self._thread.join(5)
+        self.port.close()
+
+    def _run(self) -> None:
+        due = 0.0
+        while not self._stopping.is_set():
+            if self._queue.closed:  # the grabber was closed, and perhaps opened again
+                if self._stopping.wait(_POLL):
+                    return
+                self._queue = self._grabber.open_queue(1)
+            try:
+                frame = self._queue.get(_POLL)
+            except FrameTimeoutError:
+                continue
+            now = time.monotonic()
+            if not self.port.connections or now < due:
+                continue
+            # From the time it was due, so that the rate holds although frames come at times of their own.
+            due = max(due + self._period, now)
+            self._publish(frame)
+
+    def _publish(self, frame: Frame) -> None:
+        try:
+            header, pixels = self._capability.encode(frame)
+        except PixelFormatError as error:
+            if frame.pixel_format.name != self._refused:
+                self._refused = frame.pixel_format.name
+                log.warning("%s: %s", self.port.name, error)
+            return
+        stamp = Stamp(self.published, frame.received_ns / 1e9)
+        self.port.write(header, pixels, stamp.encode())
+        self.published += 1

@@ -1,0 +1,84 @@
+"""YARP ports as sources: `yarp:/grabber?carrier=mjpeg&nameserver=192.168.0.1:10000`."""
+
+from __future__ import annotations
+
+import logging
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.net.yarp import carrier
+from grabbergui.net.yarp.client import BUS, YarpGrabber
+from grabbergui.net.yarp.client_link import GrabberLink
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.names import check_port_name
+
+log = logging.getLogger(__name__)
+
+_OPTIONS = ("carrier", "nameserver", "bind")
+_RPC = "/rpc"
+_AT_ONCE = 16
+_MOST = 64
+"""Ports asked in one discovery; a network with more frame grabbers than that is not ours to search."""
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """The grabber for a port. Raises UsageError."""
+    name = uri.name or "/grabber"
+    unknown = sorted(set(uri.options) - set(_OPTIONS))
+    if unknown:
+        raise UsageError(f"'{uri}': no option {unknown[0]}, there are {', '.join(_OPTIONS)}")
+    try:
+        check_port_name(name)
+        chosen = uri.option("carrier", "fast_tcp")
+        if carrier.by_name(chosen).text:
+            raise UsageError(f"'{uri}': pictures cannot travel over {chosen}")
+    except UsageError:
+        raise
+    except GrabberError as error:
+        raise UsageError(f"'{uri}': {error}") from error
+    return YarpGrabber(
+        name,
+        nameserver=uri.option("nameserver"),
+        carrier=chosen,
+        bind=uri.option("bind"),
+        uri=str(uri),
+    )
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """The frame grabbers that the configured name server knows; none where there is no name server."""
+    deadline = time.monotonic() + timeout
+    try:
+        names = NameClient.find()
+        known = {contact.name for contact in names.list() if contact.carrier == "tcp"}
+    except GrabberError as error:
+        log.debug("looking for YARP ports: %s", error)
+        return []
+    candidates = sorted(name for name in known if name + _RPC in known)[:_MOST]
+    if not candidates:
+        return []
+    with ThreadPoolExecutor(min(_AT_ONCE, len(candidates))) as pool:
+        found = pool.map(lambda name: _examine(name, names, deadline), candidates)
+        return [info for info in found if info is not None]
+
+
+def _examine(name: str, names: NameClient, deadline: float) -> DeviceInfo | None:
+    left = deadline - time.monotonic()
+    if left <= 0:
+        return None
+    try:
+        link = GrabberLink(name, names, timeout=left)
+    except GrabberError as error:
+        log.debug("%s: %s", name, error)
+        return None
+    try:
+        info = DeviceInfo(f"yarp:{name}", bus=BUS, address=name)
+        return link.info(info) if link.is_grabber() else None
+    except GrabberError as error:
+        log.debug("%s: %s", name, error)
+        return None
+    finally:
+        link.close()
