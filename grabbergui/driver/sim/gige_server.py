@@ -63,7 +63,8 @@ class GigeCamera:
         self._bandwidth = bandwidth
         self._queue: list[tuple[float, int, Outgoing]] = []
         self._order = itertools.count()
-        self._wake = threading.Event()
+        # Reentrant: a command may raise an event.
+        self._channel = threading.RLock()
         self._closing = threading.Event()
         self._reboot_at = time.monotonic() + self._faults.reboot_after if self._faults.reboot_after else None
         self._switch_on()
@@ -165,7 +166,8 @@ class GigeCamera:
         for key, _ in selector.select(wait):
             self._receive(key.fileobj)  # type: ignore[arg-type]
         now = time.monotonic()
-        self._enqueue(self.control.poll(now))
+        with self._channel:
+            self._enqueue(self.control.poll(now))
         while self._queue and self._queue[0][0] <= now:
             self._transmit(heapq.heappop(self._queue)[2])
 
@@ -174,7 +176,8 @@ class GigeCamera:
             datagram, source = sock.recvfrom(2048)
         except (BlockingIOError, ConnectionRefusedError, InterruptedError):
             return
-        self._enqueue(self.control.receive(datagram, source, time.monotonic()))
+        with self._channel:
+            self._enqueue(self.control.receive(datagram, source, time.monotonic()))
         now = time.monotonic()
         while self._queue and self._queue[0][0] <= now:
             self._transmit(heapq.heappop(self._queue)[2])
@@ -192,8 +195,10 @@ class GigeCamera:
             log.debug("camera %s cannot answer %s: %s", self.address, out.to, error)
 
     def _tell_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
-        # Comes from either thread; sendto is atomic, the repeats are the control thread's.
-        for out in self.control.tell_event(reg.EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic()):
+        # Comes from either thread; the repeats are the control thread's.
+        with self._channel:
+            told = self.control.tell_event(reg.EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic())
+        for out in told:
             self._transmit(out)
 
     def _configure_stream(self) -> None:

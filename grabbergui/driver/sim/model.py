@@ -7,13 +7,12 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Family, PixelFormat, by_code
-from grabbergui.driver.sim import auto, chunks
+from grabbergui.driver.sim import chunks, geometry, regulation
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import (
     Refusal,
@@ -22,23 +21,13 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
-from grabbergui.driver.sim.registers import Auto, BinningMode, Chunk, Event, TestPattern
+from grabbergui.driver.sim.registers import BinningMode, Chunk, Event, TestPattern
 from grabbergui.driver.sim.scene import Scene
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.sequencer import Sequencer, Timing
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.driver.sim.temperature import Thermometer
-
-_FORMAT_REGISTERS = (
-    reg.WIDTH,
-    reg.HEIGHT,
-    reg.BINNING_HORIZONTAL,
-    reg.BINNING_VERTICAL,
-    reg.PIXEL_FORMAT,
-    reg.CHUNK_MODE_ACTIVE,
-    *reg.CHUNK_ENABLE,
-)
-"What decides the payload's size, locked while streaming."
+from grabbergui.driver.sim.user_sets import UserSets
 
 
 @dataclass(frozen=True)
@@ -91,8 +80,8 @@ class CameraModel:
         self.memory = RegisterMemory(reg.ALL)
         for register, value in (power_on or {}).items():
             self.memory.set(register, value)
-        self._update_format()
-        self._user_sets = {user_set: self._saved_values() for user_set in reg.UserSet}
+        geometry.update(self.memory)
+        self._user_sets = UserSets(self.memory)
         self._install_hooks()
 
     # -- the host's side -------------------------------------------------------------------------
@@ -161,7 +150,8 @@ class CameraModel:
     def render(self, plan: FramePlan, out: NDArray[np.uint8]) -> int:
         """Write a frame's payload into `out`, let the automatic modes see it; returns its length."""
         values = self.sensor.render(plan.settings, plan.frame_id, plan.timestamp_ns, out)
-        self._regulate(plan.settings, values)
+        with self._changed:
+            regulation.regulate(self.memory, plan.settings, values)
         if not plan.chunk_values:
             return plan.settings.image_bytes
         little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
@@ -179,7 +169,7 @@ class CameraModel:
             Chunk.EXPOSURE_TIME: settings.exposure_us,
             Chunk.GAIN: settings.gain_db,
         }
-        chosen = {chunk: values[chunk] for chunk in self._active_chunks()}
+        chosen = {chunk: values[chunk] for chunk in geometry.active_chunks(self.memory)}
         if self._sequencer.finished:
             self._stop()
         self._queue_event(Event.FRAME_START, frame_id, timestamp)
@@ -219,45 +209,25 @@ class CameraModel:
             ),
         )
 
-    def _active_chunks(self) -> tuple[Chunk, ...]:
-        if not self.memory.integer(reg.CHUNK_MODE_ACTIVE):
-            return ()
-        return tuple(
-            chunk
-            for chunk in Chunk
-            if chunk is not Chunk.IMAGE and self.memory.integer(reg.CHUNK_ENABLE[chunk])
-        )
-
-    def _fastest_rate(self) -> float:
-        """Frames per second that exposure, readout and link allow; the XML has the same formula."""
-        memory = self.memory
-        exposed = memory.number(reg.EXPOSURE_TIME) + reg.EXPOSURE_OVERHEAD_US
-        lines = memory.integer(reg.HEIGHT) * memory.integer(reg.BINNING_VERTICAL)
-        slowest = max(exposed, lines * reg.LINE_TIME_US + reg.FRAME_OVERHEAD_US)
-        if memory.integer(reg.LINK_THROUGHPUT_LIMIT_MODE):
-            payload = memory.integer(reg.PAYLOAD_SIZE)
-            slowest = max(slowest, payload * 1e6 / memory.integer(reg.LINK_THROUGHPUT_LIMIT))
-        return min(1e6 / slowest, reg.FASTEST_RATE)
-
     def _asked_rate(self) -> float:
-        return min(float(self.memory.stored(reg.FRAME_RATE)), self._fastest_rate())
+        return min(float(self.memory.stored(reg.FRAME_RATE)), geometry.fastest_rate(self.memory))
 
     def _resulting_rate(self) -> float:
         enabled = self.memory.integer(reg.FRAME_RATE_ENABLE)
-        return self._asked_rate() if enabled else self._fastest_rate()
+        return self._asked_rate() if enabled else geometry.fastest_rate(self.memory)
 
     def _timing(self) -> Timing:
         frame, burst = (bool(self.memory.integer(mode)) for mode in reg.TRIGGER_MODE)
         # A trigger sets the pace itself; only the sensor bounds it.
-        rate = self._fastest_rate() if frame else self._resulting_rate()
+        rate = geometry.fastest_rate(self.memory) if frame else self._resulting_rate()
         return Timing(int(1e9 / rate), (frame, burst), self.memory.integer(reg.BURST_FRAME_COUNT))
 
     # -- what registers do -----------------------------------------------------------------------
     def _install_hooks(self) -> None:
         memory = self.memory
-        for register in _FORMAT_REGISTERS:
+        for register in geometry.DECIDING:
             memory.on_check(register, self._check_unlocked(register))
-            memory.on_written(register, self._update_format)
+            memory.on_written(register, partial(geometry.update, memory))
         memory.on_check(reg.OFFSET_X, self._check_offset(reg.OFFSET_X, reg.WIDTH, reg.WIDTH_MAX))
         memory.on_check(reg.OFFSET_Y, self._check_offset(reg.OFFSET_Y, reg.HEIGHT, reg.HEIGHT_MAX))
         for which, register in enumerate(reg.DEVICE_TEMPERATURE):
@@ -282,7 +252,7 @@ class CameraModel:
         self._command(reg.TIMESTAMP_RESET, self._reset_timestamp)
         self._command(reg.DEVICE_RESET, self._reset)
         self._command(reg.USER_SET_LOAD, self._load_user_set)
-        self._command(reg.USER_SET_SAVE, self._save_user_set)
+        self._command(reg.USER_SET_SAVE, self._user_sets.save)
         self._command(
             reg.TEST_EVENT_GENERATE,
             lambda: self._queue_event(Event.TEST, self._sequencer.frames_taken, self.timestamp()),
@@ -325,7 +295,7 @@ class CameraModel:
         return check
 
     def _check_frame_rate(self, value: RegisterValue) -> None:
-        if float(value) > self._fastest_rate() * (1 + 1e-9):
+        if float(value) > geometry.fastest_rate(self.memory) * (1 + 1e-9):
             raise RegisterRefusedError(Refusal.INVALID_PARAMETER, f"frame rate of {value} Hz is too fast")
 
     def _check_manual(self, register: Register, automatic: Register) -> Callable[[RegisterValue], None]:
@@ -336,31 +306,6 @@ class CameraModel:
                 )
 
         return check
-
-    def _update_format(self) -> None:
-        """Recompute all that follows from size, binning and pixel format."""
-        memory = self.memory
-        axes = (
-            (reg.SENSOR_WIDTH, reg.BINNING_HORIZONTAL, reg.WIDTH_MAX, reg.WIDTH, reg.OFFSET_X),
-            (reg.SENSOR_HEIGHT, reg.BINNING_VERTICAL, reg.HEIGHT_MAX, reg.HEIGHT, reg.OFFSET_Y),
-        )
-        for sensor, binning, limit, size, offset in axes:
-            most = sensor // memory.integer(binning)
-            smallest = int(size.minimum or 0)
-            most -= (most - smallest) % size.step
-            memory.set(limit, most)
-            memory.set(size, min(memory.integer(size), most))
-            # An offset gives way to a larger picture.
-            room = most - memory.integer(size)
-            memory.set(offset, min(memory.integer(offset), room - room % reg.OFFSET_STEP))
-        pixel_format = self._pixel_format()
-        memory.set(reg.IS_COLOR, int(pixel_format.family is not Family.MONO))
-        colour_filter = reg.ColorFilter.NONE
-        if pixel_format.family is Family.BAYER:
-            colour_filter = reg.ColorFilter[f"BAYER_{pixel_format.order}"]
-        memory.set(reg.PIXEL_COLOR_FILTER, colour_filter)
-        image = pixel_format.image_bytes(memory.integer(reg.WIDTH), memory.integer(reg.HEIGHT))
-        memory.set(reg.PAYLOAD_SIZE, image + chunks.extra_bytes(self._active_chunks()))
 
     # -- acquisition -----------------------------------------------------------------------------
     def _start(self) -> None:
@@ -398,31 +343,19 @@ class CameraModel:
         return taken
 
     # -- user sets, reset, events ----------------------------------------------------------------
-    def _saved_values(self) -> dict[Register, RegisterValue]:
-        return {register: self.memory.stored(register) for register in reg.ALL if register.saved}
-
     def _load_user_set(self) -> None:
         if self.streaming:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "user sets cannot be loaded while streaming")
-        self._apply_user_set(reg.UserSet(self.memory.integer(reg.USER_SET_SELECTOR)))
-
-    def _apply_user_set(self, user_set: reg.UserSet) -> None:
-        for register, value in self._user_sets[user_set].items():
-            self.memory.set(register, value)
-        self._update_format()
-
-    def _save_user_set(self) -> None:
-        selected = reg.UserSet(self.memory.integer(reg.USER_SET_SELECTOR))
-        if selected is reg.UserSet.DEFAULT:
-            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the factory's user set cannot be overwritten")
-        self._user_sets[selected] = self._saved_values()
+        self._user_sets.apply(reg.USER_SET_SELECTOR)
+        geometry.update(self.memory)
 
     def _reset_timestamp(self) -> None:
         self._epoch = self._clock()
 
     def _reset(self) -> None:
         self._stop()
-        self._apply_user_set(reg.UserSet(self.memory.integer(reg.USER_SET_DEFAULT)))
+        self._user_sets.apply(reg.USER_SET_DEFAULT)
+        geometry.update(self.memory)
         for register in reg.EVENT_NOTIFICATION:
             self.memory.set(register, 0)
         self._reset_timestamp()
@@ -441,63 +374,3 @@ class CameraModel:
             for event in events:
                 if self.on_event:
                     self.on_event(*event)
-
-    # -- automatic modes -------------------------------------------------------------------------
-    def _regulate(self, settings: FrameSettings, values: NDArray[Any]) -> None:
-        """Let the automatic modes look at a picture and set registers for the next ones."""
-        if settings.test_pattern not in (TestPattern.OFF, TestPattern.FRAME_COUNTER):
-            return
-        memory = self.memory
-        exposure_mode, gain_mode = memory.integer(reg.EXPOSURE_AUTO), memory.integer(reg.GAIN_AUTO)
-        if exposure_mode or gain_mode:
-            factor = auto.correction(
-                auto.brightness(values, settings.pixel_format.depth),
-                memory.number(reg.AUTO_TARGET_BRIGHTNESS),
-                settings,
-            )
-            self._set_light(settings, factor)
-        if memory.integer(reg.BALANCE_WHITE_AUTO) and settings.pixel_format.family is not Family.MONO:
-            self._set_balance(settings, auto.balance(values, settings))
-
-    def _set_light(self, settings: FrameSettings, factor: float) -> None:
-        with self._changed:
-            memory = self.memory
-            exposure, gain = settings.exposure_us, settings.gain_db
-            exposures, gains = auto.Limits(exposure, exposure), auto.Limits(gain, gain)
-            if memory.integer(reg.EXPOSURE_AUTO):
-                exposures = auto.Limits(
-                    memory.number(reg.AUTO_EXPOSURE_LOWER), memory.number(reg.AUTO_EXPOSURE_UPPER)
-                )
-            if memory.integer(reg.GAIN_AUTO):
-                gains = auto.Limits(memory.number(reg.AUTO_GAIN_LOWER), memory.number(reg.AUTO_GAIN_UPPER))
-            done = factor == 1.0
-            if not done:
-                wanted_exposure, wanted_gain = auto.share_light(factor, exposure, gain, exposures, gains)
-                # At its limits it is as good as it can be.
-                raw_gain = round(wanted_gain * 100)
-                done = wanted_exposure == exposure and raw_gain == round(gain * 100)
-                if memory.integer(reg.EXPOSURE_AUTO):
-                    memory.set(reg.EXPOSURE_TIME, wanted_exposure)
-                if memory.integer(reg.GAIN_AUTO):
-                    memory.set(reg.GAIN_RAW, raw_gain)
-            if done:
-                self._end_once(reg.EXPOSURE_AUTO)
-                self._end_once(reg.GAIN_AUTO)
-
-    def _set_balance(self, settings: FrameSettings, factors: tuple[float, float] | None) -> None:
-        if factors is None:
-            return
-        with self._changed:
-            if all(abs(factor - 1) < auto.BALANCE_TOLERANCE for factor in factors):
-                self._end_once(reg.BALANCE_WHITE_AUTO)
-                return
-            if not self.memory.integer(reg.BALANCE_WHITE_AUTO):
-                return
-            red, _, blue = settings.optics.ratios
-            targets = ((reg.BALANCE_RATIO[0], red * factors[0]), (reg.BALANCE_RATIO[2], blue * factors[1]))
-            for register, ratio in targets:
-                self.memory.set(register, min(max(ratio, register.minimum or 0), register.maximum or ratio))
-
-    def _end_once(self, mode: Register) -> None:
-        if self.memory.integer(mode) == Auto.ONCE:
-            self.memory.set(mode, Auto.OFF)
