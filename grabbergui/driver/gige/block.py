@@ -134,11 +134,12 @@ class Block:
         if not len(open_ids):
             self.next_check = NEVER
             return open_ids
-        waited = now - self.asked_at[open_ids]
-        due: NDArray[np.intp] = open_ids[(self.tries[open_ids] == 0) | (waited >= policy.repeat_wait)]
+        # Deadlines are compared as sums, exactly as they are announced: a difference may round the other way.
+        again_at = self.asked_at[open_ids] + policy.repeat_wait
+        due: NDArray[np.intp] = open_ids[(self.tries[open_ids] == 0) | (again_at <= now)]
         self.tries[due] += 1
         self.asked_at[due] = now
-        self.next_check = float(self.asked_at[open_ids].min()) + policy.repeat_wait
+        self.next_check = float((self.asked_at[open_ids] + policy.repeat_wait).min())
         return due
 
     def give_up_on(self, packet_id: int, policy: ResendPolicy) -> None:

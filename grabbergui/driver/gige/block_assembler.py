@@ -354,7 +354,9 @@ class BlockAssembler:
         for block in self._open:
             if block.next_check <= now:
                 self._ask(block, now)
-        self._due = min((self._deadline(block) for block in self._open), default=NEVER)
+        self._due = min((self._next_look(block) for block in self._open), default=NEVER)
+        if self._open:
+            self._due = min(self._due, self._last_hope(self._open[0]))
 
     def _notice_gap(self, block: Block, now: float) -> None:
         if self.policy.enabled:
@@ -362,7 +364,7 @@ class BlockAssembler:
             self._due = min(self._due, block.next_check)
 
     def _ask(self, block: Block, now: float) -> None:
-        silent = now - block.last_packet_at >= self.policy.tail_wait
+        silent = now >= block.last_packet_at + self.policy.tail_wait
         overtaken = block is not self._open[-1]
         if silent:
             block.tail_checked = block.last_packet_at
@@ -386,11 +388,12 @@ class BlockAssembler:
         patience = self.policy.reorder_wait if overtaken and not asking else self.policy.give_up
         return block.last_packet_at + patience
 
-    def _deadline(self, block: Block) -> float:
+    def _next_look(self, block: Block) -> float:
+        """When to look for packets to ask for."""
         if self.policy.enabled and not block.only_leader and block.last_packet_at > block.tail_checked:
             # The end of the last block may be lost, with nothing after it to show the gap.
             block.next_check = min(block.next_check, block.last_packet_at + self.policy.tail_wait)
-        return min(self._last_hope(block), block.next_check)
+        return block.next_check
 
     def resend_requests(self) -> Iterator[PacketResend]:
         """Commands to send, each once."""

@@ -1,0 +1,370 @@
+"""Packets to frames, in memory: lost, late, doubled, foreign, malformed; time is a number."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from transcripts import lines
+
+from grabbergui.core.buffers import BufferPool
+from grabbergui.driver.gige.block import ResendPolicy, distance
+from grabbergui.driver.gige.block_assembler import BlockAssembler, FinishedBlock
+from grabbergui.driver.gige.gvcp import PacketResend, Status
+from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
+
+STRIDE = 100
+WIDTH, HEIGHT = 64, 24
+SIZE = WIDTH * HEIGHT
+LAST = -(-SIZE // STRIDE) + 1
+"Packet id of the trailer: 16 payload packets, the last of 36 bytes."
+
+
+def picture(block_id: int) -> bytes:
+    return bytes((block_id * 7 + i) % 251 for i in range(SIZE))
+
+
+def block(
+    block_id: int,
+    *,
+    extended: bool = False,
+    data: bytes | None = None,
+    payload_type: int = 1,
+    height: int = HEIGHT,
+) -> list[bytes]:
+    """The datagrams of one picture."""
+    data = picture(block_id) if data is None else data
+    leader = Leader(payload_type, 1000 * block_id, 0x01080001, WIDTH, HEIGHT)
+    pieces = [data[at : at + STRIDE] for at in range(0, len(data), STRIDE)]
+    trailer = Trailer(payload_type, height, len(data) if payload_type & 0x4000 else None)
+
+    def packet(kind: PacketFormat, packet_id: int, body: bytes) -> bytes:
+        return PacketHeader(kind, block_id, packet_id, extended=extended).encode() + body
+
+    return [
+        packet(PacketFormat.LEADER, 0, leader.encode()),
+        *(packet(PacketFormat.PAYLOAD, index, piece) for index, piece in enumerate(pieces, 1)),
+        packet(PacketFormat.TRAILER, len(pieces) + 1, trailer.encode()),
+    ]
+
+
+class Bench:
+    """An assembler with a clock of its own and a pool of buffers."""
+
+    def __init__(
+        self, *, payload_size: int = SIZE, stride: int = STRIDE, buffers: int = 8, **options: object
+    ) -> None:
+        self.pool = BufferPool(payload_size, buffers)
+        deliver_incomplete = bool(options.pop("deliver_incomplete", False))
+        self.assembler = BlockAssembler(
+            stride,
+            payload_size,
+            self.pool.take,
+            ResendPolicy(**options),  # type: ignore[arg-type]
+            deliver_incomplete=deliver_incomplete,
+        )
+        self.statistics = self.assembler.statistics
+        self.now = 0.0
+        self.requests: list[PacketResend] = []
+
+    def feed(self, datagrams: Iterable[bytes], period: float = 1e-5) -> list[FinishedBlock]:
+        done: list[FinishedBlock] = []
+        for datagram in datagrams:
+            self.assembler.receive(datagram, self.now)
+            self.now += period
+            done += self.tick()
+        return done
+
+    def tick(self) -> list[FinishedBlock]:
+        self.assembler.handle_timer(self.now)
+        self.requests += self.assembler.resend_requests()
+        return list(self.assembler.finished())
+
+    def wait(
+        self, seconds: float, answer: Callable[[PacketResend], Iterable[bytes]] | None = None
+    ) -> list[FinishedBlock]:
+        """Let time pass; `answer` makes a device's datagrams for each request."""
+        end = self.now + seconds
+        done = self.tick()
+        while True:
+            while answer is not None and self.requests:
+                done += self.feed(answer(self.requests.pop(0)))
+            if self.assembler.timer() > end:
+                self.now = max(self.now, end)
+                return done
+            self.now = max(self.now, self.assembler.timer())
+            done += self.tick()
+
+
+def ids(done: Iterable[FinishedBlock]) -> list[int]:
+    return [each.block_id for each in done]
+
+
+def is_picture(done: FinishedBlock) -> bool:
+    return done.complete and done.payload.tobytes() == picture(done.block_id)
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_blocks_come_out_as_they_were_sent(extended: bool) -> None:
+    bench = Bench()
+    done = bench.feed(datagram for block_id in (1, 2, 3) for datagram in block(block_id, extended=extended))
+    assert ids(done) == [1, 2, 3] and all(map(is_picture, done))
+    assert [each.leader.timestamp for each in done] == [1000, 2000, 3000]
+    assert bench.statistics.packets == 3 * (LAST + 1)
+    assert (
+        bench.statistics.packets_duplicate == bench.statistics.packets_ignored == bench.statistics.lost == 0
+    )
+    assert bench.requests == []
+
+
+@pytest.mark.parametrize(
+    "name, count",
+    [
+        ("aravis-stream-576", 2),
+        ("aravis-stream-1500", 2),
+        ("viva-stream-576", 2),
+        ("viva-event", 2),
+        ("viva-chunk", 2),
+        ("accept-extended-ids", 2),
+        ("accept-block-id-wrap", 4),
+    ],
+)
+def test_captured_streams_are_complete(name: str, count: int) -> None:
+    bench = Bench(payload_size=8192, stride=540)
+    done = bench.feed(line.data for line in lines(name, "D"))
+    assert len(done) == count and all(each.complete for each in done)
+    assert {(each.leader.width, each.leader.height) for each in done} == {(64, 48)}
+    assert bench.statistics.lost == bench.statistics.packets_ignored == 0
+
+
+def test_captured_losses_are_asked_for_and_mended() -> None:
+    """viva-genicam's camera left out packets, its host asked, the camera sent them again."""
+    bench = Bench(payload_size=64 * 48, stride=540)
+    done = []
+    for line in lines("viva-resend", "D"):
+        done += bench.wait(max(0.0, line.ms / 1000 - bench.now))
+        done += bench.feed([line.data], 0)
+    assert len(done) == 5 and all(each.complete for each in done), "a lost trailer costs no picture"
+    assert bench.statistics.packets_resent == 4
+
+
+def test_incomplete_captured_stream_without_resend() -> None:
+    bench = Bench(payload_size=64 * 48, stride=540, enabled=False)
+    done = bench.feed((line.data for line in lines("aravis-lossy", "D")), 1e-3) + bench.wait(1.0)
+    assert bench.requests == [], "a device that cannot resend is never asked"
+    assert (
+        bench.statistics.incomplete and len(done) + bench.statistics.incomplete + bench.statistics.lost >= 5
+    )
+
+
+@pytest.mark.parametrize("lost", [[0], [1], [5], [4, 5, 6], [LAST - 1], [LAST - 1, LAST], [0, 7, LAST]])
+def test_lost_packets_are_asked_for_once_and_mend_the_block(lost: list[int]) -> None:
+    bench = Bench()
+    sent = block(1)
+    done = bench.feed(datagram for index, datagram in enumerate(sent) if index not in lost)
+    asked: list[PacketResend] = []
+
+    def answer(request: PacketResend) -> list[bytes]:
+        asked.append(request)
+        return sent[request.first : request.last + 1]
+
+    done += bench.wait(0.2, answer)
+    assert ids(done) == [1] and is_picture(done[0])
+    packets = [packet for request in asked for packet in range(request.first, request.last + 1)]
+    assert len(packets) == len(set(packets)) and set(lost) - {LAST} <= set(packets) <= {*lost, LAST}
+    assert bench.statistics.packets_resent >= len(set(lost) - {LAST})
+    assert bench.statistics.incomplete == 0
+
+
+def test_a_dead_link_is_not_flooded() -> None:
+    bench = Bench(max_tries=3)
+    bench.feed(datagram for index, datagram in enumerate(block(1)) if index not in (3, 8))
+    bench.wait(5.0)
+    assert [(request.first, request.last) for request in bench.requests] == [(3, 3), (8, 8)] * 3
+    assert (bench.statistics.incomplete, bench.statistics.packets_missing) == (1, 2)
+    assert bench.assembler.timer() == float("inf")
+
+
+def test_a_block_that_lost_too_much_is_not_asked_for() -> None:
+    bench = Bench(always_worth=2)
+    sent = block(1)
+    bench.feed([*sent[:2], *sent[8:]])
+    assert bench.wait(5.0) == [] and bench.requests == []
+    assert bench.statistics.packets_missing == 6
+
+
+def test_what_the_device_no_longer_has_is_not_asked_for_again() -> None:
+    bench = Bench()
+    bench.feed(datagram for index, datagram in enumerate(block(1)) if index != 3)
+
+    def gone(request: PacketResend) -> list[bytes]:
+        return [PacketHeader(PacketFormat.PAYLOAD, 1, 3, Status.PACKET_UNAVAILABLE).encode()]
+
+    counted: list[PacketResend] = []
+    bench.wait(1.0, lambda request: counted.append(request) or gone(request))
+    assert len(counted) == 1
+    assert bench.statistics.incomplete == 1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_any_order_and_any_copies_give_the_same_pictures(seed: int) -> None:
+    shuffle = random.Random(seed)
+    datagrams = [datagram for block_id in (1, 2, 3) for datagram in block(block_id) * 2]
+    keyed = sorted(enumerate(datagrams), key=lambda pair: pair[0] + shuffle.uniform(0, 12))
+    bench = Bench(initial_wait=0.01)
+    done = bench.feed(datagram for _, datagram in keyed)
+    assert ids(done) == [1, 2, 3] and all(map(is_picture, done))
+    assert bench.requests == []
+    assert bench.statistics.packets_duplicate == 3 * (LAST + 1)
+    assert bench.statistics.incomplete == bench.statistics.lost == 0
+
+
+def test_incomplete_blocks_are_delivered_by_choice_without_an_older_picture_in_the_holes() -> None:
+    bench = Bench(enabled=False, deliver_incomplete=True, buffers=1)
+    assert len(bench.feed(block(1))) == 1
+    done = bench.feed([datagram for index, datagram in enumerate(block(2)) if index not in (3, LAST - 1)])
+    done += bench.wait(1.0)
+    (broken,) = done
+    assert not broken.complete and broken.missing_bytes == 100 + 36
+    assert len(broken.payload) == SIZE
+    assert not broken.payload[200:300].any() and not broken.payload[1500:].any()
+    assert broken.payload[:200].tobytes() == picture(2)[:200]
+
+
+def test_a_lone_leader_waits_for_as_long_as_the_exposure_takes() -> None:
+    bench = Bench()
+    sent = block(1)
+    assert bench.feed(sent[:1]) == bench.wait(60.0) == []
+    assert bench.requests == [] and bench.statistics.incomplete == 0
+    assert ids(bench.feed(sent[1:])) == [1]
+
+
+def test_no_free_buffer_costs_the_block_and_is_counted() -> None:
+    bench = Bench(buffers=2)
+    held = bench.feed([*block(1), *block(2)])
+    assert bench.feed(block(3)) == [] and bench.statistics.underruns == 1
+    held.clear()
+    assert ids(bench.feed(block(4))) == [4]
+    assert bench.statistics.lost == bench.statistics.incomplete == 0
+
+
+def test_lost_blocks_are_counted_across_the_wrap_of_ids() -> None:
+    bench = Bench()
+    done = bench.feed(datagram for block_id in (65533, 65535, 1, 4) for datagram in block(block_id))
+    assert ids(done) == [65533, 65535, 1, 4] and bench.statistics.lost == 3
+    assert distance(65535, 1, False) == 1 and distance(1, 65535, False) == -1
+    assert distance(0xFFFF, 0x10000, True) == 1
+
+
+@pytest.mark.parametrize("restart", [1, 4950, 3])
+def test_ids_that_start_again_are_a_new_stream(restart: int) -> None:
+    bench = Bench()
+    before = 5000 if restart != 3 else 40
+    assert len(bench.feed(block(before))) == 1
+    later = bench.feed(datagram for block_id in range(restart, restart + 5) for datagram in block(block_id))
+    assert len(later) >= 4 and ids(later)[-1] == restart + 4
+    assert bench.statistics.lost == 0
+
+
+def test_packets_of_finished_blocks_are_late_not_new() -> None:
+    bench = Bench()
+    sent = block(1)
+    assert len(bench.feed(sent[:-1])) == 1, "complete without its trailer"
+    assert bench.feed([sent[-1], sent[4], *block(2), sent[5]]) != []
+    assert bench.statistics.packets_duplicate == 2 and bench.statistics.packets_ignored == 0
+
+
+def test_a_camera_that_lies_about_its_size_is_refused() -> None:
+    bench = Bench(payload_size=SIZE // 2)
+    assert bench.feed(block(1)) == bench.wait(1.0) == []
+    assert bench.statistics.incomplete == 1 and bench.pool.in_use == 0
+
+
+def test_test_packets_and_foreign_formats_are_dropped() -> None:
+    bench = Bench()
+    (probe,) = [line.data for line in lines("viva-test-packet", "D")]
+    assert bench.feed([probe, PacketHeader(9, 1, 0).encode() + bytes(40), b"", bytes(5)]) == []
+    assert bench.statistics.packets_ignored == 3
+
+
+def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
+    bench = Bench(stride=STRIDE + 36)
+    done = bench.feed([*block(1), *block(2)])
+    assert ids(done) == [1, 2] and all(map(is_picture, done))
+
+
+def test_chunks_stay_at_the_end_of_the_payload() -> None:
+    data = picture(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
+    bench = Bench(payload_size=SIZE + 500)
+    (done,) = bench.feed(block(1, data=data, payload_type=0x4001))
+    assert done.payload.tobytes() == data and done.leader.has_chunks
+
+
+def test_a_lost_trailer_after_chunks_costs_nothing() -> None:
+    data = picture(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
+    bench = Bench(payload_size=SIZE + 500, enabled=False)
+    done = bench.feed(block(1, data=data, payload_type=0x4001)[:-1]) + bench.wait(1.0)
+    assert [each.payload.tobytes() for each in done] == [data] and done[0].complete
+
+
+def test_a_shorter_picture_has_fewer_lines() -> None:
+    bench = Bench()
+    (done,) = bench.feed(block(1, data=picture(1)[: WIDTH * 10], height=10))
+    assert done.complete and done.height == 10 and len(done.payload) == WIDTH * 10
+
+
+def test_all_in_one_packet() -> None:
+    body = Leader(1, 5, 0x01080001, 8, 8).encode() + Trailer(1, 8).encode() + bytes(range(64))
+    bench = Bench()
+    (done,) = bench.feed([PacketHeader(PacketFormat.ALL_IN, 1, 0).encode() + body])
+    assert done.complete and done.payload.tobytes() == bytes(range(64)) and done.leader.timestamp == 5
+
+
+def test_the_first_picture_of_a_multi_part_block() -> None:
+    """Two parts, which the Aravis host accepted."""
+    bench = Bench(payload_size=8192, stride=528)
+    (done,) = bench.feed(line.data for line in lines("accept-multipart", "D"))
+    leader = done.leader
+    assert leader.kind == PayloadKind.MULTI_PART and len(leader.parts) == 2
+    assert done.complete and len(done.payload) == leader.parts[0].length == leader.width * leader.height
+    assert done.payload[:4].tobytes() == bytes.fromhex("00030609")
+
+
+def fuzz_headers() -> st.SearchStrategy[bytes]:
+    small = st.sampled_from([0, 1, 2, 3, 5, LAST, LAST + 1, 1000, 0xFFFFFF])
+    header = st.builds(
+        PacketHeader,
+        st.integers(0, 9),
+        st.sampled_from([0, 1, 2, 3, 4, 9, 200, 65535]),
+        small,
+        st.sampled_from([0, 0x100, 0x800C, 0x8012]),
+        st.booleans(),
+    )
+    body = st.one_of(
+        st.binary(max_size=120),
+        st.sampled_from(
+            [Leader(1, 0, 0x01080001, WIDTH, HEIGHT).encode(), Trailer(1, HEIGHT).encode(), bytes(100)]
+        ),
+        st.just(b"\0\0\0\x0a" + bytes(8 + 48)),
+    )
+    return st.builds(lambda head, data: head.encode() + data, header, body)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(st.one_of(st.binary(max_size=80), fuzz_headers()), max_size=60), st.booleans())
+def test_no_datagram_crashes_the_assembler_or_grows_memory(datagrams: list[bytes], deliver: bool) -> None:
+    bench = Bench(deliver_incomplete=deliver, buffers=16)
+    done = bench.feed(datagrams, 1e-3) + bench.wait(1.0)
+    bench.assembler.flush()
+    done += bench.tick()
+    payloads: list[NDArray[np.uint8]] = [each.payload for each in done]
+    assert all(len(payload) <= SIZE for payload in payloads)
+    assert sum(request.last - request.first + 1 for request in bench.requests) < 60 * 5 * 200
+    done.clear()
+    payloads.clear()
+    assert bench.pool.in_use == 0
