@@ -25,6 +25,7 @@ _KINDS: dict[str, str] = {
     "sim": "grabbergui.driver.sim.source",
     "gige": "grabbergui.driver.gige.source",
     "u3v": "grabbergui.driver.u3v.source",
+    "yarp": "grabbergui.net.yarp.source",
 }
 """Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 

@@ -1,0 +1,166 @@
+"""`grabbergui serve`: one camera on YARP and ROS 2 at once, with or without the window."""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import fields
+from typing import Any
+
+from grabbergui import sources
+from grabbergui.cli.opening import opened
+from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.config import ini, resource_finder
+from grabbergui.config.serve_options import ServeOptions
+from grabbergui.core.errors import SourceNotFoundError, UsageError
+from grabbergui.core.features import Feature, format_value
+from grabbergui.core.grabber import FrameGrabber
+
+log = logging.getLogger(__name__)
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser(
+        "serve",
+        help="share a camera on YARP and ROS 2",
+        # What is not given is not set, so that a file can say it.
+        argument_default=argparse.SUPPRESS,
+    )
+    parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; any source, remote ones too")
+    parser.add_argument("--from", dest="file", metavar="FILE", help="read options from a .ini file")
+    parser.add_argument("--context", metavar="NAME", help="the context that YARP's search for FILE begins in")
+    parser.add_argument("--fake", action="store_true", help="the simulated camera")
+    parser.add_argument(
+        "--index", type=int, metavar="N", help="which camera found, where no SOURCE is named (0)"
+    )
+    parser.add_argument("--pixel-format", metavar="NAME", help="set PixelFormat before streaming")
+    parser.add_argument("--introspection", action="store_true", help="log every feature of the camera")
+    parser.add_argument("--terminal", action="store_true", help="take commands from the keyboard")
+    parser.add_argument("--window", action="store_true", help="open the window on it too")
+
+    yarp = parser.add_argument_group("YARP")
+    yarp.add_argument("--yarp", metavar="/PORT", help="images here, requests at /PORT/rpc")
+    yarp.add_argument("--with-name-server", action="store_true", help="run a name server too")
+    yarp.add_argument("--nameserver", metavar="HOST:PORT", help="the name server (YARP's configuration)")
+    yarp.add_argument("--bind", metavar="ADDRESS", help="the address our ports listen on")
+    yarp.add_argument("--capabilities", choices=("COLOR", "RAW"), help="what the image port sends (COLOR)")
+    yarp.add_argument("--raw", action="store_true", help="raw images as well, at /PORT/raw")
+    yarp.add_argument("--period", type=float, metavar="S", help="seconds between images at least (0)")
+    yarp.add_argument("--normalised", action="store_true", help="feature values as 0…1, not in their units")
+
+    ros2 = parser.add_argument_group("ROS 2")
+    ros2.add_argument("--ros2", metavar="/NAME", help="the node and prefix of its topics")
+    parser.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    options = _options(arguments)
+    with stop_on_signals() as stop, ExitStack() as stack:
+        uri = options.uri or _nth_camera(options.index)
+        grabber = stack.enter_context(opened(uri))
+        if options.pixel_format:
+            grabber.write_feature("PixelFormat", options.pixel_format)
+        if options.introspection:
+            for feature in grabber.features():
+                log.warning("%s", _introspected(feature))
+        grabber.start()
+        if options.yarp or options.with_name_server:
+            stack.enter_context(_on_yarp(grabber, options))
+        if options.ros2:
+            stack.enter_context(_on_ros2(grabber, options))
+        print(f"serving {grabber.info.title} ({uri}); Ctrl-C ends it", flush=True)
+        if options.window:
+            return _show_window(grabber, stop)
+        if options.terminal:
+            from grabbergui.terminal import console
+
+            console.run(grabber, finished=stop.is_set)
+        else:
+            stop.wait()
+    return 0
+
+
+def _options(arguments: argparse.Namespace) -> ServeOptions:
+    known = {field.name for field in fields(ServeOptions)}
+    given = {name: value for name, value in vars(arguments).items() if name in known and value is not None}
+    options = ServeOptions(**given)
+    name = getattr(arguments, "file", None)
+    if name is not None:
+        path = resource_finder.find(name, getattr(arguments, "context", ""))
+        sections = ini.parse(path.read_text("utf-8", errors="replace"), str(path))
+        options = options.with_file(sections[""], frozenset(given), str(path))
+    if not (options.yarp or options.ros2 or options.window or options.terminal or options.with_name_server):
+        raise UsageError("serve on what? Add --yarp /grabber, --ros2 /camera, --window or --terminal")
+    return options
+
+
+def _nth_camera(index: int) -> str:
+    """The camera of that number among those found, the simulated one left out, in order of their URIs."""
+    found = sorted(info.uri for info in sources.discover() if not info.uri.startswith(sources.DEFAULT_URI))
+    if not 0 <= index < len(found):
+        raise SourceNotFoundError(
+            f"there is no camera {index}: {len(found)} found; "
+            "name a SOURCE, or say --fake for the simulated camera"
+        )
+    return found[index]
+
+
+def _introspected(feature: Feature) -> str:
+    return f"{feature.name} = {format_value(feature.value)} {feature.unit} ({feature.range_text()})"
+
+
+@contextmanager
+def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
+    from grabbergui.net.yarp.grabber_pictures import Capability
+    from grabbergui.net.yarp.name_client import NameClient
+    from grabbergui.net.yarp.name_server import NameServer
+    from grabbergui.net.yarp.server import YarpGrabberServer
+
+    with ExitStack() as stack:
+        if options.with_name_server:
+            host, _, port = (options.nameserver or "127.0.0.1:10000").rpartition(":")
+            names_of_ours = NameServer(host, int(port))
+            names_of_ours.open()
+            stack.callback(names_of_ours.close)
+            contact = names_of_ours.contact
+            print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
+            names = NameClient.find(f"{contact.host}:{contact.port}")
+        else:
+            names = NameClient.find(options.nameserver)
+        if options.yarp:
+            server = YarpGrabberServer(
+                grabber,
+                options.yarp,
+                names=names,
+                capabilities=Capability(options.capabilities),
+                also_raw=options.raw,
+                period=options.period,
+                normalised=options.normalised,
+                bind=options.bind,
+            )
+            server.start()
+            stack.callback(server.stop)
+        yield
+
+
+@contextmanager
+def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
+    from grabbergui.net.ros2.server import Ros2GrabberServer
+
+    server = Ros2GrabberServer(grabber, options.ros2)
+    server.start()
+    try:
+        yield
+    finally:
+        server.stop()
+
+
+def _show_window(grabber: FrameGrabber, stop: threading.Event) -> int:
+    from grabbergui.core.shared import SharedGrabber
+    from grabbergui.ui import app
+
+    return app.run(grabber.info.uri, create=lambda _: SharedGrabber(grabber), stop=stop)
