@@ -93,16 +93,18 @@ class PictureModel:
         self._thread.start()
 
     def detach(self, timeout: float = 0.0) -> bool:
-        """Take no more frames; the last one stays. Whether the thread ended within `timeout` seconds."""
+        """Take no more frames; the last one stays.
+
+        Whether the thread ended within `timeout` seconds; may be asked again.
+        """
         queue, self._queue = self._queue, None
-        thread, self._thread = self._thread, None
-        if queue is None or thread is None:
-            return True
-        queue.close()
-        self._taken.set()
-        if timeout > 0 and thread is not threading.current_thread():
+        if queue is not None:
+            queue.close()
+            self._taken.set()
+        if (thread := self._thread) is not None and thread is not threading.current_thread():
             thread.join(timeout)
-        return not thread.is_alive()
+            return not thread.is_alive()
+        return thread is None
 
     def restarted(self) -> None:
         """Streaming begins anew: what is known of the time before says nothing about it."""

@@ -73,13 +73,15 @@ class SourceListModel:
             self._thread.start()
 
     def stop(self, timeout: float = 2.0) -> bool:
-        """Search no more. Whether the thread ended within `timeout` seconds."""
+        """Search no more. Whether the thread ended within `timeout` seconds; may be asked again."""
         self._stopping = True
         self._wakeup.set()
-        thread, self._thread = self._thread, None
-        if thread is not None and thread is not threading.current_thread():
-            thread.join(timeout)
-            return not thread.is_alive()
+        if self._thread is None:
+            return True
+        self._thread.join(timeout)
+        if self._thread.is_alive():
+            return False
+        self._thread = None
         return True
 
     def refresh(self) -> None:

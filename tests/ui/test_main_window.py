@@ -9,6 +9,7 @@ import pytest
 from PyQt5.QtCore import Qt, QTimer
 from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit
 
+from grabbergui.core.errors import SourceNotFoundError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.connection import LinkState
 from grabbergui.models.diagnosis import Stage
@@ -131,6 +132,22 @@ def test_closing_while_it_streams_and_searches_takes_less_than_a_second(window_d
     begun = time.monotonic()
     window_desk.window.close()
     assert time.monotonic() - begun < 1.0
+
+
+def test_closing_while_a_camera_does_not_answer_takes_less_than_a_second(window_desk):
+    answer = threading.Event()
+
+    def create(uri):
+        answer.wait(10)
+        raise SourceNotFoundError(f"{uri} does not answer")
+
+    window_desk.program.connection._create = create
+    window_desk.program.begin("gige:10.255.255.1")
+    window_desk.until(lambda: "Connecting" in window_desk.window.picture.note.summaryLabel.text())
+    begun = time.monotonic()
+    window_desk.window.close()
+    assert time.monotonic() - begun < 1.2
+    answer.set()
 
 
 def test_no_turn_of_the_event_loop_takes_100_ms_while_a_camera_opens_and_streams(window_desk):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from pathlib import Path
 
 from PyQt5.QtCore import QObject, QUrl
@@ -60,12 +61,12 @@ class MainController(QObject):
         self._down = True
         self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
         self.features.set_model(None)
+        deadline = time.monotonic() + CLOSE_TIME
+        self.source_list.stop(0)  # a search under way ends while the rest is closed
         self.connection.disconnect()
-        picture = self.picture.detach(CLOSE_TIME)
-        closed = self.connection.wait_closed(CLOSE_TIME)
-        saved = self.snapshots.wait(CLOSE_TIME)
-        searched = self.source_list.stop(CLOSE_TIME)
-        return picture and closed and saved and searched
+        waits = (self.picture.detach, self.connection.wait_closed, self.snapshots.wait, self.source_list.stop)
+        ended = [wait(max(0.0, deadline - time.monotonic())) for wait in waits]
+        return all(ended)
 
     def _join(self) -> None:
         window = self.window
