@@ -10,7 +10,7 @@ from functools import partial
 from importlib import resources
 
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Capability, StreamChannel
+from grabbergui.driver.gige.bootstrap import Capability, GvcpConfiguration, StreamChannel
 from grabbergui.driver.gige.gvcp_device import Identity
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.description import with_transport
@@ -33,6 +33,7 @@ _CAPABILITY = (
     | Capability.PENDING_ACK
     | Capability.ACTION
     | Capability.SCHEDULED_ACTION
+    | Capability.IEEE1588
     | Capability.TEST_DATA
     | Capability.PRIMARY_APPLICATION
     | Capability.HEARTBEAT_DISABLE
@@ -71,6 +72,7 @@ TIMESTAMP_CONTROL = _register("timestamp control", _R.TIMESTAMP_CONTROL, writabl
 TIMESTAMP_HIGH = _register("latched timestamp high", _R.TIMESTAMP_HIGH)
 TIMESTAMP_LOW = _register("latched timestamp low", _R.TIMESTAMP_LOW)
 GVCP_CONFIGURATION = _register("GVCP configuration", _R.GVCP_CONFIGURATION, writable=True)
+IEEE1588_STATUS = _register("IEEE 1588 status", 0x096C)
 GVSP_CONFIGURATION = _register("GVSP configuration", _R.GVSP_CONFIGURATION, writable=True)
 CCP = _register("CCP", _R.CCP, writable=True)
 PRIMARY_PORT = _register("primary application port", _R.PRIMARY_APPLICATION_PORT)
@@ -118,6 +120,7 @@ _REGISTERS = (
     TIMESTAMP_HIGH,
     TIMESTAMP_LOW,
     GVCP_CONFIGURATION,
+    IEEE1588_STATUS,
     _register("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
     GVSP_CONFIGURATION,
     CCP,
@@ -189,6 +192,10 @@ def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -
     for mirror, original in strings.items():
         memory.on_read(mirror, partial(model.memory.get, original))
     memory.on_check(USER_NAME, lambda value: model.memory.set(reg.DEVICE_USER_ID, value))
+    # The same switch as the feature PtpEnable, so its bit is the model's.
+    memory.on_read(GVCP_CONFIGURATION, lambda: _with_ptp(model, int(memory.stored(GVCP_CONFIGURATION))))
+    memory.on_written(GVCP_CONFIGURATION, lambda: _set_ptp(model, int(memory.stored(GVCP_CONFIGURATION))))
+    memory.on_read(IEEE1588_STATUS, lambda: model.memory.integer(reg.PTP_STATUS))
     memory.set(CURRENT_IP, _number(address))
     memory.set(SUBNET_MASK, _number(netmask))
     memory.set(MAC_HIGH, int.from_bytes(mac[:2], "big"))
@@ -197,6 +204,16 @@ def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -
     for register, shift in ((TIMESTAMP_HIGH, 32), (TIMESTAMP_LOW, 0)):
         memory.on_read(register, partial(_latched, model, shift))
     return memory
+
+
+def _with_ptp(model: CameraModel, configuration: int) -> int:
+    bit = int(GvcpConfiguration.IEEE1588)
+    return configuration & ~bit | (bit if model.memory.integer(reg.PTP_ENABLE) else 0)
+
+
+def _set_ptp(model: CameraModel, configuration: int) -> None:
+    on = int(bool(configuration & GvcpConfiguration.IEEE1588))
+    model.write(reg.PTP_ENABLE.address, reg.PTP_ENABLE.encode(on))
 
 
 def _latched(model: CameraModel, shift: int) -> int:

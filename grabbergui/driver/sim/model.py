@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from grabbergui.core.pfnc import Family, PixelFormat, by_code
 from grabbergui.driver.sim import chunks, geometry, regulation
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.clock import DeviceClock
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -60,22 +60,22 @@ class CameraModel:
         *,
         scene: Scene | None = None,
         power_on: Mapping[Register, RegisterValue] | None = None,
-        clock: Callable[[], int] = time.monotonic_ns,
+        clock: DeviceClock | None = None,
     ) -> None:
         """Make a camera that has just been switched on.
 
-        `power_on` replaces registers' defaults and becomes the factory's user set; `clock` gives
-        nanoseconds and must advance as real time does where `next_frame` waits.
+        `power_on` replaces registers' defaults and becomes the factory's user set; `clock` must advance
+        as real time does where `next_frame` waits.
         """
         self.sensor = Sensor(scene)
-        self._clock = clock
+        self._device_clock = clock or DeviceClock()
+        self._clock = self._device_clock.monotonic
         self._changed = threading.Condition(threading.RLock())
         self._pending_events: list[tuple[Event, int, int]] = []
         self._sequencer = Sequencer()
-        self._epoch = clock()
         self._thermometers = (
-            Thermometer(self._epoch, 16.0, 14.0),
-            Thermometer(self._epoch, 12.0, 7.0),
+            Thermometer(self._clock(), 16.0, 14.0),
+            Thermometer(self._clock(), 12.0, 7.0),
         )
         self.memory = RegisterMemory(reg.ALL)
         for register, value in (power_on or {}).items():
@@ -105,8 +105,8 @@ class CameraModel:
         return self._sequencer.running
 
     def timestamp(self) -> int:
-        """The device's clock, ns since power-on or reset."""
-        return self._clock() - self._epoch
+        """The device's clock: ns since power-on or reset, or the network's time under PTP."""
+        return self._device_clock.now()
 
     def stop(self) -> None:
         """End the acquisition, as when control is lost."""
@@ -117,7 +117,7 @@ class CameraModel:
     def trigger_action(self, at: int | None = None) -> bool:
         """An action command for signal 1, now or at a device time; whether anything listened."""
         with self._changed:
-            moment = self._clock() if at is None else at + self._epoch
+            moment = self._clock() if at is None else self._device_clock.to_monotonic(at)
             heard = [
                 self._trigger(which, moment)
                 for which in range(len(reg.TRIGGER_SOURCE))
@@ -162,7 +162,8 @@ class CameraModel:
         if taken is None:
             return None
         frame_id, start = taken
-        settings, timestamp = self._settings(), start - self._epoch
+        self._device_clock.discipline()
+        settings, timestamp = self._settings(), self._device_clock.to_device(start)
         values = {
             Chunk.FRAME_ID: frame_id,
             Chunk.TIMESTAMP: timestamp,
@@ -250,6 +251,8 @@ class CameraModel:
             self._command(register, partial(self._software_trigger, which))
         self._command(reg.TIMESTAMP_LATCH, lambda: memory.set(reg.TIMESTAMP_LATCH_VALUE, self.timestamp()))
         self._command(reg.TIMESTAMP_RESET, self._reset_timestamp)
+        memory.on_written(reg.PTP_ENABLE, self._follow_ptp)
+        self._command(reg.PTP_DATA_SET_LATCH, self._latch_ptp)
         self._command(reg.DEVICE_RESET, self._reset)
         self._command(reg.USER_SET_LOAD, self._load_user_set)
         self._command(reg.USER_SET_SAVE, self._user_sets.save)
@@ -349,8 +352,18 @@ class CameraModel:
         self._user_sets.apply(reg.USER_SET_SELECTOR)
         geometry.update(self.memory)
 
+    def _follow_ptp(self) -> None:
+        on = bool(self.memory.integer(reg.PTP_ENABLE))
+        self._device_clock.follow(on)
+        self.memory.set(reg.PTP_STATUS, reg.PtpStatus.SLAVE if on else reg.PtpStatus.DISABLED)
+
+    def _latch_ptp(self) -> None:
+        self.memory.set(reg.PTP_OFFSET_FROM_MASTER, self._device_clock.offset_from_master())
+
     def _reset_timestamp(self) -> None:
-        self._epoch = self._clock()
+        if self._device_clock.following:
+            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "PTP sets the clock")
+        self._device_clock.reset()
 
     def _reset(self) -> None:
         self._stop()
@@ -358,7 +371,9 @@ class CameraModel:
         geometry.update(self.memory)
         for register in reg.EVENT_NOTIFICATION:
             self.memory.set(register, 0)
-        self._reset_timestamp()
+        self.memory.set(reg.PTP_ENABLE, 0)
+        self._follow_ptp()
+        self._device_clock.reset()
         if self.on_reset:
             self.on_reset()
 

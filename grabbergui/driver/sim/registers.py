@@ -115,6 +115,13 @@ class UserSet(IntEnum):
     USER_SET2 = 2
 
 
+class PtpStatus(IntEnum):
+    """Values of PtpStatus: IEEE 1588's port states, as far as this clock has them."""
+
+    DISABLED = 3
+    SLAVE = 9
+
+
 class TransportLayer(IntEnum):
     """Values of DeviceTLType."""
 
@@ -311,6 +318,12 @@ EVENT_NOTIFICATION = tuple(
 # -- TransportLayerControl -----------------------------------------------------------------------
 PAYLOAD_SIZE = _uint32("PayloadSize", 0x100900, 0, writable=False)
 TL_PARAMS_LOCKED = _switch("TLParamsLocked", 0x100904, saved=False)
+
+# -- PtpControl ----------------------------------------------------------------------------------
+PTP_ENABLE = _switch("PtpEnable", 0x100A00, saved=False)
+PTP_STATUS = _choice("PtpStatus", 0x100A04, PtpStatus.DISABLED, writable=False)
+PTP_DATA_SET_LATCH = _command("PtpDataSetLatch", 0x100A08)
+PTP_OFFSET_FROM_MASTER = _int64("PtpOffsetFromMaster", 0x100A10)
 
 ALL: tuple[Register, ...] = tuple(_all)
 "Every register, in the order of their addresses."

@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.clock import DeviceClock
 from grabbergui.driver.sim.model import CameraModel
+
+MASTER_AHEAD = 1_700_000_000_000_000_000
+"How far the network's time is ahead of the manual clock, in nanoseconds."
 
 
 class ManualClock:
@@ -23,7 +27,11 @@ class Bench:
 
     def __init__(self, power_on=None, scene=None):
         self.clock = ManualClock()
-        self.model = CameraModel(power_on=power_on, scene=scene, clock=self.clock)
+        self.model = CameraModel(
+            power_on=power_on,
+            scene=scene,
+            clock=DeviceClock(self.clock, lambda: self.clock.now + MASTER_AHEAD),
+        )
 
     def set(self, register, value):
         self.model.write(register.address, register.encode(value))

@@ -94,6 +94,7 @@ CATEGORIES = (
     "UserSetControl",
     "ChunkDataControl",
     "EventControl",
+    "PtpControl",
     "TransportLayerControl",
 )
 

@@ -239,6 +239,14 @@ def test_the_clock_can_be_latched_by_its_bootstrap_register(controlled):
     assert value == controlled.model.memory.get(reg.TIMESTAMP_LATCH_VALUE) > 0
 
 
+def test_ptp_has_one_switch_in_both_spaces(controlled):
+    controlled.write(0x954, 0x80002)
+    assert controlled.model.memory.get(reg.PTP_ENABLE) == 1
+    assert controlled.value(0x96C) == 9
+    controlled.write(reg.PTP_ENABLE.address, 0)
+    assert (controlled.value(0x954), controlled.value(0x96C)) == (2, 3)
+
+
 # -- stream settings -----------------------------------------------------------------------------
 
 

@@ -15,7 +15,8 @@ from grabbergui import sources
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, PacketResend, ReadReg, WriteReg, encode_command
 from grabbergui.driver.gige.gvcp_device import ForceIp, Identity, encode_discovery
-from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.gvcp_messages import Action
+from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige_faults import Faults
 from grabbergui.driver.sim.gige_server import GigeCamera, serve
@@ -309,3 +310,18 @@ def test_our_own_driver_through_a_bad_network(stage):
     finally:
         grabber.close()
     eventually(lambda: not camera.control.controlled)
+
+
+def test_cameras_on_ptp_act_at_the_same_time(stage):
+    pairs = [stage(), stage()]
+    keys = ((0x90C, 1), (0x9800, 2), (0x9804, 1))
+    trigger = ((reg.TRIGGER_MODE[0].address, 1), (reg.TRIGGER_SOURCE[0].address, 1))
+    for _, host in pairs:
+        host.write((CCP, 2), (reg.PTP_ENABLE.address, 1), *keys, *trigger)
+        host.start()
+    at = time.time_ns() + 100_000_000
+    for camera, host in pairs:
+        host.control.sendto(Action(1, 2, 1, at).encode(100), (camera.address, 3956))
+        assert Ack.decode(host.control.recv(2048)).status == 0
+    leaders = [Leader.decode(next(host.packets())[1][8:]) for _, host in pairs]
+    assert [abs(leader.timestamp - at) < 1_000_000 for leader in leaders] == [True, True]

@@ -287,6 +287,22 @@ def test_the_latch_holds_the_clock(bench):
     assert bench.get(reg.TIMESTAMP_LATCH_VALUE) == 1_500_000_000
 
 
+def test_ptp_sets_the_clock_by_its_master(bench):
+    master = bench.clock.now + 1_700_000_000_000_000_000
+    bench.set(reg.PTP_ENABLE, 1)
+    assert bench.get(reg.PTP_STATUS) == reg.PtpStatus.SLAVE
+    assert bench.model.timestamp() == master
+    assert refused(bench, reg.TIMESTAMP_RESET, 1) is Refusal.ACCESS_DENIED
+    bench.set(reg.TRIGGER_MODE[0], 1)
+    bench.set(reg.TRIGGER_SOURCE[0], reg.TriggerSource.ACTION1)
+    bench.start()
+    assert bench.model.trigger_action(at=master + 40_000_000)
+    assert bench.plan().timestamp_ns == master + 40_000_000
+    bench.set(reg.DEVICE_RESET, 1)
+    assert bench.model.timestamp() == 0
+    assert bench.get(reg.PTP_STATUS) == reg.PtpStatus.DISABLED
+
+
 def test_streaming_warms_the_camera(bench):
     idle = bench.get(reg.DEVICE_TEMPERATURE[0])
     bench.start()
