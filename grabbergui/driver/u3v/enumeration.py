@@ -17,7 +17,8 @@ from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.driver.u3v import descriptors
 from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor
-from grabbergui.driver.u3v.usb import default_backend, permission_denied
+from grabbergui.driver.u3v.libusb_backend import default_backend
+from grabbergui.driver.u3v.usb import permission_denied
 
 log = logging.getLogger(__name__)
 

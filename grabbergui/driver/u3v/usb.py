@@ -14,7 +14,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import usb.backend.libusb1
 import usb.core
 from numpy.typing import NDArray
 
@@ -39,18 +38,6 @@ class EndpointHaltedError(TransportError):
 
 class UsbTimeoutError(TransportError):
     """A transfer did not take place in time."""
-
-
-def default_backend() -> Any | None:
-    """Pyusb's libusb backend, with the system's libusb or the one of `libusb-package`; None without both."""
-    backend = usb.backend.libusb1.get_backend()
-    if backend is None:
-        try:
-            import libusb_package
-        except ImportError:
-            return None
-        backend = libusb_package.get_libusb1_backend()
-    return backend
 
 
 def permission_denied(name: str) -> AccessDeniedError:

@@ -1,0 +1,146 @@
+"""Runs inside the virtual machine: the simulated camera, hosts that others wrote, and our own.
+
+Prints one line `RESULT <json>` for the test outside. Usage: in_guest.py vhci|gadget
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.grabber import ConnectionState
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.u3v import source
+
+CAMERA = """
+import json, sys, threading
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.u3v_device import U3vFaults
+from grabbergui.driver.sim.u3v_serve import serve
+model = CameraModel(power_on={
+    reg.DEVICE_TL_TYPE: reg.TransportLayer.USB3_VISION,
+    reg.WIDTH: 640, reg.HEIGHT: 480,
+    reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
+})
+stop = threading.Event()
+threading.Thread(target=lambda: (sys.stdin.read(), stop.set()), daemon=True).start()
+serve(sys.argv[1], model=model, faults=U3vFaults(**json.loads(sys.argv[2])), stop=stop,
+      ready=lambda text: print(text, flush=True))
+"""
+
+
+@contextmanager
+def plugged_in(via: str, **faults: int) -> Iterator[subprocess.Popen[str]]:
+    """A camera process, until its standard input ends."""
+    command = [sys.executable, "-c", CAMERA, via, json.dumps(faults)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as camera:
+        assert camera.stdout is not None
+        assert camera.stdin is not None
+        camera.stdout.readline()
+        wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
+        yield camera
+        camera.stdin.close()
+        camera.wait(20)
+    wait_until(lambda: not source.discover(1.0), "the camera does not go")
+
+
+def wait_until(condition: Callable[[], bool], complaint: str, timeout: float = 20.0) -> None:
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            raise TimeoutError(complaint)
+        time.sleep(0.1)
+
+
+def run(*command: str, timeout: float = 40.0) -> str:
+    """Another host's output, both streams."""
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=timeout, check=False, errors="replace"
+    )
+    return done.stdout + done.stderr
+
+
+def our_host(result: dict[str, Any]) -> None:
+    """List, read, set, stream 50 frames."""
+    result["listed"] = [info.as_dict() for info in source.discover(1.0)]
+    camera = source.create(SourceUri.parse("u3v:SIM001"))
+    camera.open()
+    try:
+        result["exposure_set_by_aravis"] = camera.feature("ExposureTime").value
+        camera.write_feature("ExposureTime", 4000.0)
+        for _ in range(2):  # the stream is started a second time on what the first left
+            queue = camera.open_queue(4)
+            camera.start()
+            good = 0
+            for _ in range(50):
+                frame = queue.get(10.0)
+                good += frame.complete and bool((frame.raw() == frame.raw()[0]).all())
+            camera.stop()
+            queue.close()
+            result.setdefault("good_frames", []).append(good)
+            result["statistics"] = camera.statistics().as_dict()
+    finally:
+        camera.close()
+
+
+def aravis_streams(mode: str) -> dict[str, int]:
+    text = run("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "5")
+    return {name: int(count) for name, count in re.findall(r"(n_\w+)\s*=\s*(\d+)", text)}
+
+
+def other_hosts(result: dict[str, Any], via: str) -> None:
+    """Aravis, and viva-camctl where it is installed."""
+    if shutil.which("arv-tool-0.8"):
+        result["aravis_list"] = run("arv-tool-0.8")
+        result["aravis_set"] = run("arv-tool-0.8", "control", "ExposureTime=3000", "Width")
+        result["aravis"] = {mode: aravis_streams(mode) for mode in ("sync", "async")}
+
+
+def unplugged_while_streaming(via: str) -> dict[str, Any]:
+    """The camera goes after ten frames; the host is told, and opens the next one."""
+    told: list[str] = []
+    with plugged_in(via, unplug_after_frames=10):
+        camera = source.create(SourceUri.parse("u3v:"))
+
+        def on_change(state: ConnectionState, reason: str) -> None:
+            if state is ConnectionState.LOST:
+                told.append(reason)
+
+        camera.connection_changed.connect(on_change)
+        camera.open()
+        camera.start()
+        wait_until(lambda: bool(told), "the unplugging is not noticed")
+        try:
+            camera.feature("Width")
+            refused = ""
+        except GrabberError as error:
+            refused = type(error).__name__
+        camera.close()
+    return {"told": told, "refused": refused}
+
+
+def main(via: str) -> None:
+    result: dict[str, Any] = {}
+    try:
+        with plugged_in(via):
+            other_hosts(result, via)
+            our_host(result)
+            if shutil.which("arv-tool-0.8"):
+                result["aravis_reads"] = run("arv-tool-0.8", "control", "ExposureTime")
+        if via == "vhci":
+            result["unplugged"] = unplugged_while_streaming(via)
+    except Exception as error:
+        result["failure"] = f"{type(error).__name__}: {error}"
+    print("RESULT " + json.dumps(result), flush=True)
+
+
+main(sys.argv[1])
