@@ -5,5 +5,4 @@ from setuptools import find_packages, setup
 setup(
     packages=[*find_packages(include=["grabbergui*"]), "grabbergui.resources"],
     package_dir={"grabbergui.resources": "resources"},
-    package_data={"grabbergui.resources": ["**/*"], "grabbergui": ["py.typed"]},
 )

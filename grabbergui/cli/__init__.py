@@ -13,14 +13,14 @@ import sys
 from collections.abc import Sequence
 
 from grabbergui import __version__
-from grabbergui.cli import features, grab, gui, serve, simulate, sources, terminal, yarp_server
+from grabbergui.cli import doctor, features, grab, gui, serve, simulate, sources, terminal, yarp_server
 from grabbergui.core.errors import GrabberError, UsageError
 
 EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 
-_FAMILIES = (gui, sources, features, grab, terminal, serve, simulate, yarp_server)
+_FAMILIES = (gui, sources, features, grab, terminal, serve, simulate, yarp_server, doctor)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

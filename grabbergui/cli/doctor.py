@@ -1,0 +1,31 @@
+"""`grabbergui doctor`: what usually goes wrong, and how to mend it."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from grabbergui.doctor.finding import Level
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser("doctor", help="check this machine for what usually goes wrong")
+    parser.add_argument("--fix-udev", action="store_true", help="install the rule for USB3 Vision cameras")
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from grabbergui.doctor import network, software, usb
+
+    if options.fix_udev:
+        print(f"wrote {usb.install_udev_rule()}; plug the camera in again")
+        return 0
+    problems = 0
+    for checks in (network, usb, software):
+        for finding in checks.check():
+            problems += finding.level is Level.PROBLEM
+            print(f"{finding.level.value:8}{finding.text}")
+            if finding.remedy:
+                print(f"{'':8}→ {finding.remedy}")
+    return 1 if problems else 0

@@ -1,0 +1,103 @@
+"""Checks that see what is wrong, and say what to do."""
+
+import pytest
+
+from grabbergui.cli import main
+from grabbergui.core.errors import AccessDeniedError
+from grabbergui.doctor import network, software, usb
+from grabbergui.doctor.finding import Level
+from grabbergui.driver.gige.interfaces import Interface
+
+
+def only(findings):
+    (finding,) = findings
+    return finding
+
+
+def sysctl(folder, name, value):
+    place = folder.joinpath(*name.split("/"))
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text(f"{value}\n")
+    return folder
+
+
+@pytest.mark.parametrize(("limit", "level"), [(212992, Level.PROBLEM), (network.WANTED_RMEM, Level.GOOD)])
+def test_a_small_socket_buffer_is_a_problem(tmp_path, limit, level):
+    finding = only(network.receive_buffer(sysctl(tmp_path, "core/rmem_max", limit)))
+
+    assert finding.level is level
+    assert ("net.core.rmem_max" in finding.remedy) == (level is Level.PROBLEM)
+
+
+def test_two_interfaces_in_one_subnet(tmp_path):
+    one, other = Interface("eth0", "192.168.1.2"), Interface("eth1", "192.168.1.3")
+
+    finding = only(network.shared_networks([one, other]))
+
+    assert finding.level is Level.PROBLEM and "eth1" in finding.remedy
+    assert not list(network.shared_networks([one, Interface("eth1", "192.168.2.3")]))
+
+
+def test_packet_sizes():
+    small, jumbo = network.packet_sizes(
+        [Interface("eth0", "10.0.0.1"), Interface("eth1", "10.1.0.1", mtu=9000)]
+    )
+
+    assert small.level is Level.NOTE and "mtu 9000" in small.remedy
+    assert jumbo.level is Level.GOOD
+
+
+def test_a_strict_reverse_path_filter_is_noted(tmp_path):
+    sysctl(tmp_path, "ipv4/conf/all/rp_filter", 0)
+    sysctl(tmp_path, "ipv4/conf/eth0/rp_filter", 1)
+
+    finding = only(network.reverse_path(tmp_path, [Interface("eth0", "10.0.0.1")]))
+
+    assert "eth0" in finding.text and "rp_filter=2" in finding.remedy
+
+
+def test_no_camera_names_the_port():
+    assert "3956" in only(network.cameras([])).remedy
+
+
+def test_the_udev_rule_is_installed_once(tmp_path):
+    folder = tmp_path / "udev" / "rules.d"
+    folder.parent.mkdir()
+    assert "--fix-udev" in only(usb.udev_rule(folder)).remedy
+
+    target = usb.install_udev_rule(folder)
+
+    assert 'SUBSYSTEM=="usb"' in target.read_text() or "usb" in target.read_text()
+    assert only(usb.udev_rule(folder)).level is Level.GOOD
+
+
+def test_who_may_not_install_it_is_told_how(tmp_path, monkeypatch):
+    def refuse(*_: object, **__: object) -> int:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("pathlib.Path.write_text", refuse)
+
+    with pytest.raises(AccessDeniedError, match="sudo grabbergui doctor --fix-udev"):
+        usb.install_udev_rule(tmp_path)
+
+
+def test_usb_memory(tmp_path):
+    place = tmp_path / "usbfs_memory_mb"
+    place.write_text("16\n")
+    assert str(place) in only(usb.transfer_memory(place)).remedy
+    place.write_text("1000\n")
+    assert only(usb.transfer_memory(place)).level is Level.GOOD
+    assert not list(usb.transfer_memory(tmp_path / "missing"))
+
+
+def test_a_missing_display_is_noted():
+    assert only(software.display({}, "linux")).level is Level.NOTE
+    assert only(software.display({"DISPLAY": ":0"}, "linux")).level is Level.GOOD
+
+
+def test_the_command_reports_every_check(capsys):
+    code = main(["doctor"])
+
+    out = capsys.readouterr().out
+    assert code == ("\nproblem" in "\n" + out)
+    assert "USB" in out and "YARP" in out and "ROS 2" in out
