@@ -26,6 +26,7 @@ from grabbergui.driver.gige.gvsp import (
     PacketFormat,
     PacketHeader,
     PartPosition,
+    PayloadKind,
     Trailer,
 )
 
@@ -53,6 +54,25 @@ class FinishedBlock:
     complete: bool
     began: float
     "When its first packet came."
+
+
+@dataclass(frozen=True)
+class Landing:
+    """Where the payload of the next packets belongs, if nothing is lost: full packets of one block only."""
+
+    block: Block
+    first: int
+    "Packet id of the first."
+    count: int
+    stride: int
+    "Bytes of each."
+    address: int
+    "Of the memory that the first belongs to."
+
+    @property
+    def extended(self) -> bool:
+        """Whether the packets have extended headers."""
+        return self.block.extended
 
 
 class BlockAssembler:
@@ -98,6 +118,35 @@ class BlockAssembler:
         except RemoteProtocolError as error:
             self.statistics.packets_ignored += 1
             self._tell_once("a malformed stream packet", str(error))
+
+    def landing(self, limit: int) -> Landing | None:
+        """Where up to `limit` packets may be received directly; None where only `receive` will do.
+
+        To be used before anything else is received. What lands there counts only once `landed` says so.
+        """
+        if not self._open:
+            return None
+        block = self._open[-1]
+        leader = block.leader
+        if leader is None or block.buffer is None or block.refused or leader.kind != PayloadKind.IMAGE:
+            return None
+        first = block.highest + 1
+        count = min(limit, leader.image_bytes // self.stride - first + 1)
+        if count <= 0:
+            return None
+        address = block.buffer.ctypes.data + (first - 1) * self.stride
+        return Landing(block, first, count, self.stride, address)
+
+    def landed(self, landing: Landing, count: int, now: float) -> None:
+        """The first `count` packets of a landing came as expected."""
+        if not count:
+            return
+        block = landing.block
+        block.mark_run(landing.first, count, now)
+        block.extent = max(block.extent, (landing.first - 1 + count) * landing.stride)
+        self.statistics.packets += count
+        if block.complete(self.stride):
+            self._finish_ready()
 
     def _receive(self, header: PacketHeader, body: memoryview, now: float) -> None:
         block = self._block_of(header, now)
@@ -176,14 +225,20 @@ class BlockAssembler:
         block.extent = max(block.extent, end)
 
     def _check_stride(self, block: Block, packet_id: int, length: int) -> None:
-        """A device may send other sizes than its register says; the first full packet tells."""
+        """A device may send other sizes than its register says; a picture's first packet tells."""
         leader = block.leader
-        first_of_many = packet_id == 1 and leader is not None and length < leader.image_bytes
-        if length > self.stride or (first_of_many and length != self.stride):
-            if not length:
-                raise RemoteProtocolError("a payload packet without payload")
+        if (
+            packet_id == 1
+            and leader is not None
+            and 0 < length < leader.image_bytes
+            and length != self.stride
+        ):
             log.info("packets carry %d bytes instead of %d", length, self.stride)
             self.stride = length
+        elif not 0 < length <= self.stride:
+            raise RemoteProtocolError(
+                f"a packet with {length} bytes of payload, {self.stride} are a full one"
+            )
 
     # -- blocks ----------------------------------------------------------------------------------
     def _block_of(self, header: PacketHeader, now: float) -> Block | None:

@@ -46,8 +46,3 @@ class PlainSource(DatagramSource):
                 assembler.receive(scratch[:size], time.monotonic())
             else:
                 assembler.statistics.packets_ignored += 1
-
-
-def open_source(receiver: socket.socket, device_ip: str, *, batched: bool = True) -> DatagramSource:
-    """The fastest way that this system has; without `batched` the plain one."""
-    return PlainSource(receiver, device_ip)

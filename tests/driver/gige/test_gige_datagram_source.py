@@ -1,0 +1,113 @@
+"""Both ways of receiving, over real sockets on the loopback, give the same pictures."""
+
+from __future__ import annotations
+
+import random
+import socket
+from collections.abc import Iterator
+from contextlib import ExitStack
+
+import pytest
+from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
+
+from grabbergui.driver.gige import recvmmsg
+from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
+
+DEVICE = "127.0.0.7"
+SOURCES = [
+    PlainSource,
+    pytest.param(
+        recvmmsg.BatchSource,
+        marks=pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's"),
+    ),
+]
+
+
+class Wire:
+    """A device's socket, a stranger's and ours."""
+
+    def __init__(self, stack: ExitStack, kind: type[DatagramSource]) -> None:
+        def bound(ip: str) -> socket.socket:
+            opened = stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            opened.bind((ip, 0))
+            return opened
+
+        self.device, self.stranger, self.receiver = bound(DEVICE), bound("127.0.0.8"), bound("127.0.0.1")
+        self.source = kind(self.receiver, DEVICE)  # type: ignore[call-arg]
+
+    def send(self, datagrams: list[bytes], sender: socket.socket | None = None) -> None:
+        for datagram in datagrams:
+            (sender or self.device).sendto(datagram, self.receiver.getsockname())
+
+    def drain(self, bench: Bench, packets: int) -> list:  # type: ignore[type-arg]
+        """Receive so many datagrams, wherever they are counted."""
+        done = []
+        while bench.statistics.packets + bench.statistics.packets_ignored < packets:
+            self.source.receive(bench.assembler, 5.0)
+            done += bench.assembler.finished()
+        return done
+
+
+@pytest.fixture(params=SOURCES)
+def wire(request: pytest.FixtureRequest) -> Iterator[Wire]:
+    with ExitStack() as stack:
+        yield Wire(stack, request.param)
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_pictures_arrive(wire: Wire, extended: bool) -> None:
+    bench = Bench(buffers=20)
+    sent = [datagram for block_id in range(1, 11) for datagram in block(block_id, extended=extended)]
+    wire.send(sent)
+    done = wire.drain(bench, len(sent))
+    assert ids(done) == list(range(1, 11)) and all(map(is_picture, done))
+    assert bench.statistics.packets_ignored == bench.statistics.packets_duplicate == 0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_gaps_doubles_and_late_packets_land_where_they_belong(wire: Wire, seed: int) -> None:
+    dice = random.Random(seed)
+    bench = Bench(buffers=20, initial_wait=60.0, max_blocks=8)
+    sent = [datagram for block_id in range(1, 6) for datagram in block(block_id) * dice.choice([1, 2])]
+    sent = [
+        datagram for _, datagram in sorted(enumerate(sent), key=lambda pair: pair[0] + dice.uniform(0, 5))
+    ]
+    late = [sent.pop(dice.randrange(len(sent))) for _ in range(2)]
+    sent[-1:-1] = late
+    done = []
+    for begin in range(0, len(sent), 50):
+        wire.send(sent[begin : begin + 50])
+        done += wire.drain(bench, min(begin + 50, len(sent)))
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+
+
+def test_strangers_are_not_heard(wire: Wire) -> None:
+    bench = Bench()
+    mine, foreign = block(1), block(1, data=bytes(64 * 24))
+    for own, other in zip(mine, foreign, strict=True):
+        wire.send([other], wire.stranger)
+        wire.send([own])
+    (done,) = wire.drain(bench, 2 * (LAST + 1))
+    assert is_picture(done) and bench.statistics.packets_ignored == LAST + 1
+
+
+def test_odd_datagrams_are_dropped(wire: Wire) -> None:
+    bench = Bench()
+    sent = block(1)
+    odd = [b"", b"\0", bytes(60000), sent[3] + bytes(50000)]
+    wire.send([*sent[:3], *odd])
+    assert wire.drain(bench, 3 + 3) == []
+    wire.source.receive(bench.assembler, 0.0)
+    assert bench.statistics.packets_ignored == 3, "block id 0 is a test packet, which is no fault"
+
+
+def test_ids_change_their_width_in_mid_stream(wire: Wire) -> None:
+    bench = Bench()
+    sent = [*block(1), *block(2, extended=True), *block(3, extended=True), *block(4)]
+    wire.send(sent)
+    done = wire.drain(bench, len(sent))
+    assert len(done) == 4 and all(map(is_picture, done))
+
+
+def test_nothing_to_receive_takes_no_longer_than_allowed(wire: Wire) -> None:
+    wire.source.receive(Bench().assembler, 0.01)
