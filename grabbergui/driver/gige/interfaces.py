@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import os
 import socket
 import struct
 import sys
@@ -47,11 +48,16 @@ class Interface:
         return ipaddress.IPv4Address(ip) in self.network
 
 
+ONLY = "GRABBERGUI_INTERFACES"
+"""Environment variable: names of the only interfaces to use, separated by commas; all without it."""
+
+
 def interfaces() -> list[Interface]:
-    """Every IPv4 address of every interface that is up."""
-    if sys.platform == "linux" and struct.calcsize("P") == 8:
-        return _linux_interfaces()
-    return _portable_interfaces()
+    """Every IPv4 address of every interface that is up, or of those that the user allows (`ONLY`)."""
+    linux = sys.platform == "linux" and struct.calcsize("P") == 8
+    found = _linux_interfaces() if linux else _portable_interfaces()
+    allowed = {name.strip() for name in os.environ.get(ONLY, "").split(",")} - {""}
+    return [interface for interface in found if not allowed or interface.name in allowed]
 
 
 def interface_of(ip: str) -> Interface:
