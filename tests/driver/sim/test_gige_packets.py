@@ -137,7 +137,17 @@ def test_all_together_and_always_the_same():
     assert np.array_equal(order(1000, **faults), order(1000, **faults))
 
 
-@pytest.mark.parametrize("wrong", [{"loss": 1.5}, {"loss": -0.1}, {"delay": -1.0}, {"stall_after": -1}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"loss": 1.5},
+        {"loss": -0.1},
+        {"delay": -1.0},
+        {"stall_after": -1},
+        {"loss": float("nan")},
+        {"delay": 60.0},
+    ],
+)
 def test_faults_that_make_no_sense_are_refused(wrong):
     with pytest.raises(UsageError):
         Faults(**wrong)

@@ -294,6 +294,13 @@ def test_serving_several_cameras():
     assert told == [f"GigE Vision camera {s} is at {a}" for s, a in zip(("A7", "A8"), addresses, strict=True)]
 
 
+def test_serving_leaves_nothing_behind_when_an_address_cannot_be_had():
+    ours = free_address()
+    with pytest.raises(SourceUnavailableError, match=r"192\.0\.2\.77"):
+        serve((ours, "192.0.2.77"), ready=lambda text: None)
+    GigeCamera(ours).close()
+
+
 def test_our_own_driver_through_a_bad_network(stage):
     camera, _ = stage(
         {reg.WIDTH: 640, reg.HEIGHT: 480}, faults=Faults(loss=0.01, reorder=True, duplicate=True)
