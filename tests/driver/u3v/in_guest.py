@@ -1,6 +1,6 @@
 """Runs inside the virtual machine: the simulated camera, hosts that others wrote, and our own.
 
-Prints one line `RESULT <json>` for the test outside. Usage: in_guest.py vhci|gadget
+Prints one line `RESULT <json>` for the test outside: by way, what was seen. Usage: in_guest.py vhci gadget
 """
 
 from __future__ import annotations
@@ -61,12 +61,17 @@ def wait_until(condition: Callable[[], bool], complaint: str, timeout: float = 2
         time.sleep(0.1)
 
 
-def run(*command: str, timeout: float = 40.0) -> str:
-    """Another host's output, both streams."""
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=timeout, check=False, errors="replace"
-    )
-    return done.stdout + done.stderr
+def run(*command: str, timeout: float = 15.0) -> str:
+    """Another host's output. One that hangs is ended, and what it said so far counts.
+
+    (Aravis 0.8.26 now and then waits for ever for its cancelled transfers on a gadget of dummy_hcd.)
+    """
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as host:
+        try:
+            return host.communicate(timeout=timeout)[0]
+        except subprocess.TimeoutExpired:
+            host.kill()
+            return host.communicate()[0]
 
 
 def our_host(result: dict[str, Any]) -> None:
@@ -93,12 +98,12 @@ def our_host(result: dict[str, Any]) -> None:
 
 
 def aravis_streams(mode: str) -> dict[str, int]:
-    text = run("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "5")
+    text = run("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "4")
     return {name: int(count) for name, count in re.findall(r"(n_\w+)\s*=\s*(\d+)", text)}
 
 
-def other_hosts(result: dict[str, Any], via: str) -> None:
-    """Aravis, and viva-camctl where it is installed."""
+def other_hosts(result: dict[str, Any]) -> None:
+    """Aravis, where it is installed."""
     if shutil.which("arv-tool-0.8"):
         result["aravis_list"] = run("arv-tool-0.8")
         result["aravis_set"] = run("arv-tool-0.8", "control", "ExposureTime=3000", "Width")
@@ -128,11 +133,12 @@ def unplugged_while_streaming(via: str) -> dict[str, Any]:
     return {"told": told, "refused": refused}
 
 
-def main(via: str) -> None:
+def prove(via: str) -> dict[str, Any]:
+    """One way of being a USB device, before all hosts."""
     result: dict[str, Any] = {}
     try:
         with plugged_in(via):
-            other_hosts(result, via)
+            other_hosts(result)
             our_host(result)
             if shutil.which("arv-tool-0.8"):
                 result["aravis_reads"] = run("arv-tool-0.8", "control", "ExposureTime")
@@ -140,7 +146,7 @@ def main(via: str) -> None:
             result["unplugged"] = unplugged_while_streaming(via)
     except Exception as error:
         result["failure"] = f"{type(error).__name__}: {error}"
-    print("RESULT " + json.dumps(result), flush=True)
+    return result
 
 
-main(sys.argv[1])
+print("RESULT " + json.dumps({via: prove(via) for via in sys.argv[1:]}), flush=True)

@@ -1,0 +1,90 @@
+"""Our host and our simulated camera on a real USB stack, beside Aravis, in a virtual machine.
+
+One boot serves all tests here; what happens in the guest is in `in_guest.py`.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+HERE = Path(__file__).parent
+REPOSITORY = HERE.parents[2]
+
+pytestmark = [pytest.mark.usb, pytest.mark.timeout(240)]
+
+
+@pytest.fixture(scope="module")
+def seen() -> dict[str, Any]:
+    """What the hosts in the guest saw, by the way the camera is a USB device there."""
+    usbvm = str(HERE / "usbvm")
+    prepared = subprocess.run([usbvm, "--prepare"], capture_output=True, text=True, timeout=120, check=False)
+    if prepared.returncode == 77:
+        pytest.skip(prepared.stderr.strip())
+    command = [usbvm, "-t", "170", "--", sys.executable, str(HERE / "in_guest.py"), "vhci", "gadget"]
+    done = subprocess.run(
+        command, cwd=REPOSITORY, capture_output=True, text=True, timeout=200, check=False, errors="replace"
+    )
+    results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
+    assert results, f"the guest said:\n{done.stdout[-3000:]}\n{done.stderr[-1000:]}"
+    result: dict[str, Any] = json.loads(results[0].removeprefix("RESULT "))
+    return result
+
+
+@pytest.fixture(params=["vhci", "gadget"])
+def way(request: pytest.FixtureRequest, seen: dict[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = seen[request.param]
+    return result
+
+
+@pytest.fixture
+def with_aravis(way: dict[str, Any]) -> dict[str, Any]:
+    if "aravis" not in way and "failure" not in way:
+        pytest.skip("no arv-tool-0.8 here (Debian: aravis-tools-cli)")
+    return way
+
+
+def test_nothing_failed_in_the_guest(way: dict[str, Any]) -> None:
+    assert "failure" not in way, way
+
+
+def test_our_host_lists_the_camera_by_its_serial(way: dict[str, Any]) -> None:
+    (listed,) = way["listed"]
+    assert listed["uri"] == "u3v:SIM001"
+    assert listed["interface"].endswith("SuperSpeed")
+
+
+def test_our_host_receives_every_frame_twice_in_a_row(way: dict[str, Any]) -> None:
+    assert way["good_frames"] == [50, 50]
+    statistics = way["statistics"]
+    assert (statistics["incomplete"], statistics["lost"], statistics["packets_missing"]) == (0, 0, 0)
+
+
+def test_aravis_lists_the_camera_by_its_guid(with_aravis: dict[str, Any]) -> None:
+    assert "grabbergui-GRUI00SIM001-SIM001 (USB3)" in with_aravis["aravis_list"]
+
+
+def test_what_one_host_sets_the_other_reads(with_aravis: dict[str, Any]) -> None:
+    assert "ExposureTime = 3000 us" in with_aravis["aravis_set"]
+    assert with_aravis["exposure_set_by_aravis"] == 3000.0
+    assert "ExposureTime = 4000 us" in with_aravis["aravis_reads"]
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_aravis_streams_without_a_failure(with_aravis: dict[str, Any], mode: str) -> None:
+    counters = with_aravis["aravis"][mode]
+    assert counters["n_completed_buffers"] >= 20
+    assert counters["n_failures"] == 0
+    assert counters["n_ignored_bytes"] == 0
+
+
+def test_unplugging_is_told_once(seen: dict[str, Any]) -> None:
+    unplugged = seen["vhci"]["unplugged"]
+    assert len(unplugged["told"]) == 1
+    assert "unplugged" in unplugged["told"][0]
+    assert unplugged["refused"] == "DeviceLostError"
