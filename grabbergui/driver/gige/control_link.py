@@ -7,7 +7,7 @@ stop the heart; between commands the heartbeat's own thread does.
 from __future__ import annotations
 
 import logging
-import select
+import selectors
 import socket
 import threading
 import time
@@ -41,6 +41,8 @@ class ControlLink:
         except OSError as error:
             self._socket.close()
             raise TransportError(f"no way to {ip}: {error.strerror or error}") from error
+        self._poller = selectors.DefaultSelector()
+        self._poller.register(self._socket, selectors.EVENT_READ)
         self.local_address: str = self._socket.getsockname()[0]
         "The host's IP address towards this device."
         self.local_port: int = self._socket.getsockname()[1]
@@ -99,6 +101,7 @@ class ControlLink:
         """Stop the heartbeat and let the socket go. May be called twice."""
         self.stop_heartbeat()
         with self._turn:
+            self._poller.close()
             self._socket.close()
 
     def _run(self) -> None:
@@ -137,7 +140,7 @@ class ControlLink:
         timers = [self._channel.timer(), self._heartbeat.timer() if self._heartbeat else None]
         due = min((timer for timer in timers if timer is not None), default=now)
         if due > now:
-            select.select([self._socket], [], [], due - now)
+            self._poller.select(due - now)
             self._receive()
 
     def _receive(self) -> bool:

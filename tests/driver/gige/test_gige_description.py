@@ -1,0 +1,99 @@
+"""Where a device says its description is, and what may come of it."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from transcripts import lines
+
+from grabbergui.core.errors import RemoteProtocolError, TransportError
+from grabbergui.driver.gige import description
+from grabbergui.driver.gige.description import LocalFile, fetch_description, parse_url, unpack
+from grabbergui.driver.gige.gvcp import Ack
+
+XML = b'<?xml version="1.0"?><RegisterDescription/>'
+
+
+def zipped(data: bytes, name: str = "camera.xml") -> bytes:
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as writer:
+        writer.writestr(name, data)
+    return archive.getvalue()
+
+
+@pytest.mark.parametrize(
+    "url, location",
+    [
+        ("Local:arv-fake-camera.xml;10000;3e67", LocalFile("arv-fake-camera.xml", 0x10000, 0x3E67)),
+        ("local:camera.zip;0x40000;0x28DC", LocalFile("camera.zip", 0x40000, 0x28DC)),
+        ("Local:///name.zip;40000;28DC", LocalFile("name.zip", 0x40000, 0x28DC)),
+        ("Local:gigecamsim.xml; F000; 2B39", LocalFile("gigecamsim.xml", 0xF000, 0x2B39)),
+        ("Local:a.xml;1000;20?SchemaVersion=1.1.0", LocalFile("a.xml", 0x1000, 0x20)),
+        ("File:///opt/camera%20one.xml", Path("/opt/camera one.xml")),
+    ],
+)
+def test_urls_as_devices_write_them(url: str, location: LocalFile | Path) -> None:
+    assert parse_url(url) == location
+
+
+@pytest.mark.parametrize(
+    "url", ["http://vendor/x.xml", "Local:a.xml;1000", "Local:a.xml;1000;0", "Local:a;0;FFFFFFFF", "x"]
+)
+def test_urls_that_cannot_be_followed(url: str) -> None:
+    with pytest.raises(RemoteProtocolError):
+        parse_url(url)
+
+
+@pytest.mark.parametrize("name", ["aravis-open-heartbeat-xml", "aravis-on-viva-open-heartbeat-xml"])
+def test_a_captured_device_gives_its_description(name: str) -> None:
+    memory: dict[int, bytes] = {}
+    for line in lines(name, "S"):
+        ack = Ack.decode(line.data)
+        if ack.acknowledge == 0x85:
+            memory[int.from_bytes(ack.payload[:4], "big")] = ack.payload[4:]
+
+    def read(address: int, length: int) -> bytes:
+        data = b""
+        while len(data) < length:
+            data += memory[address + len(data)]
+        return data[:length]
+
+    xml = fetch_description([memory[0x200].rstrip(b"\0").decode()], read)
+    assert xml.startswith(b"<?xml") and xml.rstrip().endswith(b"</RegisterDescription>")
+
+
+def test_the_second_url_is_the_way_out(tmp_path: Path) -> None:
+    (tmp_path / "camera.zip").write_bytes(zipped(XML))
+    urls = ["http://vendor/camera.xml", (tmp_path / "camera.zip").as_uri()]
+    assert fetch_description(urls, lambda address, length: b"") == XML
+    with pytest.raises(TransportError, match=r"http://vendor/camera.xml.*only Local: and File:"):
+        fetch_description(urls[:1], lambda address, length: b"")
+    with pytest.raises(TransportError, match="empty"):
+        fetch_description(["", ""], lambda address, length: b"")
+
+
+def test_plain_and_zipped_are_told_apart_by_content() -> None:
+    assert unpack(XML + bytes(3)) == XML
+    assert unpack(zipped(XML) + bytes(2)) == XML
+    with pytest.raises(RemoteProtocolError, match=r"no \.xml"):
+        unpack(zipped(XML, "readme.txt"))
+
+
+def test_a_zip_bomb_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(description, "MAX_XML_BYTES", 1 << 20)
+    with pytest.raises(RemoteProtocolError, match="grows beyond"):
+        unpack(zipped(bytes(4 << 20)))
+
+
+@given(st.binary(max_size=200), st.integers(0, 200))
+def test_no_damage_crashes_it(noise: bytes, position: int) -> None:
+    for stored in (b"PK\3\4" + noise, zipped(XML)[:position] + noise + zipped(XML)[position + len(noise) :]):
+        try:
+            unpack(stored)
+        except RemoteProtocolError as error:
+            assert str(error)

@@ -1,0 +1,118 @@
+"""Interfaces, names and packet sizes, without a camera."""
+
+from __future__ import annotations
+
+import socket
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.errors import DeviceStatusError, UsageError
+from grabbergui.driver.gige.bootstrap import PacketSizeFlag, StreamChannel
+from grabbergui.driver.gige.discovery import FoundDevice, discover
+from grabbergui.driver.gige.gvcp_device import Identity
+from grabbergui.driver.gige.interfaces import Interface, interface_of, interfaces
+from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
+
+ETHERNET = Interface("eth0", "192.168.0.2", "255.255.255.0", 1500)
+LINK_LOCAL = Interface("eth1", "169.254.7.9", "255.255.0.0", 9000)
+
+
+def test_the_loopback_is_among_the_interfaces() -> None:
+    (loopback,) = [interface for interface in interfaces() if interface.ip == "127.0.0.1"]
+    assert loopback.loopback and loopback.mtu > 1500 and loopback.netmask == "255.0.0.0"
+    assert interface_of("127.0.0.5") == loopback
+
+
+def test_broadcast_is_worked_out_from_the_mask() -> None:
+    assert ETHERNET.broadcast == "192.168.0.255" and LINK_LOCAL.broadcast == "169.254.255.255"
+
+
+@pytest.mark.parametrize(
+    "name", ["192.168.0.9", "SN-1", "sn-1", "00:30:53:0A:0b:0c", "0030530a0b0c", "Left Eye"]
+)
+def test_a_device_answers_to_all_its_names(name: str) -> None:
+    device = FoundDevice(
+        Identity(mac="00:30:53:0a:0b:0c", serial="SN-1", user_name="left eye"), "192.168.0.9", ETHERNET
+    )
+    assert device.answers_to(name) and not device.answers_to("SN-2")
+    assert device.info().uri == "gige:SN-1" and device.info().note == ""
+
+
+def test_a_device_without_name_is_not_found_by_an_empty_one() -> None:
+    nobody = FoundDevice(Identity(), "192.168.0.9", ETHERNET)
+    assert not nobody.answers_to("000000000000")
+    assert nobody.info().uri == "gige:192.168.0.9"
+
+
+def test_a_device_in_another_subnet_is_listed_with_the_remedy() -> None:
+    info = FoundDevice(Identity(serial="7"), "10.1.2.3", ETHERNET).info()
+    assert "10.1.2.3" in info.note and "force IP" in info.note and "eth0" in info.note
+
+
+def test_answers_that_are_none_find_nothing() -> None:
+    assert discover(0.05, ["127.0.0.99"], broadcast=False) == []
+
+
+@given(st.binary(min_size=248, max_size=248))
+def test_any_identity_gives_a_uri(data: bytes) -> None:
+    assert FoundDevice(Identity.decode(data), "192.168.0.9", ETHERNET).info().uri.startswith("gige:")
+
+
+# -- packet size -------------------------------------------------------------------------------------
+class Scps:
+    """A device's SCPS register whose test packets pass a path of some width."""
+
+    def __init__(self, current: int, path: int = 65535, *, fires: bool = True, largest: int = 9000) -> None:
+        self.value, self.path, self.fires, self.largest = current, path, fires, largest
+
+    def read(self, register: int) -> int:
+        return self.value
+
+    def write(self, register: int, value: int) -> None:
+        assert register == 0x0D04
+        size = value & 0xFFFF
+        if size > self.largest:
+            raise DeviceStatusError("too large", 0x8002)
+        self.value = value & ~PacketSizeFlag.FIRE_TEST_PACKET
+        if value & PacketSizeFlag.FIRE_TEST_PACKET and self.fires and size <= self.path:
+            self.device.sendto(bytes(size - 28), self.host.getsockname())
+
+    def settle(self, asked: str, interface: Interface, *, can_test: bool = True) -> int:
+        sizer = PacketSizer(StreamChannel(0), self.read, self.write, interface)
+        self.host = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.device = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        with self.host, self.device:
+            self.host.bind(("127.0.0.1", 0))
+            self.device.bind(("127.0.0.6", 0))
+            return sizer.settle(PacketSizePolicy.parse(asked), self.host, "127.0.0.6", can_test=can_test)
+
+
+@pytest.mark.parametrize(
+    "asked, scps, interface, size",
+    [
+        ("auto", Scps(1500), LINK_LOCAL, 9000),
+        ("auto", Scps(1500, path=8500), LINK_LOCAL, 8228),
+        ("auto", Scps(9000), ETHERNET, 1500),
+        ("auto", Scps(576, fires=False), ETHERNET, 576),
+        ("auto", Scps(9000, fires=False), ETHERNET, 1500),
+        ("keep", Scps(9000), ETHERNET, 9000),
+        ("1402", Scps(9000), ETHERNET, 1400),
+        ("9000", Scps(1500), ETHERNET, 1500),
+    ],
+)
+def test_packet_sizes_fit_the_path(asked: str, scps: Scps, interface: Interface, size: int) -> None:
+    assert scps.settle(asked, interface) == size
+    assert scps.value == size, "no flag stays behind"
+
+
+def test_without_test_packets_nothing_is_tried() -> None:
+    scps = Scps(1400)
+    assert scps.settle("auto", LINK_LOCAL, can_test=False) == 1400
+
+
+@pytest.mark.parametrize("text", ["1", "-5", "65536", "big"])
+def test_senseless_packet_sizes_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="packet_size"):
+        PacketSizePolicy.parse(text)
