@@ -6,6 +6,7 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 from grabbergui.core.errors import GrabberError, LocalProtocolError, TransportError
 from grabbergui.net.yarp import carrier as wire
@@ -199,7 +200,9 @@ def _datagram_socket(sock: socket.socket, address: tuple[str, int], port: int) -
     try:
         datagram.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         datagram.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, sockets.BUFFER_BYTES)
-        datagram.bind(local[:2])
+        # A YARP built without ACE takes that very port for itself; on one machine we must do with another.
+        with suppress(OSError):
+            datagram.bind(local[:2])
         datagram.connect((remote[0], port))
     except OSError as error:
         datagram.close()
