@@ -76,6 +76,15 @@ class GigeCamera:
         """The camera's serial number."""
         return str(self.model.memory.get(reg.DEVICE_SERIAL_NUMBER))
 
+    @property
+    def stream_bytes(self) -> int:
+        """Payload bytes sent since power-on."""
+        return self._stream.sent_bytes
+
+    def stream_to(self, host: str, port: int, packet_size: int) -> None:
+        """Send the stream there, as if a controller had set it so."""
+        self._stream.configure(StreamSettings(host, port, packet_size))
+
     def close(self) -> None:
         """Switch the camera off. May be called twice."""
         self._closing.set()

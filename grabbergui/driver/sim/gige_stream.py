@@ -47,6 +47,8 @@ class StreamSender:
     """Renders frames and sends them, on a thread of its own; answers requests from any thread."""
 
     def __init__(self, model: CameraModel, address: str, faults: Faults, bandwidth: float = 0.0) -> None:
+        self.sent_bytes = 0
+        "Payload bytes of frames that left, faults and all."
         self._model = model
         self._faults = faults
         self._packet_faults = PacketFaults(faults)
@@ -145,6 +147,7 @@ class StreamSender:
             time.sleep(self._faults.delay)
         try:
             self._send_block(block, batch, settings)
+            self.sent_bytes += used
         except OSError as error:
             log.warning("frame %d was not sent: %s", plan.frame_id, error)
 
