@@ -1,0 +1,87 @@
+"""The camera server as a process: shared over YARP, ended by a signal."""
+
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.cli import main
+
+SMALL = "sim:?width=64&height=48&fps=100"
+
+
+@pytest.fixture
+def serve():
+    """Start `grabbergui serve …` and give the process and the name server's address."""
+    running = []
+
+    def start(*arguments):
+        command = [sys.executable, "-m", "grabbergui", "serve", *arguments]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        running.append(process)
+        return process
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+def line_with(process, text):
+    for line in process.stdout:
+        if text in line:
+            return line
+    raise AssertionError(f"the server ended without saying {text!r}")
+
+
+def test_a_camera_on_yarp_and_its_remote_twin(serve):
+    process = serve(SMALL, "--yarp", "/cam", "--with-name-server", "--nameserver", "127.0.0.1:0")
+    address = re.search(r"at (\S+:\d+)", line_with(process, "name server"))[1]
+    line_with(process, "serving")
+
+    remote = sources.create(f"yarp:/cam?nameserver={address}")
+    remote.open()
+    queue = remote.open_queue()
+    remote.start()
+    assert queue.get(5).rgb().shape == (48, 64, 3)
+    assert remote.write_feature("Gain", 6).value == 6
+    remote.close()
+
+    again = sources.create(f"yarp:/cam?nameserver={address}")
+    again.open()
+    assert again.feature("Gain").value == 6
+    again.close()
+
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(5) == 0
+
+
+def test_the_terminal_of_a_server_and_a_configuration_file(serve, tmp_path):
+    (tmp_path / "camera.ini").write_text("fake\npixelFormat BayerRG8\nterminal\n")
+    process = serve("--from", str(tmp_path / "camera.ini"))
+    line_with(process, "serving")
+
+    out, _ = process.communicate("get PixelFormat\nexit\n", timeout=10)
+
+    assert out.startswith("PixelFormat = BayerRG8")
+    assert process.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "line"),
+    [
+        ([SMALL], 2, "serve on what?"),
+        (["--from", "/no/such.ini"], 2, "no configuration file /no/such.ini"),
+        (["--index", "7", "--terminal"], 1, "there is no camera 7"),
+        ([SMALL, "--yarp", "/cam", "--nameserver", "127.0.0.1:1"], 1, "name server"),
+        ([SMALL, "--yarp", "no slash", "--with-name-server", "--nameserver", "127.0.0.1:0"], 2, "no slash"),
+        ([SMALL, "--pixel-format", "Mono9", "--terminal"], 1, "PixelFormat=Mono9"),
+    ],
+)
+def test_what_cannot_be_served_is_one_line(capsys, arguments, code, line):
+    assert main(["serve", *arguments]) == code
+    err = capsys.readouterr().err
+    assert line in err and err.count("\n") == 1
