@@ -83,7 +83,7 @@ def _sections(text: str) -> dict[str, dict[str, str]]:
     lines = [re.sub(r"^\s*([\w.]+)[ \t]*=?[ \t]+", r"\1 = ", line) for line in text.splitlines()]
     parser = configparser.ConfigParser(interpolation=None, strict=False, allow_no_value=True)
     try:
-        parser.read_string("[]\n" + "\n".join(lines))
+        parser.read_string("[DEFAULT]\n" + "\n".join(lines))
     except configparser.Error as error:
         raise UsageError(f"a YARP configuration file cannot be read: {error}") from error
     return {name.lower(): {k: v or "" for k, v in parser.items(name)} for name in parser.sections()}

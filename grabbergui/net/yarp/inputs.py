@@ -24,7 +24,9 @@ STALL_SECONDS = 10.0
 """How long a peer may stand still within a message, or before it has said who it is."""
 
 DATAGRAM_POLL = 0.5
-Reply = Bottle | Buffer | Sequence[Buffer] | None
+NAME_SERVER_GREETING = b"NAME_SER"
+Reply = Bottle | Buffer | Sequence[Buffer] | str | None
+"""A Bottle, its binary form, or text that goes as it is; None says nothing."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,9 @@ class Host(Protocol):
     def line(self, command: str) -> list[str]:
         """Carry out a command of one line."""
 
+    def legacy(self, connection: Input, greeting: bytes) -> None:
+        """Serve a question to a name server. Raises RemoteProtocolError where the port is none."""
+
     def attach(self, reader: str, carrier: Carrier, sock: socket.socket) -> Callable[[], None]:
         """Send the port's output on this socket; gives what ends that. Raises GrabberError."""
 
@@ -132,6 +137,14 @@ class Input:
         """Who is at the other end."""
         return ConnectionInfo(self.peer, self.carrier_text, self._address)
 
+    def answer_lines(self, greeting: bytes, answer: Callable[[str], str]) -> None:
+        """Answer line by line until the peer leaves, as a name server does."""
+        reader = LineReader()
+        reader.feed(greeting)
+        with suppress(TransportError):  # YARP resets the connection once it has its answer
+            while (line := self._line(reader, idle=False)) is not None:
+                sockets.send(self._sock, [answer(line).encode("utf-8", "surrogateescape")])
+
     def _run(self) -> None:
         try:
             self._serve()
@@ -151,6 +164,10 @@ class Input:
         if self._host.key:
             sockets.authenticate(self._sock, self._host.key, accepting=True)
         greeting = sockets.receive_exactly(self._sock, 8)
+        if greeting == NAME_SERVER_GREETING:
+            self.peer = "name client"
+            self._host.legacy(self, greeting)
+            return
         carrier = wire.identify(greeting)
         if carrier.pull:
             self._serve_pictures(greeting)
@@ -167,9 +184,7 @@ class Input:
         self.carrier_text = "+".join((carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
         plug_in = options.find("recv")
         if plug_in:
-            raise RemoteProtocolError(
-                f"receiving plug-in {plug_in!s} is not supported, connect without +recv"
-            )
+            raise RemoteProtocolError(f"plug-in {plug_in!s} is not supported, connect without +recv")
         self._host.admit(self)
 
     # -- binary ----------------------------------------------------------------------------------
@@ -240,7 +255,6 @@ class Input:
         with socket.socket(self._sock.family, socket.SOCK_DGRAM) as datagrams:
             datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, sockets.BUFFER_BYTES)
             datagrams.bind((self._sock.getsockname()[0], 0))
-            datagrams.connect(self._address)
             sockets.set_deadline(datagrams, DATAGRAM_POLL)
             sockets.send(self._sock, [wire.encode_number(datagrams.getsockname()[1])])
             self._sock.close()
@@ -248,8 +262,11 @@ class Input:
             buffer = memoryview(bytearray(65536))
             while not self._closed:
                 try:
-                    size = datagrams.recv_into(buffer)
+                    size, sender = datagrams.recvfrom_into(buffer)
                 except (BlockingIOError, ConnectionError):
+                    continue
+                # Not its port: a YARP built without ACE sends from another one than it dialled with.
+                if sender[0] != self._address[0]:
                     continue
                 message = joiner.datagram(buffer[:size])
                 if message is not None and not self._handle(message, wire.UDP):
@@ -334,6 +351,8 @@ def _binary(reply: Reply) -> list[Buffer]:
         return []
     if isinstance(reply, Bottle):
         return reply.encode_parts()
+    if isinstance(reply, str):
+        return [reply.encode("utf-8", "surrogateescape")]
     if isinstance(reply, (bytes, bytearray, memoryview)):
         return [reply]
     return list(reply)
@@ -342,4 +361,6 @@ def _binary(reply: Reply) -> list[Buffer]:
 def _text(reply: Reply) -> str:
     if isinstance(reply, Bottle):
         return reply.to_text()
+    if isinstance(reply, str):
+        return reply.removesuffix("\r\n")
     return Bottle.decode(b"".join(_binary(reply))).to_text()

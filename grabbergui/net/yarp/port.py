@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from grabbergui.core.buffers import BufferPool
-from grabbergui.core.errors import GrabberError, SourceNotFoundError, TransportError
+from grabbergui.core.errors import GrabberError, RemoteProtocolError, SourceNotFoundError, TransportError
 from grabbergui.net.yarp import admin, sockets
 from grabbergui.net.yarp import carrier as wire
 from grabbergui.net.yarp.bottle import Bottle, Buffer
@@ -304,6 +304,10 @@ class Port:
     def line(self, command: str) -> list[str]:
         """Carry out a command of one line."""
         return admin.answer_line(self, command)
+
+    def legacy(self, connection: Input, greeting: bytes) -> None:
+        """Questions to a name server, which this is not."""
+        raise RemoteProtocolError(f"{self.name} is no name server")
 
     def attach(self, reader: str, carrier: Carrier, sock: socket.socket) -> Callable[[], None]:
         """Send the output on a socket that a reader opened."""
