@@ -75,7 +75,11 @@ class GigeDevice(Device):
     def open(self, access: Access) -> Access:
         """See Device. Writes nothing but the control privilege."""
         self.close()
-        found = None if _is_ip(self.name) else self._find()
+        # Once it is known who it is, the same camera is wanted again, wherever it is by then.
+        wanted = self.identity.serial if self.identity and self.identity.serial else self.name
+        found = discovery.find(wanted, self.options.search_timeout) if self.identity else None
+        if found is None and not _is_ip(self.name):
+            found = self._find(wanted)
         link = ControlLink(found.ip if found else self.name)
         try:
             memory = DeviceMemory(link)
@@ -116,14 +120,14 @@ class GigeDevice(Device):
                 log.info("releasing %s: %s", self.info.uri, error)
         link.close()
 
-    def _find(self) -> FoundDevice:
-        found = discovery.find(self.name, self.options.search_timeout)
+    def _find(self, name: str) -> FoundDevice:
+        found = discovery.find(name, self.options.search_timeout)
         if found is not None:
             return found
         others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
         wanted = (
-            f"no GigE Vision camera answers to '{self.name}'"
-            if self.name
+            f"no GigE Vision camera answers to '{name}'"
+            if name
             else "no GigE Vision camera answers"
         )
         raise SourceNotFoundError(
