@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.pfnc import Family, PixelFormat, by_code
 from grabbergui.driver.sim import chunks, geometry, regulation
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.clock import DeviceClock
@@ -21,11 +20,11 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
-from grabbergui.driver.sim.registers import BinningMode, Chunk, Event, TestPattern
+from grabbergui.driver.sim.registers import Chunk, Event, TriggerActivation, TriggerSource
 from grabbergui.driver.sim.scene import Scene
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.sequencer import Sequencer, Timing
-from grabbergui.driver.sim.settings import FrameSettings, Optics
+from grabbergui.driver.sim.settings import FrameSettings, settings_of
 from grabbergui.driver.sim.temperature import Thermometer
 from grabbergui.driver.sim.user_sets import UserSets
 
@@ -118,12 +117,7 @@ class CameraModel:
         """An action command for signal 1, now or at a device time; whether anything listened."""
         with self._changed:
             moment = self._clock() if at is None else self._device_clock.to_monotonic(at)
-            heard = [
-                self._trigger(which, moment)
-                for which in range(len(reg.TRIGGER_SOURCE))
-                if self.memory.integer(reg.TRIGGER_SOURCE[which]) == reg.TriggerSource.ACTION1
-                and self.memory.integer(reg.TRIGGER_MODE[which])
-            ]
+            heard = [self._trigger(which, moment) for which in self._listening(TriggerSource.ACTION1)]
             self._changed.notify_all()
         self._send_events()
         return any(heard)
@@ -163,7 +157,7 @@ class CameraModel:
             return None
         frame_id, start = taken
         self._device_clock.discipline()
-        settings, timestamp = self._settings(), self._device_clock.to_device(start)
+        settings, timestamp = settings_of(self.memory), self._device_clock.to_device(start)
         values = {
             Chunk.FRAME_ID: frame_id,
             Chunk.TIMESTAMP: timestamp,
@@ -177,39 +171,7 @@ class CameraModel:
         self._queue_event(Event.EXPOSURE_END, frame_id, timestamp + int(settings.exposure_us * 1000))
         return FramePlan(frame_id, timestamp, settings, chosen, self.memory.integer(reg.PAYLOAD_SIZE))
 
-    # -- settings --------------------------------------------------------------------------------
-    def _pixel_format(self) -> PixelFormat:
-        return by_code(self.memory.integer(reg.PIXEL_FORMAT))
-
-    def _settings(self) -> FrameSettings:
-        memory = self.memory
-        pixel_format = self._pixel_format()
-        red, green, blue = (memory.number(ratio) for ratio in reg.BALANCE_RATIO)
-        optics = Optics(
-            memory.integer(reg.BINNING_HORIZONTAL),
-            memory.integer(reg.BINNING_VERTICAL),
-            bool(memory.integer(reg.REVERSE_X)),
-            bool(memory.integer(reg.REVERSE_Y)),
-            memory.number(reg.GAMMA),
-            (1.0, 1.0, 1.0) if pixel_format.family is Family.MONO else (red, green, blue),
-        )
-        return FrameSettings(
-            memory.integer(reg.WIDTH),
-            memory.integer(reg.HEIGHT),
-            memory.integer(reg.OFFSET_X),
-            memory.integer(reg.OFFSET_Y),
-            pixel_format,
-            optics,
-            memory.number(reg.EXPOSURE_TIME),
-            memory.integer(reg.GAIN_RAW) / 100,
-            memory.number(reg.BLACK_LEVEL),
-            TestPattern(memory.integer(reg.TEST_PATTERN)),
-            (
-                BinningMode(memory.integer(reg.BINNING_HORIZONTAL_MODE)),
-                BinningMode(memory.integer(reg.BINNING_VERTICAL_MODE)),
-            ),
-        )
-
+    # -- cadence ---------------------------------------------------------------------------------
     def _asked_rate(self) -> float:
         return min(float(self.memory.stored(reg.FRAME_RATE)), geometry.fastest_rate(self.memory))
 
@@ -249,6 +211,7 @@ class CameraModel:
         self._command(reg.ACQUISITION_STOP, self._stop)
         for which, register in enumerate(reg.TRIGGER_SOFTWARE):
             self._command(register, partial(self._software_trigger, which))
+        memory.on_check(reg.USER_OUTPUT_VALUE, self._set_user_output)
         self._command(reg.TIMESTAMP_LATCH, lambda: memory.set(reg.TIMESTAMP_LATCH_VALUE, self.timestamp()))
         self._command(reg.TIMESTAMP_RESET, self._reset_timestamp)
         memory.on_written(reg.PTP_ENABLE, self._follow_ptp)
@@ -332,9 +295,25 @@ class CameraModel:
         for thermometer in self._thermometers:
             thermometer.set_streaming(False, self._clock())
 
+    def _listening(self, source: TriggerSource) -> list[int]:
+        """Indices of the triggers that wait for a source."""
+        return [
+            which
+            for which, register in enumerate(reg.TRIGGER_SOURCE)
+            if self.memory.integer(register) == source and self.memory.integer(reg.TRIGGER_MODE[which])
+        ]
+
+    def _set_user_output(self, value: RegisterValue) -> None:
+        before = self.memory.integer(reg.USER_OUTPUT_VALUE)
+        if int(value) == before:
+            return
+        edge = TriggerActivation.RISING_EDGE if value else TriggerActivation.FALLING_EDGE
+        for which in self._listening(TriggerSource.USER_OUTPUT0):
+            if self.memory.integer(reg.TRIGGER_ACTIVATION[which]) in (edge, TriggerActivation.ANY_EDGE):
+                self._trigger(which, self._clock())
+
     def _software_trigger(self, which: int) -> None:
-        source = self.memory.integer(reg.TRIGGER_SOURCE[which])
-        if not self.memory.integer(reg.TRIGGER_MODE[which]) or source != reg.TriggerSource.SOFTWARE:
+        if which not in self._listening(TriggerSource.SOFTWARE):
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the software trigger is off")
         self._trigger(which, self._clock())
 

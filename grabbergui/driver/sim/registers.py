@@ -47,6 +47,15 @@ class TriggerSource(IntEnum):
 
     SOFTWARE = 0
     ACTION1 = 1
+    USER_OUTPUT0 = 2
+
+
+class TriggerActivation(IntEnum):
+    """Values of TriggerActivation: which change of a signal triggers."""
+
+    RISING_EDGE = 0
+    FALLING_EDGE = 1
+    ANY_EDGE = 2
 
 
 class BinningMode(IntEnum):
@@ -264,6 +273,9 @@ TRIGGER_SOFTWARE = tuple(_command(f"TriggerSoftware{suffix}", at + 4) for suffix
 TRIGGER_SOURCE = tuple(
     _choice(f"TriggerSource{suffix}", at + 8, TriggerSource.SOFTWARE) for suffix, at in _TRIGGERS
 )
+TRIGGER_ACTIVATION = tuple(
+    _choice(f"TriggerActivation{suffix}", at + 0xC, TriggerActivation.RISING_EDGE) for suffix, at in _TRIGGERS
+)
 TRIGGER_DELAY = tuple(
     _float64(f"TriggerDelay{suffix}", at + 0x10, 0.0, 0.0, 1_000_000.0) for suffix, at in _TRIGGERS
 )
@@ -291,6 +303,10 @@ AUTO_EXPOSURE_LOWER = _float64("AutoExposureTimeLowerLimit", 0x100488, 10.0, 10.
 AUTO_EXPOSURE_UPPER = _float64("AutoExposureTimeUpperLimit", 0x100490, 30_000.0, 10.0, 1_000_000.0)
 AUTO_GAIN_LOWER = _float64("AutoGainLowerLimit", 0x100498, 0.0, 0.0, 24.0)
 AUTO_GAIN_UPPER = _float64("AutoGainUpperLimit", 0x1004A0, 24.0, 0.0, 24.0)
+
+# -- DigitalIOControl ----------------------------------------------------------------------------
+USER_OUTPUT_SELECTOR = _uint32("UserOutputSelector", 0x100580, 0, choices=frozenset((0,)))
+USER_OUTPUT_VALUE = _switch("UserOutputValue", 0x100584, saved=False)
 
 # -- UserSetControl ------------------------------------------------------------------------------
 USER_SET_SELECTOR = _choice("UserSetSelector", 0x100600, UserSet.DEFAULT, saved=False)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.pfnc import Family, PixelFormat, by_code
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.memory import RegisterMemory
 from grabbergui.driver.sim.registers import BinningMode, TestPattern
 
 
@@ -54,3 +56,31 @@ class FrameSettings:
         if vertical is BinningMode.SUM:
             factor *= self.optics.binning_vertical
         return factor
+
+
+def settings_of(memory: RegisterMemory) -> FrameSettings:
+    """What the registers say just now. The caller holds the lock."""
+    pixel_format = by_code(memory.integer(reg.PIXEL_FORMAT))
+    red, green, blue = (memory.number(ratio) for ratio in reg.BALANCE_RATIO)
+    optics = Optics(
+        memory.integer(reg.BINNING_HORIZONTAL),
+        memory.integer(reg.BINNING_VERTICAL),
+        bool(memory.integer(reg.REVERSE_X)),
+        bool(memory.integer(reg.REVERSE_Y)),
+        memory.number(reg.GAMMA),
+        (1.0, 1.0, 1.0) if pixel_format.family is Family.MONO else (red, green, blue),
+    )
+    horizontal, vertical = reg.BINNING_HORIZONTAL_MODE, reg.BINNING_VERTICAL_MODE
+    return FrameSettings(
+        memory.integer(reg.WIDTH),
+        memory.integer(reg.HEIGHT),
+        memory.integer(reg.OFFSET_X),
+        memory.integer(reg.OFFSET_Y),
+        pixel_format,
+        optics,
+        memory.number(reg.EXPOSURE_TIME),
+        memory.integer(reg.GAIN_RAW) / 100,
+        memory.number(reg.BLACK_LEVEL),
+        TestPattern(memory.integer(reg.TEST_PATTERN)),
+        (BinningMode(memory.integer(horizontal)), BinningMode(memory.integer(vertical))),
+    )

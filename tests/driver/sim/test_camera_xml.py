@@ -91,6 +91,7 @@ CATEGORIES = (
     "AcquisitionControl",
     "AnalogControl",
     "AutoFunctionControl",
+    "DigitalIOControl",
     "UserSetControl",
     "ChunkDataControl",
     "EventControl",
@@ -117,7 +118,12 @@ def test_no_feature_has_a_problem(camera):
     assert [feature.name for feature in features if feature.problem] == []
     hidden = {feature.name for feature in features if feature.access is AccessMode.NOT_AVAILABLE}
     ports = {name for name in hidden if name.startswith(("Chunk", "Event"))}
-    assert hidden - ports == {"AcquisitionFrameCount", "DeviceLinkThroughputLimit", "TriggerSoftware"}
+    assert hidden - ports == {
+        "AcquisitionFrameCount",
+        "DeviceLinkThroughputLimit",
+        "TriggerActivation",
+        "TriggerSoftware",
+    }
 
 
 def numbers(feature: Feature) -> bool:

@@ -166,6 +166,19 @@ def test_the_software_trigger_needs_its_mode_and_source(bench):
     assert refused(bench, reg.TRIGGER_SOFTWARE[0], 1) is Refusal.ACCESS_DENIED
 
 
+@pytest.mark.parametrize(("activation", "frames"), [(0, 2), (1, 1), (2, 3)])
+def test_edges_of_the_users_signal_trigger(bench, activation, frames):
+    bench.set(reg.TRIGGER_MODE[0], 1)
+    bench.set(reg.TRIGGER_SOURCE[0], reg.TriggerSource.USER_OUTPUT0)
+    bench.set(reg.TRIGGER_ACTIVATION[0], activation)
+    bench.start()
+    taken = 0
+    for level in (1, 1, 0, 1):
+        bench.set(reg.USER_OUTPUT_VALUE, level)
+        taken += bench.plan() is not None
+    assert taken == frames
+
+
 def test_an_action_triggers_where_it_is_the_source(bench):
     assert not bench.model.trigger_action()
     bench.set(reg.TRIGGER_MODE[0], 1)
