@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
+from grabbergui.driver.sim.settings import FrameSettings
 
 UNIT = 8192
 UNIT_EXPOSURE_US = 10_000.0
@@ -42,6 +43,14 @@ class Scene(ABC):
     @abstractmethod
     def view(self, time_ns: int) -> SceneView:
         """What is seen at a time on the device's clock; at least a sensor's size from (x, y) on."""
+
+    def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16] | None:
+        """Exactly what one frame shows: (height, width, 3) radiance, binned, mirrored and cut out.
+
+        For scenes that look different in every frame, so that nothing is drawn that nobody sees. None,
+        as here: use `view`.
+        """
+        return None
 
 
 class StillScene(Scene):

@@ -76,7 +76,7 @@ class Sensor:
         self, settings: FrameSettings, frame_id: int, time_ns: int, direct: NDArray[np.uint8] | None
     ) -> NDArray[Any]:
         pixel_format, optics = settings.pixel_format, settings.optics
-        window = self._prepared.window(self.scene.view(time_ns), settings)
+        window = self._window(settings, time_ns)
         light = settings.exposure_us / UNIT_EXPOSURE_US * settings.amplification
         # The prepared picture holds (radiance / UNIT) ** gamma * UNIT.
         factor = light**optics.gamma / UNIT
@@ -98,6 +98,20 @@ class Sensor:
             if deep and pixel_format.depth < 16:
                 np.right_shift(target, 16 - pixel_format.depth, out=target)
         return values
+
+    def _window(self, settings: FrameSettings, time_ns: int) -> NDArray[np.uint16]:
+        picture = self.scene.rendered(time_ns, settings)
+        if picture is None:
+            return self._prepared.window(self.scene.view(time_ns), settings)
+        optics = Optics(gamma=settings.optics.gamma, ratios=settings.optics.ratios)
+        return _prepare(picture, optics, _kind(settings.pixel_format))
+
+
+def _kind(pixel_format: PixelFormat) -> str:
+    """What decides how a picture is prepared: the mosaic's order, or the family."""
+    if pixel_format.family is Family.YUV:
+        return Family.RGB.value
+    return pixel_format.order if pixel_format.family is Family.BAYER else pixel_format.family.value
 
 
 def _is_plain(pixel_format: PixelFormat) -> bool:
@@ -122,10 +136,7 @@ class _Prepared:
 
     def window(self, view: SceneView, settings: FrameSettings) -> NDArray[np.uint16]:
         """What the frame's region of the sensor sees."""
-        optics, pixel_format = settings.optics, settings.pixel_format
-        kind = pixel_format.order if pixel_format.family is Family.BAYER else pixel_format.family.value
-        if pixel_format.family is Family.YUV:
-            kind = Family.RGB.value
+        optics, kind = settings.optics, _kind(settings.pixel_format)
         key = (optics, kind)
         if view.picture is not self._scene_picture or key != self._key:
             self._picture = _prepare(view.picture, optics, kind)

@@ -1,6 +1,7 @@
 """`sim:`, the built-in simulated camera as a source.
 
 Options set what the camera wakes up with: `sim:?width=640&height=480&fps=60&pixel_format=BayerRG8`.
+`sim:scene` looks at a room with a person who holds a marker, in perspective.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.memory import Register, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.rendered_scene import RenderedScene
+
+SCENE_NAME = "scene"
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
@@ -32,13 +36,15 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 def create_device(uri: SourceUri) -> SimulatedDevice:
     """The device alone, with the URI's options as its power-on values."""
-    if uri.name and uri.name != reg.DEVICE_SERIAL_NUMBER.default:
+    if uri.name not in ("", SCENE_NAME, reg.DEVICE_SERIAL_NUMBER.default):
         raise SourceNotFoundError(
-            f"there is no simulated camera '{uri.name}'; write sim: for the built-in one"
+            f"there is no simulated camera '{uri.name}'; write sim: for the built-in one, "
+            f"sim:{SCENE_NAME} for one in a room"
         )
+    scene = RenderedScene() if uri.name == SCENE_NAME else None
     power_on = power_on_values(uri.options)
     serial = str(power_on.get(reg.DEVICE_SERIAL_NUMBER, reg.DEVICE_SERIAL_NUMBER.default))
-    return SimulatedDevice(_info(uri, serial), CameraModel(power_on=power_on))
+    return SimulatedDevice(_info(uri, serial), CameraModel(scene=scene, power_on=power_on))
 
 
 def _pixel_format(text: str) -> int:
