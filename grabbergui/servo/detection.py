@@ -1,0 +1,105 @@
+"""What is found in one picture: markers and heads, in pixels and, with a calibration, in metres.
+
+Positions are in the camera's optical frame: x right, y down, z forward.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.servo.geometry import Pose, Vector
+
+Grey = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerDetection:
+    """One ArUco marker."""
+
+    marker_id: int
+    corners: NDArray[np.float64]
+    "(4, 2) pixels of the full picture, from the printed upper left on, clockwise as printed."
+    pose: Pose | None = None
+    "Marker (x right, y up, z out of its face) to camera; None where none may be trusted."
+    problem: str = ""
+    "Why there is no pose, for people: ambiguous, behind the camera, no calibration."
+    reprojection_error: float = 0.0
+    "Root mean square over the corners, pixels."
+
+
+@dataclass(frozen=True)
+class HeadDetection:
+    """One head, seen from the front."""
+
+    box: tuple[int, int, int, int]
+    "x, y, width, height in pixels of the full picture."
+    position: tuple[float, float, float]
+    "Metres; the distance is told from the box's width, so it is rough."
+
+
+@dataclass(frozen=True, eq=False)
+class Sighting:
+    """All that was found in one picture."""
+
+    captured: float
+    "Seconds on the loop's clock at which the picture was exposed."
+    markers: tuple[MarkerDetection, ...] = ()
+    heads: tuple[HeadDetection, ...] = ()
+    frame_id: int = 0
+
+    def only(self, marker_id: int) -> MarkerDetection | None:
+        """The marker with this id; None where it is not seen, or seen more than once."""
+        found = [marker for marker in self.markers if marker.marker_id == marker_id]
+        return found[0] if len(found) == 1 else None
+
+    def duplicates(self, marker_id: int) -> bool:
+        """Whether several markers have this id, so that none of them can be meant."""
+        return sum(marker.marker_id == marker_id for marker in self.markers) > 1
+
+    @property
+    def nearest_head(self) -> HeadDetection | None:
+        """The head that looks largest."""
+        return max(self.heads, key=lambda head: head.box[2] * head.box[3], default=None)
+
+
+class MarkerFinder(Protocol):
+    """Finds markers in a grey picture."""
+
+    def detect(self, grey: Grey) -> list[MarkerDetection]:
+        """All markers of the dictionary."""
+        ...
+
+
+class HeadFinder(Protocol):
+    """Finds heads in a grey picture."""
+
+    def detect(self, grey: Grey) -> list[HeadDetection]:
+        """All heads, in no order."""
+        ...
+
+
+@dataclass
+class Detector:
+    """Markers and heads together."""
+
+    markers: MarkerFinder
+    heads: HeadFinder | None = None
+    heads_with_markers: bool = field(default=False)
+    "Whether heads are looked for also while a marker is seen, which costs time and changes nothing."
+
+    def detect(self, grey: Grey, captured: float, frame_id: int = 0) -> Sighting:
+        """Everything in a picture (rows, columns) uint8."""
+        markers = tuple(self.markers.detect(grey))
+        heads: tuple[HeadDetection, ...] = ()
+        if self.heads is not None and (self.heads_with_markers or not markers):
+            heads = tuple(self.heads.detect(grey))
+        return Sighting(captured, markers, heads, frame_id)
+
+
+def position_of(marker: MarkerDetection) -> Vector | None:
+    """The marker's centre in the camera's frame, metres."""
+    return None if marker.pose is None else marker.pose[:3, 3]

@@ -1,0 +1,122 @@
+"""Poses and twists. A pose is a (4, 4) float64 matrix that takes coordinates of its frame to the base's.
+
+A twist is (6,) float64: velocity in m/s, then angular velocity in rad/s, both along the axes of the base,
+of the frame's origin; that is how KDL's `diff` and `addDelta` have it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Pose = NDArray[np.float64]
+Vector = NDArray[np.float64]
+
+
+def pose(rotation: ArrayLike | None = None, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Pose:
+    """A pose of a (3, 3) rotation and a position in metres."""
+    matrix = np.eye(4)
+    if rotation is not None:
+        matrix[:3, :3] = rotation
+    matrix[:3, 3] = translation
+    return matrix
+
+
+def inverse(matrix: Pose) -> Pose:
+    """The base as seen from the frame."""
+    turned = matrix[:3, :3].T
+    return pose(turned, -turned @ matrix[:3, 3])
+
+
+def rotation_from_vector(vector: ArrayLike) -> NDArray[np.float64]:
+    """(3, 3) of axis × angle in radians (Rodrigues)."""
+    x, y, z = (float(value) for value in np.asarray(vector, np.float64))
+    angle = math.sqrt(x * x + y * y + z * z)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    if angle < 1e-12:
+        small: NDArray[np.float64] = np.eye(3) + cross
+        return small
+    first = math.sin(angle) / angle
+    second = (1 - math.cos(angle)) / angle**2
+    rotation: NDArray[np.float64] = np.eye(3) + first * cross + second * (cross @ cross)
+    return rotation
+
+
+def vector_from_rotation(rotation: NDArray[np.float64]) -> Vector:
+    """Axis × angle in radians, the angle 0 to π; the inverse of `rotation_from_vector`."""
+    twice = np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    sine, cosine = float(np.linalg.norm(twice)) / 2, (float(np.trace(rotation)) - 1) / 2
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-6:
+        axis: Vector = twice / (2 * sine)
+        return axis * angle
+    if cosine > 0:
+        return twice / 2
+    # Half a turn: R + I = 2 · axis · axisᵀ, of which the largest column is the safest to take.
+    outer = rotation + np.eye(3)
+    column = outer[:, int(np.argmax(np.diag(outer)))]
+    half_turn: Vector = column / np.linalg.norm(column) * angle
+    return half_turn
+
+
+def pose_from_vector(values: ArrayLike) -> Pose:
+    """Of x y z in metres and a rotation vector in radians, as the Cartesian controller writes poses."""
+    numbers = np.asarray(values, np.float64)
+    return pose(rotation_from_vector(numbers[3:6]), numbers[:3])
+
+
+def vector_from_pose(matrix: Pose) -> Vector:
+    """Position in metres and rotation vector in radians, the inverse of `pose_from_vector`."""
+    return np.concatenate((matrix[:3, 3], vector_from_rotation(matrix[:3, :3])))
+
+
+def diff(start: Pose, end: Pose, seconds: float = 1.0) -> Vector:
+    """The constant twist that takes `start` to `end` in `seconds`; KDL's `diff`."""
+    turn = start[:3, :3] @ vector_from_rotation(start[:3, :3].T @ end[:3, :3])
+    return np.concatenate((end[:3, 3] - start[:3, 3], turn)) / seconds
+
+
+def add_delta(start: Pose, twist: Vector, seconds: float = 1.0) -> Pose:
+    """Where a constant twist leads in `seconds`; KDL's `addDelta`."""
+    return pose(rotation_from_vector(twist[3:] * seconds) @ start[:3, :3], start[:3, 3] + twist[:3] * seconds)
+
+
+def angle_between(first: Pose, second: Pose) -> float:
+    """By how much two poses are turned against each other, radians."""
+    return float(np.linalg.norm(vector_from_rotation(first[:3, :3].T @ second[:3, :3])))
+
+
+def distance(first: Pose, second: Pose) -> float:
+    """Metres between two poses' origins."""
+    return float(np.linalg.norm(first[:3, 3] - second[:3, 3]))
+
+
+def interpolate(first: Pose, second: Pose, part: float) -> Pose:
+    """The pose `part` (0 to 1) of the way along the constant twist between two."""
+    return add_delta(first, diff(first, second), part)
+
+
+def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Pose:
+    """A camera's pose (z forward, x right, y down) at `eye` that looks at `target`."""
+    position = np.asarray(eye, np.float64)
+    forward = np.asarray(target, np.float64) - position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, np.asarray(up, np.float64))
+    right /= np.linalg.norm(right)
+    return pose(np.column_stack((right, np.cross(forward, right), forward)), position)
+
+
+def is_pose(matrix: NDArray[np.float64]) -> bool:
+    """Whether it is finite and a rotation with a position; what a failed solver returns is not."""
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        return False
+    rotation = matrix[:3, :3]
+    return bool(np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-3 and np.linalg.det(rotation) > 0)

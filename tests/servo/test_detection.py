@@ -1,0 +1,187 @@
+"""Markers and heads in pictures whose truth is known."""
+
+import cv2
+import numpy as np
+import pytest
+import servo_scene
+
+from grabbergui.core.errors import UsageError
+from grabbergui.driver.sim.rendered_scene import at
+from grabbergui.servo import geometry
+from grabbergui.servo.aruco import ArucoFinder, judged
+from grabbergui.servo.detection import Detector, MarkerDetection, Sighting
+from grabbergui.servo.heads import CascadeFinder, YuNetFinder
+
+SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
+
+
+@pytest.mark.parametrize("binning", [4, 2, 1])
+@pytest.mark.parametrize(("yaw", "pitch"), [(20, 0), (-35, 15), (10, -40)])
+def test_a_marker_is_where_it_is(binning, yaw, pitch):
+    of, camera, board = servo_scene.settings(binning), servo_scene.camera(), at(0.7, -0.1, 0.55, yaw, pitch)
+    found = ArucoFinder(calibration=servo_scene.calibration(of)).detect(
+        servo_scene.picture(of, camera, board)
+    )
+    assert [(marker.marker_id, marker.problem) for marker in found] == [(20, "")]
+    true = geometry.inverse(camera) @ board
+    assert geometry.distance(found[0].pose, true) < 0.004
+    assert np.degrees(geometry.angle_between(found[0].pose, true)) < 1.5
+
+
+def test_corners_are_found_to_a_fraction_of_a_pixel_in_a_reduced_search():
+    of, camera, board = servo_scene.settings(1), servo_scene.camera(), at(0.8, 0.0, 0.5, yaw=25)
+    calibration = servo_scene.calibration(of)
+    marker = ArucoFinder(calibration=calibration).detect(servo_scene.picture(of, camera, board))[0]
+    corners = np.array([[-0.05, 0.05, 0, 1], [0.05, 0.05, 0, 1], [0.05, -0.05, 0, 1], [-0.05, -0.05, 0, 1]])
+    seen = calibration.matrix @ (geometry.inverse(camera) @ board @ corners.T)[:3]
+    assert np.abs(marker.corners - (seen[:2] / seen[2]).T).max() < 0.4
+
+
+def test_a_marker_seen_edge_on_has_no_pose():
+    of, camera = servo_scene.settings(1), servo_scene.camera()
+    finder = ArucoFinder(calibration=servo_scene.calibration(of))
+    for yaw in (74, 77):
+        for marker in finder.detect(servo_scene.picture(of, camera, at(0.5, 0.0, 0.5, yaw=yaw))):
+            assert marker.pose is None
+            assert marker.problem
+
+
+def test_a_far_marker_seen_head_on_may_be_tilted_either_way():
+    """Twenty pixels wide, the two tilts cannot be told apart: no pose, or one that is not far off."""
+    of, camera = servo_scene.settings(4), servo_scene.camera()
+    finder = ArucoFinder(calibration=servo_scene.calibration(of))
+    problems = []
+    for yaw in range(-14, 15, 2):
+        board = at(2.2, 0.02, 0.5, yaw=yaw)
+        for marker in finder.detect(servo_scene.picture(of, camera, board)):
+            problems.append(marker.problem)
+            if marker.pose is not None:
+                error = geometry.angle_between(marker.pose, geometry.inverse(camera) @ board)
+                assert np.degrees(error) < 25
+    assert "two poses explain it" in problems
+
+
+def marker():
+    return MarkerDetection(20, SQUARE)
+
+
+def in_front(z=1.0, tilt=0.4):
+    facing = np.diag([1.0, -1.0, -1.0])
+    return geometry.pose(facing @ geometry.rotation_from_vector((tilt, 0, 0)), (0, 0, z))
+
+
+@pytest.mark.parametrize(
+    ("poses", "errors", "problem"),
+    [
+        ([], [], "no pose fits"),
+        ([np.full((4, 4), np.nan)], [0.1], "no pose fits"),
+        ([in_front()], [float("nan")], "no pose fits"),
+        ([in_front(-1.0)], [0.1], "behind the camera"),
+        ([in_front()], [40.0], "no square's"),
+        ([in_front(tilt=1.4)], [0.1], "edge-on"),
+        ([in_front(tilt=0.4), in_front(tilt=-0.4)], [0.2, 0.25], "two poses"),
+    ],
+)
+def test_a_pose_that_cannot_be_trusted_is_not_given(poses, errors, problem):
+    result = judged(marker(), poses, errors)
+    assert result.pose is None
+    assert problem in result.problem
+
+
+def test_a_pose_that_can_be_trusted_is_given():
+    clear = judged(marker(), [in_front(tilt=0.4), in_front(tilt=-0.4)], [0.2, 2.0])
+    assert clear.pose is not None
+    alike = judged(marker(), [in_front(tilt=0.05), in_front(tilt=-0.05)], [0.2, 0.21])
+    assert alike.pose is not None
+
+
+def test_two_markers_of_one_id_are_none():
+    twice = Sighting(0.0, (marker(), marker()))
+    assert twice.only(20) is None
+    assert twice.duplicates(20)
+    assert Sighting(0.0, (marker(),)).only(20) is not None
+
+
+def test_without_a_calibration_there_are_corners_but_no_pose():
+    of = servo_scene.settings(4)
+    found = ArucoFinder().detect(servo_scene.picture(of, servo_scene.camera(), at(0.7, 0, 0.5)))[0]
+    assert found.pose is None
+    assert "not calibrated" in found.problem
+
+
+@pytest.mark.parametrize(("keywords", "complaint"), [({"dictionary": "9X9"}, "4X4_50"), ({"size": 0}, "0 m")])
+def test_a_marker_that_cannot_be_is_refused(keywords, complaint):
+    with pytest.raises(UsageError, match=complaint):
+        ArucoFinder(**keywords)
+
+
+def test_no_picture_upsets_the_finders():
+    of = servo_scene.settings(4)
+    finder, heads = (
+        ArucoFinder(calibration=servo_scene.calibration(of)),
+        CascadeFinder(servo_scene.calibration(of)),
+    )
+    random = np.random.default_rng(1)
+    for grey in (
+        np.zeros((512, 608), np.uint8),
+        np.full((512, 608), 255, np.uint8),
+        random.integers(0, 255, (512, 608), np.uint8),
+    ):
+        assert finder.detect(grey) == []
+        assert heads.detect(grey) == []
+
+
+@pytest.mark.parametrize("binning", [4, 1])
+@pytest.mark.parametrize("y", [-0.4, 0.0, 0.3])
+def test_a_head_is_where_it_is(binning, y):
+    of, camera, face = servo_scene.settings(binning), servo_scene.camera(), at(1.2, y, 0.55)
+    found = CascadeFinder(servo_scene.calibration(of)).detect(servo_scene.picture(of, camera, face=face))
+    assert len(found) == 1
+    true = (geometry.inverse(camera) @ face)[:3, 3]
+    seen = np.array(found[0].position)
+    assert np.abs(seen[:2] / seen[2] - true[:2] / true[2]).max() < 0.03
+    assert seen[2] == pytest.approx(true[2], rel=0.25)
+
+
+def test_too_dark_a_picture_shows_nothing_and_a_longer_exposure_helps():
+    camera, board = servo_scene.camera(), at(0.7, 0, 0.5, yaw=20)
+    seen = {}
+    for exposure in (20.0, 10_000.0):
+        of = servo_scene.settings(4, exposure=exposure)
+        grey = servo_scene.picture(of, camera, board)
+        seen[exposure] = len(ArucoFinder(calibration=servo_scene.calibration(of)).detect(grey))
+    assert seen == {20.0: 0, 10_000.0: 1}
+
+
+def test_heads_are_not_looked_for_while_a_marker_is_seen():
+    of, camera = servo_scene.settings(4), servo_scene.camera()
+    calibration = servo_scene.calibration(of)
+    detector = Detector(ArucoFinder(calibration=calibration), CascadeFinder(calibration))
+    both = servo_scene.picture(of, camera, at(0.7, -0.1, 0.45, yaw=20), at(1.2, 0.2, 0.65))
+    assert [len(found) for found in _found(detector, both)] == [1, 0]
+    detector.heads_with_markers = True
+    assert [len(found) for found in _found(detector, both)] == [1, 1]
+
+
+def _found(detector, grey):
+    sighting = detector.detect(grey, 0.0)
+    return sighting.markers, sighting.heads
+
+
+def test_a_model_file_that_is_none_is_refused(tmp_path):
+    of = servo_scene.settings(4)
+    with pytest.raises(UsageError, match="there is no head model"):
+        YuNetFinder(tmp_path / "none.onnx", servo_scene.calibration(of))
+    bad = tmp_path / "bad.onnx"
+    bad.write_bytes(b"not a network")
+    with pytest.raises(UsageError, match="no YuNet model"):
+        YuNetFinder(bad, servo_scene.calibration(of))
+
+
+@pytest.mark.parametrize("dictionary", ["5X5_100", "DICT_6X6_250", "ARUCO_ORIGINAL"])
+def test_other_dictionaries(dictionary):
+    name = dictionary if dictionary.startswith("DICT_") else f"DICT_{dictionary}"
+    drawn = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name)), 7, 120)
+    canvas = np.full((300, 300), 255, np.uint8)
+    canvas[90:210, 90:210] = drawn
+    assert [marker.marker_id for marker in ArucoFinder(dictionary).detect(canvas)] == [7]
