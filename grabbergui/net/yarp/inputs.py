@@ -247,8 +247,11 @@ class Input:
         if carrier.acknowledged:
             sockets.send(self._sock, [wire.ACK])
         sockets.set_deadline(self._sock, None)
-        # From here on the output's thread owns the socket; it reads the acknowledgements too.
-        self._host.attach(self.peer, carrier, self._sock.dup())
+        # From here on the output's thread owns the connection; it reads the acknowledgements too. Our hold
+        # on it is let go first: hanging up when this thread ends would end it for both.
+        connection = self._sock.dup()
+        self._sock.close()
+        self._host.attach(self.peer, carrier, connection)
         return False
 
     def _serve_datagrams(self) -> None:

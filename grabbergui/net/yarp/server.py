@@ -159,7 +159,9 @@ class _Publisher:
             if not self.port.connections or now < due:
                 continue
             # From the time it was due, so that the rate holds although frames come at times of their own.
-            due = max(due + self._period, now)
+            due += self._period
+            if due <= now:
+                due = now + self._period
             self._publish(frame)
 
     def _publish(self, frame: Frame) -> None:

@@ -1,0 +1,53 @@
+"""A name server of our own and a shared simulated camera, for tests of both ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from grabbergui import sources
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.server import YarpGrabberServer
+
+HOST = "127.0.0.1"
+
+
+class Stage:
+    """What a test has around it."""
+
+    def __init__(self, name_server: NameServer, grabber: FrameGrabber) -> None:
+        self.name_server = name_server
+        self.address = f"{HOST}:{name_server.port_number}"
+        self.names = NameClient.find(self.address)
+        self.grabber = grabber
+
+    def share(self, name: str = "/grabber", **options: object) -> YarpGrabberServer:
+        """A server for the camera, not yet started."""
+        return YarpGrabberServer(self.grabber, name, names=self.names, **options)  # type: ignore[arg-type]
+
+
+@contextmanager
+def stage() -> Iterator[Stage]:
+    """Everything up, and down again."""
+    name_server = NameServer(HOST, 0)
+    name_server.open()
+    grabber = sources.create("sim:")
+    try:
+        grabber.open()
+        grabber.write_feature("Width", 168)
+        grabber.write_feature("Height", 100)
+        yield Stage(name_server, grabber)
+    finally:
+        grabber.close()
+        name_server.close()
+
+
+def wait_for(condition: Callable[[], object], what: str, seconds: float = 10.0) -> None:
+    """Poll until it holds."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, f"{what} did not happen within {seconds:g} s"
+        time.sleep(0.01)

@@ -1,0 +1,213 @@
+"""A remote camera as a source: ours with its whole tree, and one that knows YARP's numbers only."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from grabber_stage import Stage, stage, wait_for
+
+from grabbergui.core.errors import (
+    FeatureAccessError,
+    FeatureError,
+    FeatureNotFoundError,
+    FeatureValueError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    TransportError,
+    UsageError,
+)
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.net.yarp import configuration, grabber_service, grabber_tree, image, source
+from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp.client_stream import FORMATS, to_frame
+from grabbergui.net.yarp.values import Vocab
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[Stage]:
+    with stage() as scene:
+        yield scene
+
+
+@pytest.fixture(params=["ours", "3.x", "4.0"])
+def remote(
+    scene: Stage, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[FrameGrabber]:
+    """An open client of a server that is ours, or pretends to be YARP's own of one kind."""
+    if request.param != "ours":
+        answer = grabber_service.GrabberService.answer
+        foreign = Vocab("nak") if request.param == "3.x" else Vocab("fail")
+
+        def pretend(self: grabber_service.GrabberService, message: Bottle) -> object:
+            thrift = isinstance(message[0], str)
+            if grabber_tree.is_request(message) or thrift == (request.param == "3.x"):
+                return [Bottle([foreign]).encode()] if thrift else None
+            return answer(self, message)
+
+        monkeypatch.setattr(grabber_service.GrabberService, "answer", pretend)
+    with scene.share():
+        grabber = connect(scene)
+        grabber.open()
+        yield grabber
+        grabber.close()
+
+
+def connect(scene: Stage, uri: str = "yarp:/grabber") -> FrameGrabber:
+    parsed = SourceUri.parse(uri)
+    return source.create(
+        SourceUri(parsed.scheme, parsed.name, {**parsed.options, "nameserver": scene.address})
+    )
+
+
+def test_features_are_read_and_written(scene: Stage, remote: FrameGrabber) -> None:
+    local = scene.grabber.feature("ExposureTime")
+    exposure = remote.feature("ExposureTime")
+    assert (exposure.value, exposure.minimum, exposure.maximum) == (local.value, local.minimum, local.maximum)
+    assert remote.write_feature("ExposureTime", "2500").value == 2500.0
+    assert scene.grabber.feature("ExposureTime").value == 2500.0
+    remote.write_feature("GainAuto", "Continuous")
+    assert remote.write_feature("Gain", 3.0).value == 3.0  # switches the automatic mode off
+    assert scene.grabber.feature("GainAuto").value == "Off"
+    with pytest.raises(FeatureValueError, match="allowed is"):
+        remote.write_feature("ExposureTime", -1)
+    with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):
+        remote.feature("Gian")
+    assert remote.info.model.endswith("Simulated camera")
+
+
+def test_pictures_and_their_counters(scene: Stage, remote: FrameGrabber) -> None:
+    queue = remote.open_queue(4)
+    remote.start()
+    remote.start()
+    first, second = queue.get(5), queue.get(5)
+    assert (first.width, first.height, first.rgb().shape) == (168, 100, (100, 168, 3))
+    assert second.frame_id > first.frame_id
+    assert abs(second.timestamp_ns / 1e9 - time.time()) < 5
+    wait_for(lambda: remote.statistics().frame_rate > 5, "a frame rate")
+    remote.stop()
+    assert not remote.streaming
+    assert remote.statistics().frames >= 2
+    remote.start()
+    assert queue.get(5).complete
+
+
+@pytest.mark.parametrize("chosen", ["tcp", "udp", "mjpeg"])
+def test_other_carriers(scene: Stage, chosen: str) -> None:
+    with scene.share():
+        remote = connect(scene, f"yarp:/grabber?carrier={chosen}")
+        remote.open()
+        queue = remote.open_queue()
+        remote.start()
+        assert queue.get(5).rgb().shape == (100, 168, 3)
+        remote.close()
+        remote.close()
+
+
+def test_what_others_change_is_seen_within_a_second(scene: Stage, remote: FrameGrabber) -> None:
+    seen: set[str] = set()
+    remote.features_changed.connect(lambda names: seen.update(names))
+    value = 4.0
+    deadline = time.monotonic() + 1.5
+    while "Gain" not in seen:
+        assert time.monotonic() < deadline
+        value += 0.1
+        scene.grabber.write_feature("Gain", round(value, 2))
+        time.sleep(0.2)
+
+
+def test_the_server_goes_and_comes_back(scene: Stage) -> None:
+    states: list[ConnectionState] = []
+    server = scene.share()
+    server.start()
+    remote = connect(scene)
+    remote.connection_changed.connect(lambda state, reason: states.append(state))
+    remote.open()
+    queue = remote.open_queue(1)
+    remote.start()
+    queue.get(5)
+    server.stop()
+    wait_for(lambda: ConnectionState.LOST in states, "the loss")
+    with pytest.raises(TransportError):
+        remote.feature("Gain")
+    assert remote.has_feature("Gain")  # what was known stays known
+    queue.clear()
+    with scene.share():
+        wait_for(lambda: states[-1] is ConnectionState.OPEN, "the return")
+        assert queue.get(5).complete
+        assert remote.feature("Gain").value is not None
+        remote.close()
+    assert states == [
+        *(ConnectionState.OPEN, ConnectionState.LOST, ConnectionState.OPEN, ConnectionState.CLOSED),
+    ]
+
+
+def test_ours_has_every_feature(scene: Stage) -> None:
+    with scene.share():
+        remote = connect(scene)
+        remote.open(Access.MONITOR)
+        assert remote.feature_tree() == scene.grabber.feature_tree()
+        assert remote.feature("PixelFormat").entries == scene.grabber.feature("PixelFormat").entries
+        with pytest.raises(FeatureAccessError, match="reading only"):
+            remote.write_feature("Gain", 1)
+        remote.close()
+
+
+def test_commands(scene: Stage) -> None:
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        remote.execute("TimestampLatch")
+        latched = remote.feature("TimestampLatchValue").value
+        remote.execute("TimestampLatch")
+        assert remote.feature("TimestampLatchValue").value != latched
+        with pytest.raises(FeatureNotFoundError):
+            remote.execute("Launch")
+        with pytest.raises(FeatureError, match="UserSetLoad"):  # locked while streaming
+            remote.execute("UserSetLoad")
+        remote.close()
+
+
+def test_who_is_not_there(scene: Stage) -> None:
+    remote = connect(scene, "yarp:/nobody")
+    with pytest.raises(SourceNotFoundError, match="/nobody"):
+        remote.open()
+    with pytest.raises(TransportError, match="not open"):
+        remote.feature_tree()
+    remote.close()
+    gone = source.create(SourceUri("yarp", "/grabber", {"nameserver": "127.0.0.1:1"}))
+    with pytest.raises(SourceUnavailableError, match="no YARP name server"):
+        gone.open()
+
+
+def test_uris() -> None:
+    assert source.create(SourceUri.parse("yarp:")).info.address == "/grabber"
+    for bad in ("yarp:grabber", "yarp:/g?carrier=pigeon", "yarp:/g?carrier=text", "yarp:/g?speed=3"):
+        with pytest.raises(UsageError, match=r"yarp:|begin with /"):
+            source.create(SourceUri.parse(bad))
+
+
+def test_discovery(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(configuration, "name_server", lambda: None)
+    assert source.discover(1.0) == []
+    monkeypatch.setattr(configuration, "name_server", lambda: scene.name_server.contact)
+    assert source.discover(1.0) == []
+    with scene.share("/left/grabber"), scene.share("/right/grabber"):
+        found = source.discover(2.0)
+    assert [info.uri for info in found] == ["yarp:/left/grabber", "yarp:/right/grabber"]
+    assert {info.model for info in found} == {scene.grabber.info.model}
+
+
+@pytest.mark.parametrize("code", FORMATS)
+def test_every_pixel_code_becomes_a_frame(code: str) -> None:
+    pixel = image.CODES[code]
+    shape = (4, 6) if pixel.channels == 1 else (4, 6, pixel.channels)
+    pixels = np.arange(np.prod(shape), dtype=pixel.dtype).reshape(shape)
+    header, body = image.encode(pixels, code)
+    frame = to_frame(header + bytes(body), "7 1234.5", 99)
+    assert np.array_equal(frame.raw(), pixels)
+    assert frame.rgb().shape == (4, 6, 3)
+    assert (frame.frame_id, frame.timestamp_ns, frame.received_ns) == (7, 1_234_500_000_000, 99)

@@ -1,0 +1,179 @@
+"""The shared camera as its readers see it, over sockets."""
+
+from __future__ import annotations
+
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+from grabber_stage import Stage, stage, wait_for
+
+from grabbergui.core.errors import SourceUnavailableError, TransportError
+from grabbergui.net.yarp import carrier, image
+from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp.envelope import Stamp
+from grabbergui.net.yarp.grabber_pictures import Capability
+from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.ports import InputPort
+from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.yarp.server import YarpGrabberServer
+from grabbergui.net.yarp.values import Vocab
+
+
+@pytest.fixture(scope="module")
+def scene() -> Iterator[Stage]:
+    with stage() as scene:
+        yield scene
+
+
+@pytest.fixture
+def server(scene: Stage) -> Iterator[YarpGrabberServer]:
+    with scene.share(also_raw=True) as server:
+        yield server
+
+
+def test_its_ports_are_known_while_it_runs(scene: Stage, server: YarpGrabberServer) -> None:
+    assert {"/grabber", "/grabber/raw", "/grabber/rpc"} <= {contact.name for contact in scene.names.list()}
+    assert scene.grabber.streaming
+    server.stop()
+    server.stop()
+    assert not {c.name for c in scene.names.list()} & {"/grabber", "/grabber/raw", "/grabber/rpc"}
+    assert not scene.grabber.streaming
+
+
+@pytest.mark.parametrize("chosen", ["tcp", "fast_tcp", "udp", "mjpeg"])
+def test_pictures_over_each_carrier(scene: Stage, server: YarpGrabberServer, chosen: str) -> None:
+    with InputPort("/reader", scene.names) as reader:
+        reader.connect("/grabber", chosen)
+        message, envelope = reader.read(5)
+        header, pixels = image.decode(message)
+        assert (header.code, pixels.shape) == ("rgb", (100, 168, 3))
+        first = Stamp.decode(envelope)
+        second = Stamp.decode(reader.read(5)[1])
+        assert first and second and second.count > first.count
+        assert abs(second.time - time.time()) < 5
+
+
+def test_raw_beside_colour(scene: Stage, server: YarpGrabberServer) -> None:
+    with InputPort("/reader", scene.names) as reader:
+        reader.connect("/grabber/raw")
+        header, pixels = image.decode(reader.read(5)[0])
+        assert (header.code, pixels.shape) == ("mono", (100, 168))
+
+
+def test_raw_alone(scene: Stage) -> None:
+    with scene.share(capabilities=Capability.RAW), InputPort("/reader", scene.names) as reader:
+        reader.connect("/grabber")
+        assert image.decode(reader.read(5)[0])[0].code == "mono"
+
+
+def test_a_period_spaces_pictures(scene: Stage) -> None:
+    with scene.share(period=0.2), InputPort("/reader", scene.names, depth=10) as reader:
+        reader.connect("/grabber")
+        times = [Stamp.decode(reader.read(5)[1]) for _ in range(4)]
+        stamps = [stamp.time for stamp in times if stamp]
+        assert 0.5 < stamps[-1] - stamps[0] < 0.9
+
+
+def test_nothing_is_converted_for_nobody(
+    scene: Stage, server: YarpGrabberServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    converted: list[object] = []
+    monkeypatch.setattr(Capability, "encode", lambda self, frame: converted.append(frame))
+    queue = scene.grabber.open_queue(3)
+    for _ in range(3):
+        queue.get(5)
+    queue.close()
+    assert converted == []
+    assert server.published == 0
+
+
+def test_a_stuck_reader_slows_nobody(scene: Stage, server: YarpGrabberServer) -> None:
+    with InputPort("/reader", scene.names) as reader:
+        stuck = _reverse_reader(scene, "/stuck")
+        try:
+            reader.connect("/grabber")
+            wait_for(lambda: server.readers == 2, "both readers' connection")
+            before, start = server.published, time.monotonic()
+            for _ in range(20):
+                reader.read(5)
+            assert server.published - before >= 19
+            assert time.monotonic() - start < 5
+        finally:
+            stuck.close()
+
+
+def _reverse_reader(scene: Stage, name: str) -> socket.socket:
+    """Asks for the stream over tcp and then neither reads nor acknowledges."""
+    sock = socket.create_connection(scene.names.query("/grabber").address, 5)
+    sock.sendall(carrier.encode_greeting(carrier.TCP, name))
+    sock.sendall(b"".join(carrier.encode_message("r")))
+    return sock
+
+
+def test_requests_on_either_port(scene: Stage, server: YarpGrabberServer) -> None:
+    for name in ("/grabber/rpc", "/grabber"):
+        with RpcClient(name, scene.names) as rpc:
+            reply = rpc.call(Bottle.from_text("[fgc] [set] [feat] 8 5"))
+            assert reply is not None
+            assert reply.to_text() == "[fgc] [set] 1"
+            assert rpc.call_raw(Bottle(["getRemoteProtocolVersion"])) == VERSION_REPLY
+            # Both dialects on one connection.
+            assert rpc.call(Bottle(["getWidthRPC"])) == [[Vocab("ok")], 168]
+
+
+def test_a_round_trip_takes_less_than_a_millisecond(scene: Stage, server: YarpGrabberServer) -> None:
+    with RpcClient("/grabber/rpc", scene.names) as rpc:
+        request = Bottle.from_text("[fgc] [get] [feat] 8")
+        trips = []
+        for _ in range(200):
+            start = time.perf_counter()
+            rpc.call(request)
+            trips.append(time.perf_counter() - start)
+        assert sorted(trips)[len(trips) // 2] < 1e-3
+
+
+def test_malformed_requests_are_refused(scene: Stage, server: YarpGrabberServer) -> None:
+    address = scene.names.query("/grabber/rpc").address
+    claims = struct.pack("<iii", 256, 2**31 - 1, 1)
+    for body in (claims, b"\xff" * 40, struct.pack("<ii", 256 + 1, -1)):
+        with socket.create_connection(address, 5) as sock:
+            sock.settimeout(5)
+            sock.sendall(carrier.encode_greeting(carrier.FAST_TCP, "/bad"))
+            sock.sendall(b"".join(carrier.encode_message("d", [body])))
+            assert len(sock.recv(8)) == 8  # the greeting's answer
+            assert b"fail" in sock.recv(4096)
+    with RpcClient("/grabber/rpc", scene.names) as rpc:
+        assert rpc.call(Bottle(["getWidthRPC"]))
+
+
+def test_a_hundred_clients_at_once(scene: Stage, server: YarpGrabberServer) -> None:
+    answers: list[object] = []
+
+    def ask() -> None:
+        with RpcClient("/grabber/rpc", scene.names) as rpc:
+            answers.append(rpc.call(Bottle(["getWidthRPC"]), 10))
+
+    threads = [threading.Thread(target=ask) for _ in range(100)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20)
+    assert len([answer for answer in answers if answer]) == 100
+
+
+def test_without_a_name_server_nothing_is_left(scene: Stage) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        names = NameClient.find(f"127.0.0.1:{free.getsockname()[1]}")
+        threads = threading.active_count()
+        with pytest.raises(SourceUnavailableError):
+            YarpGrabberServer(scene.grabber, names=names).start()
+        with pytest.raises(TransportError, match="listen"):
+            YarpGrabberServer(scene.grabber, names=scene.names, bind="203.0.113.7").start()
+    wait_for(lambda: threading.active_count() <= threads, "the threads' end")
+    assert not scene.grabber.streaming
