@@ -94,7 +94,8 @@ class SimulatedU3vDevice:
         `alignment` is that of the payload transfers, in bytes; a `strict` camera refuses a host that ignores
         it, as some real ones do. `leader_space` pads leaders and trailers to so many bytes.
         """
-        self.model = model or CameraModel(power_on={reg.DEVICE_TL_TYPE: reg.TransportLayer.USB3_VISION})
+        self.model = model or CameraModel()
+        self.model.memory.set(reg.DEVICE_TL_TYPE, reg.TransportLayer.USB3_VISION)
         self.faults = faults or U3vFaults()
         self.identity = UsbIdentity(
             *(

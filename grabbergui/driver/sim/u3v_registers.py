@@ -10,9 +10,9 @@ import io
 import struct
 import zipfile
 from collections.abc import Callable
-from importlib import resources
 
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.description import camera_xml
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v_descriptors import UsbIdentity
@@ -46,10 +46,10 @@ _SUPER_SPEED = 8
 
 def zipped_description() -> bytes:
     """The camera's XML in an archive, the same bytes every time."""
-    text = resources.files("grabbergui.driver.sim").joinpath("camera.xml").read_bytes()
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as opened:
-        opened.writestr(zipfile.ZipInfo("camera.xml", (2020, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
+        member = zipfile.ZipInfo("camera.xml", (2020, 1, 1, 0, 0, 0))
+        opened.writestr(member, camera_xml(), zipfile.ZIP_DEFLATED)
     return archive.getvalue()
 
 

@@ -27,7 +27,6 @@ def plug_in() -> Iterator[CameraMaker]:
     ) -> tuple[SimulatedU3vDevice, U3vDevice]:
         model = CameraModel(
             power_on={
-                reg.DEVICE_TL_TYPE: reg.TransportLayer.USB3_VISION,
                 reg.WIDTH: width,
                 reg.HEIGHT: height,
                 reg.EXPOSURE_TIME: 1000.0,

@@ -27,7 +27,6 @@ from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v_device import U3vFaults
 from grabbergui.driver.sim.u3v_serve import serve
 model = CameraModel(power_on={
-    reg.DEVICE_TL_TYPE: reg.TransportLayer.USB3_VISION,
     reg.WIDTH: 640, reg.HEIGHT: 480,
     reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
 })
