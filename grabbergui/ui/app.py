@@ -16,7 +16,9 @@ from PyQt5.QtCore import QCoreApplication, Qt, QTimer
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui import sources
-from grabbergui.ui import icons
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.ui import icons, qt_messages
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.preferences import Preferences
@@ -40,13 +42,16 @@ def run(
     duration: float | None = None,
     screenshot: Path | None = None,
     theme: str = "auto",
+    create: Callable[[SourceUri], FrameGrabber] = sources.create,
+    stop: threading.Event | None = None,
 ) -> int:
     """Open the window on a source and return the exit code once it is closed.
 
     With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of itself
     when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
     frame came. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the desktop's). Settings are
-    neither read nor kept offscreen.
+    neither read nor kept offscreen. `create` makes the grabber of a URI, for a program that holds one open
+    already. Ctrl-C and SIGTERM close the window; with `stop`, setting that does, and signals are the caller's.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
@@ -56,9 +61,9 @@ def run(
         preferences.look_for_now(Theme(theme))
     dress(app, preferences.theme)
     window = MainWindow()
-    controller = MainController(window, preferences)
+    controller = MainController(window, preferences, create)
     recent = preferences.recent
-    with _guarded(window), _interruptible(app):
+    with _guarded(window), _stopped_by(stop, app) if stop is not None else _interruptible(app):
         window.show()
         controller.begin(uri or (recent[0] if recent else sources.DEFAULT_URI))
         report = _Report(controller, screenshot)
@@ -127,6 +132,7 @@ def _application() -> QApplication:
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running
+    qt_messages.to_log()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
     app = QApplication(["grabbergui"])
@@ -155,6 +161,18 @@ def _guarded(window: MainWindow) -> Iterator[None]:
     finally:
         sys.excepthook, threading.excepthook = before, before_threads
         bridge.close()
+
+
+@contextmanager
+def _stopped_by(stop: threading.Event, app: QApplication) -> Iterator[None]:
+    """Close the window once an event is set, from a signal or another thread."""
+    timer = QTimer()
+    timer.timeout.connect(lambda: app.quit() if stop.is_set() else None)
+    timer.start(SIGNAL_POLL_MS)
+    try:
+        yield
+    finally:
+        timer.stop()
 
 
 @contextmanager

@@ -54,7 +54,7 @@ def test_without_a_frame_it_fails_with_one_clear_line(tmp_path):
         "sys.exit(app.run('nonsense:', offscreen=True, duration=1, screenshot=Path('never.png')))", tmp_path
     )
     assert done.returncode == 1
-    said = [line for line in done.stderr.splitlines() if "propagateSizeHints" not in line]
+    said = done.stderr.splitlines()
     assert len(said) == 1 and "no known kind" in said[0]
     assert not done.stdout
 
@@ -102,3 +102,51 @@ def test_what_nobody_caught_is_shown_and_the_window_goes_on(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert "internal error: RuntimeError: a fault" in done.stdout
+
+
+def test_offscreen_nothing_is_said_on_stderr(tmp_path):
+    environment = {**os.environ, "HOME": str(tmp_path)}
+    environment.pop("QT_QPA_PLATFORM", None)
+    environment.pop("XDG_RUNTIME_DIR", None)
+    done = subprocess.run(
+        [sys.executable, "-m", "grabbergui", "gui", "--offscreen", "--duration", "1"],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        env=environment,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_what_qt_warns_of_is_logged(tmp_path):
+    done = run(
+        "import logging; logging.basicConfig(format='%(levelname)s %(name)s %(message)s')\n"
+        "from PyQt5.QtCore import qWarning; from grabbergui.ui import qt_messages\n"
+        "qt_messages.to_log(); qWarning(b'a real one'); qWarning(b'This plugin does not support raise()')",
+        tmp_path,
+    )
+    assert done.stderr == "WARNING Qt a real one\n"
+
+
+def test_it_shows_a_grabber_that_is_open_already_and_an_event_closes_it(tmp_path):
+    target = tmp_path / "window.png"
+    done = run(
+        f"""
+import threading, time
+from grabbergui import sources
+from grabbergui.core.shared import SharedGrabber
+from grabbergui.core.uri import SourceUri
+grabber = sources.create(SourceUri.parse("sim:"))
+grabber.open()
+grabber.start()
+stop = threading.Event()
+threading.Timer(4, stop.set).start()
+code = app.run(grabber.info.uri, offscreen=True, screenshot=Path({json.dumps(str(target))}),
+               create=lambda _: SharedGrabber(grabber), stop=stop, duration=40)
+assert stop.is_set() and grabber.streaming, "the grabber belongs to whoever opened it"
+grabber.close()
+sys.exit(code)""",
+        tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "" and target.exists()
