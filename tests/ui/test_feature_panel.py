@@ -476,3 +476,28 @@ def _reachable(category: Category) -> set[str]:
         if member.visibility <= Visibility.GURU:
             names |= _reachable(member) if isinstance(member, Category) else {member.name}
     return names
+
+
+def test_what_the_automatic_mode_alone_locks_can_be_moved_and_taken_back(sim):
+    row = sim.row("ExposureTime")
+    sim.qtbot.waitUntil(lambda: row.auto is not None)
+    row.auto.click()
+    sim.qtbot.waitUntil(row.auto.isChecked)
+    sim.qtbot.waitUntil(lambda: sim.model.feature("ExposureTime").access is AccessMode.READ_ONLY)
+    sim.qtbot.waitUntil(lambda: row.editor.isEnabled() and row.editor.slider().isEnabled())
+    sim.qtbot.keyClick(row.editor.slider(), Qt.Key_Home)
+    sim.qtbot.waitUntil(lambda: sim.grabber.feature("ExposureAuto").value == "Off")
+    sim.qtbot.waitUntil(lambda: not row.auto.isChecked())
+    least = sim.grabber.feature("ExposureTime").minimum
+    assert sim.grabber.feature("ExposureTime").value == least
+    assert not sim.errors
+
+
+def test_other_locks_stay_however_the_automatic_mode_is(desk):
+    d = desk()
+    row = d.row("ExposureTime")
+    d.grabber.set("ExposureTime", access=AccessMode.READ_ONLY)
+    d.qtbot.waitUntil(lambda: not row.editor.isEnabled())
+    d.grabber.set("ExposureAuto", "Continuous", access=AccessMode.READ_ONLY)
+    d.qtbot.waitUntil(lambda: row.auto is not None and row.auto.isChecked())
+    assert not row.editor.isEnabled() and not row.editor.slider().isEnabled()

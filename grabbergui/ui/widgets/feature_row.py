@@ -7,7 +7,8 @@ import logging
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
-from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
+from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
+from grabbergui.models.feature_regulation import as_editable
 from grabbergui.models.feature_text import breakable, tooltip_html
 from grabbergui.ui.widgets.auto_button import AutoButton
 from grabbergui.ui.widgets.editor_choice import editor_class
@@ -41,6 +42,7 @@ class FeatureRow(QWidget):
         self.editor: FeatureEditor | None = None
         self.auto: AutoButton | None = None
         self._feature: Feature | None = None
+        self._auto_feature: Feature | None = None
         self._label = QLabel(breakable(self.title))
         self._label.setWordWrap(True)
         self._label.setTextFormat(Qt.TextFormat.PlainText)
@@ -79,9 +81,10 @@ class FeatureRow(QWidget):
     def setFeature(self, feature: Feature) -> None:
         """Show a feature. Never emits `edited`; a feature that cannot be shown disables this row only."""
         self._feature = feature
-        self.setToolTip(tooltip_html(feature))
+        shown = as_editable(feature, self._auto_feature)
+        self.setToolTip(tooltip_html(shown))
         try:
-            self._show(feature)
+            self._show(shown)
         except Exception:
             # Whatever is odd about one node, the panel must go on.
             log.exception("%s cannot be shown", feature.name)
@@ -89,12 +92,15 @@ class FeatureRow(QWidget):
             self.setEnabled(False)
 
     def setAuto(self, feature: Feature) -> None:
-        """Show the automatic mode."""
+        """Show the automatic mode; what it alone locks stays movable, and moving it takes it back."""
+        self._auto_feature = feature
         if self.auto is None:
             self.auto = AutoButton()
             self.auto.modeChosen.connect(lambda mode: self._tell_auto(mode))
             self._place_auto()
         self.auto.setFeature(feature)
+        if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
+            self.setFeature(self._feature)
 
     def _show(self, feature: Feature) -> None:
         wanted = editor_class(feature, type(self.editor) if self.editor is not None else None)
