@@ -11,8 +11,8 @@ from enum import Enum
 from psygnal import Signal
 
 from grabbergui import sources
-from grabbergui.core.errors import GrabberError
-from grabbergui.core.grabber import ConnectionState, FrameGrabber
+from grabbergui.core.errors import AccessDeniedError, GrabberError
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.feature_tree import FeatureTreeModel
 from grabbergui.models.feature_worker import FeatureWorker
@@ -47,6 +47,10 @@ class OpenSource:
         "None until the grabber is open."
         self.streaming_since: float | None = None
         "`time.monotonic` of the last start."
+        self.read_only = ""
+        "Why values can be looked at but not changed, for people; empty where they can be changed."
+        self.no_picture = ""
+        "Why the picture cannot be had beside the program that has control."
         self.abandoned = threading.Event()
         "Set when nobody wants it any more; a job that has not begun then does nothing."
 
@@ -85,6 +89,8 @@ class Connection:
     """A source is about to be closed: let go of its grabber."""
     failed = Signal(str)
     """Something that was asked for did not work, in a sentence for people."""
+    read_only = Signal(OpenSource)
+    """A source is held by another program: it was opened beside that one, for looking only."""
 
     def __init__(self, create: Callable[[SourceUri], FrameGrabber] = sources.create) -> None:
         self._create = create
@@ -130,6 +136,11 @@ class Connection:
         if (source := self._source) is not None:
             self._end(source, "")
 
+    def take_control(self) -> None:
+        """Open a source that is open for reading only once more; it may have been given up meanwhile."""
+        if (source := self._source) is not None and source.read_only:
+            self.connect_to(str(source.uri))
+
     def start(self) -> None:
         """Start streaming, on the source's own thread."""
         if (source := self._source) is not None and self._state is LinkState.OPEN:
@@ -165,14 +176,29 @@ class Connection:
         grabber.connection_changed.connect(
             lambda state, reason: self._noticed(source, state, reason), check_nargs=False
         )
-        grabber.open()
+        try:
+            grabber.open()
+        except AccessDeniedError as error:
+            self._open_beside(source, grabber, error)
         source.features = FeatureTreeModel(grabber, source.worker)
+
+    @staticmethod
+    def _open_beside(source: OpenSource, grabber: FrameGrabber, denied: AccessDeniedError) -> None:
+        """Look at what another program controls. Raises `denied` where even that is not possible."""
+        try:
+            grabber.open(Access.MONITOR)
+        except GrabberError as error:
+            log.info("%s, for reading only: %s", source.uri, error)
+            raise denied from error
+        source.read_only = str(denied)
 
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
             return
         self._change(source, LinkState.OPEN, "")
         self.opened.emit(source)
+        if source.read_only:
+            self.read_only.emit(source)
         if start:
             self._start(source)
 
@@ -185,11 +211,13 @@ class Connection:
         def done(_: None) -> None:
             self._change(source, LinkState.STREAMING, "")
 
-        source.worker.submit(
-            job,
-            done=done,
-            failed=lambda error: self._complain(source, f"{source.title} does not start: {error}"),
-        )
+        def failed(error: GrabberError) -> None:
+            if source.read_only and isinstance(error, AccessDeniedError):
+                source.no_picture = str(error)
+            else:
+                self._complain(source, f"{source.title} does not start: {error}")
+
+        source.worker.submit(job, done=done, failed=failed)
 
     def _noticed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
         """The grabber itself says what became of its connection. Any thread."""

@@ -30,6 +30,8 @@ class ListedSource:
     info: DeviceInfo
     manual: bool = False
     "Named by the user, not found."
+    connected: bool = False
+    "Open just now."
 
 
 class SourceListModel:
@@ -53,6 +55,8 @@ class SourceListModel:
         self._found: dict[str, DeviceInfo] = {}
         self._missed: dict[str, int] = {}
         self._manual: dict[str, DeviceInfo] = {}
+        "By what was typed; what the source says of itself, once it was open."
+        self._open: DeviceInfo | None = None
         self._shown: tuple[ListedSource, ...] = ()
         self._lock = threading.Lock()
         self._wakeup = threading.Event()
@@ -99,7 +103,28 @@ class SourceListModel:
     def remove(self, uri: str) -> None:
         """Forget a source named by hand."""
         with self._lock:
-            self._manual.pop(uri, None)
+            for typed in [typed for typed, info in self._manual.items() if uri in (typed, info.uri)]:
+                del self._manual[typed]
+        self._publish()
+
+    @property
+    def named_by_hand(self) -> list[str]:
+        """The sources added, as they were typed."""
+        with self._lock:
+            return list(self._manual)
+
+    def set_open(self, uri: str, info: DeviceInfo) -> None:
+        """A source was opened as `uri`: it is listed, found or not, with what it says of itself."""
+        with self._lock:
+            if uri in self._manual:
+                self._manual[uri] = info
+            self._open = info
+        self._publish()
+
+    def set_closed(self) -> None:
+        """Nothing is open."""
+        with self._lock:
+            self._open = None
         self._publish()
 
     def _search_on(self) -> None:
@@ -128,12 +153,24 @@ class SourceListModel:
 
     def _publish(self) -> None:
         with self._lock:
-            lines = [ListedSource(info) for info in self._found.values()]
-            lines += [
-                ListedSource(info, True) for uri, info in self._manual.items() if uri not in self._found
-            ]
+            lines = self._lines()
             if tuple(lines) == self._shown:
                 return
             self._shown = tuple(lines)
             shown = self._shown
         self.changed.emit(shown)
+
+    def _lines(self) -> list[ListedSource]:
+        """Those found, those named by hand that were not, and the open one if it is none of these."""
+        opened = self._open.uri if self._open is not None else ""
+        infos = dict(self._found)
+        for typed, info in self._manual.items():
+            if typed not in self._found:
+                infos.setdefault(info.uri, info)
+        if self._open is not None:
+            infos.setdefault(opened, self._open)
+        named = {*self._manual, *(info.uri for info in self._manual.values())}
+        return [
+            ListedSource(info, uri not in self._found and uri in named, uri == opened)
+            for uri, info in infos.items()
+        ]

@@ -50,19 +50,21 @@ class Preferences:
     @property
     def recent(self) -> list[str]:
         """URIs of sources that were opened, the last one first."""
-        value = self._get("sources/recent")
-        return (
-            [str(uri) for uri in value]
-            if isinstance(value, list)
-            else [value]
-            if isinstance(value, str)
-            else []
-        )
+        return self._list("sources/recent")
 
     def note_source(self, uri: str) -> None:
         """A source was opened."""
         others = [known for known in self.recent if known != uri]
         self._set("sources/recent", [uri, *others][:MOST_RECENT])
+
+    @property
+    def typed(self) -> list[str]:
+        """URIs of sources that were named by hand."""
+        return self._list("sources/typed")
+
+    @typed.setter
+    def typed(self, uris: list[str]) -> None:
+        self._set("sources/typed", uris)
 
     @property
     def snapshot_folder(self) -> Path:
@@ -91,6 +93,13 @@ class Preferences:
     def theme(self, theme: Theme) -> None:
         self._look = None
         self._set("window/theme", theme.value)
+
+    def _list(self, key: str) -> list[str]:
+        """Several texts; QSettings gives back a single one as such."""
+        value = self._get(key)
+        if isinstance(value, str):
+            return [value]
+        return [str(text) for text in value] if isinstance(value, list) else []
 
     def _get(self, key: str) -> object:
         return self._store.value(key) if self._store is not None else self._passing.get(key)

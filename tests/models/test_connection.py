@@ -7,7 +7,7 @@ import pytest
 
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AccessDeniedError, TransportError, UsageError
-from grabbergui.core.grabber import ConnectionState
+from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.models.connection import Connection, LinkState
 
 S = LinkState
@@ -117,7 +117,7 @@ def test_why_it_cannot_be_opened_is_told_and_it_is_closed(bench):
     bench.until(S.CLOSED)
     assert bench.link.wait_closed(5)
     assert bench.failures == ["another application holds the camera"]
-    assert bench.source.calls == ["open", "close"]
+    assert bench.source.calls == ["open", "open", "close"], "to control it, then to look at it only"
 
 
 def test_a_source_that_does_not_start_stays_open(bench):
@@ -167,3 +167,48 @@ def test_twenty_connections_leave_no_thread(bench):
         bench.link.disconnect()
     assert bench.link.wait_closed(5)
     assert threading.active_count() == before
+
+
+class Held(Source):
+    """Controlled by another program until that lets go."""
+
+    def __init__(self, held=True, monitored=True):
+        super().__init__()
+        self.held, self.monitored = held, monitored
+
+    def open(self, access=Access.CONTROL):
+        self._note(f"open {access.value}")
+        if self.held and (access is Access.CONTROL or not self.monitored):
+            raise AccessDeniedError("another application at 10.0.0.5 controls it; close it there")
+        self._access = access
+
+    def start(self, *, keep_trigger=False):
+        if self.access is Access.MONITOR:
+            raise AccessDeniedError("the camera sends its pictures to 10.0.0.5")
+        super().start()
+
+
+def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
+    bench.source = source = Held()
+    told = []
+    bench.link.read_only.connect(told.append)
+    bench.link.connect_to("fake:")
+    bench.until(S.OPEN)
+    deadline = time.monotonic() + 5
+    while not (told and told[0].no_picture):
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+    assert source.access is Access.MONITOR and "10.0.0.5" in told[0].read_only
+    assert bench.failures == []
+
+    source.held = False
+    bench.link.take_control()
+    bench.until(S.STREAMING)
+    assert source.access is Access.CONTROL and not bench.link.source.read_only
+
+
+def test_where_reading_is_refused_too_the_first_refusal_is_told(bench):
+    bench.source = Held(monitored=False)
+    bench.link.connect_to("fake:")
+    bench.until(S.CLOSED)
+    assert bench.failures == ["another application at 10.0.0.5 controls it; close it there"]

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -9,13 +10,18 @@ import pytest
 from PyQt5.QtCore import Qt, QTimer
 from PyQt5.QtWidgets import QAbstractButton, QAction, QLineEdit
 
-from grabbergui.core.errors import SourceNotFoundError
-from grabbergui.core.grabber import DeviceInfo
+from fakes import ScriptedGrabber
+from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.core.grabber import Access, DeviceInfo
 from grabbergui.models.connection import LinkState
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.source_list import ListedSource
 from grabbergui.ui import theme
 from grabbergui.ui.theme import DARK, LIGHT
+from grabbergui.ui.widgets.number_editors import RangeEditor
+from grabbergui.ui.widgets.simple_editors import ReadingLabel
+from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 
 
 def test_the_picture_arrives_and_the_state_says_so(window_desk):
@@ -248,3 +254,76 @@ def test_the_look_can_be_changed_while_it_runs(window_desk, qapp):
         qapp.setStyle(before[2])
         qapp.setStyleSheet(before[1])
         qapp.setPalette(before[0])
+
+
+class HeldElsewhere(ScriptedGrabber):
+    """Another program has control until it lets go; read-only beside it, as GenICam cameras are."""
+
+    held = True
+
+    def open(self, access=Access.CONTROL):
+        if self.held and access is Access.CONTROL:
+            raise AccessDeniedError("another application at 10.0.0.5 controls Acme Script; close it there")
+        super().open(access)
+
+    def feature(self, name):
+        feature = super().feature(name)
+        return replace(feature, access=AccessMode.READ_ONLY) if self.access is Access.MONITOR else feature
+
+    def start(self, *, keep_trigger=False):
+        if self.access is Access.MONITOR:
+            raise AccessDeniedError("the camera sends its pictures to 10.0.0.5")
+        super().start()
+
+
+def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(window_desk):
+    gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
+                   maximum=24.0)  # fmt: skip
+    grabber = HeldElsewhere([gain])
+    link, window = window_desk.program.connection, window_desk.window
+    link._create = lambda uri: grabber
+    window_desk.program.sources.connect_to("fake:")
+    window_desk.until(lambda: window_desk.errors)
+    assert "For reading only: another application at 10.0.0.5" in window_desk.errors[0]
+    rows = window.favourites.rows
+    window_desk.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
+    assert isinstance(rows.rows("Gain")[0].editor, ReadingLabel)
+    window_desk.until(lambda: "goes to the program" in window.picture.note.summaryLabel.text())
+    assert "Read only" in window.status.stateLabel.text()
+
+    button = window.messages.findChild(QAbstractButton, "actionButton")
+    assert button.isVisible() and button.text() == "Take control"
+    window_desk.qtbot.mouseClick(button, Qt.LeftButton)  # still held
+    window_desk.until(lambda: link.state is LinkState.OPEN and len(window_desk.errors) == 1)
+    grabber.held = False
+    window_desk.until(lambda: window.messages.findChildren(QAbstractButton, "actionButton"))
+    button = window.messages.findChildren(QAbstractButton, "actionButton")[-1]
+    window_desk.qtbot.mouseClick(button, Qt.LeftButton)
+    window_desk.until(lambda: link.state is LinkState.STREAMING and not window_desk.errors)
+    window_desk.until(lambda: rows.rows("Gain") and isinstance(rows.rows("Gain")[0].editor, RangeEditor))
+
+
+def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(window_desk):
+    view = window_desk.window.sources
+    window_desk.qtbot.keyClicks(view.addressEdit, "sim:?pixel_format=Mono12p")
+    window_desk.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
+    window_desk.until(lambda: view.sourceList.count() == 1)
+    line = view.sourceList.item(0).data(SOURCE_ROLE)
+    assert line.connected and line.manual and line.info.model == "Simulated camera"
+    assert window_desk.preferences.typed == ["sim:?pixel_format=Mono12p"]
+    window_desk.program.connection.disconnect()
+    window_desk.until(lambda: not view.sourceList.item(0).data(SOURCE_ROLE).connected)
+    view.forgetRequested.emit(line.info.uri)
+    window_desk.until(lambda: view.sourceList.count() == 0)
+    assert window_desk.preferences.typed == []
+
+
+def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_picture(window_desk):
+    status, rows = window_desk.window.status, window_desk.window.favourites.rows
+    for uri, pixel_format in (("sim:", "Mono8"), ("sim:?pixel_format=BayerRG8", "BayerRG8")):
+        window_desk.connect(uri)
+        window_desk.watch()
+        window_desk.until(lambda name=pixel_format: status.formatLabel.text().endswith(name))
+        window_desk.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
+    assert not window_desk.errors

@@ -11,7 +11,7 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection, LinkState, OpenSource
-from grabbergui.models.diagnosis import CameraFacts, Observation, diagnose
+from grabbergui.models.diagnosis import CameraFacts, Observation, Stage, diagnose
 from grabbergui.models.picture import PictureModel
 from grabbergui.models.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
@@ -158,6 +158,10 @@ class AcquisitionController(QObject):
         self._show_cursor()
         if self._connection.state is LinkState.STREAMING:
             self._explain(source, statistics)
+        elif source.no_picture:
+            self._view.setNote(
+                "The picture goes to the program that has control.", source.no_picture, Stage.PACKETS
+            )
         else:
             self._view.setNote("")
 
@@ -240,6 +244,8 @@ class AcquisitionController(QObject):
                 LinkState.OPENING: ("Connecting", StateTone.BUSY),
                 LinkState.LOST: ("Connection lost", StateTone.BAD),
             }.get(state, ("Stopped", StateTone.IDLE))
+            if source is not None and source.read_only and state is LinkState.OPEN:
+                text = "Read only"
             status.setState(text, tone)
         status.setMessage(source.title if source is not None else "")
         window.actionConnect.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from PyQt5.QtCore import QObject, QUrl
 from PyQt5.QtGui import QDesktopServices
 from PyQt5.QtWidgets import QAction, QApplication, QFileDialog, QMessageBox
 
-from grabbergui import __version__
+from grabbergui import __version__, sources
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection, OpenSource
 from grabbergui.models.picture import PictureModel
 from grabbergui.models.snapshot import SnapshotWriter
@@ -22,6 +25,7 @@ from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.widgets.message_stack import MessageBar
 
 log = logging.getLogger(__name__)
 
@@ -32,12 +36,17 @@ CLOSE_TIME = 0.8
 class MainController(QObject):
     """The program behind the window. Make it on the GUI thread; `shut_down` ends every thread it began."""
 
-    def __init__(self, window: MainWindow, preferences: Preferences) -> None:
+    def __init__(
+        self,
+        window: MainWindow,
+        preferences: Preferences,
+        create: Callable[[SourceUri], FrameGrabber] = sources.create,
+    ) -> None:
         super().__init__(window)
         self.window = window
         self.preferences = preferences
         self.source_list = SourceListModel()
-        self.connection = Connection()
+        self.connection = Connection(create)
         self.picture = PictureModel()
         self.snapshots = SnapshotWriter()
         self.sources = SourcesController(window.sources, self.source_list, self.connection, preferences)
@@ -45,6 +54,7 @@ class MainController(QObject):
             window, self.connection, self.picture, self.snapshots, preferences
         )
         self.features = FeatureController(window.features, window.favourites, self)
+        self._read_only_bar: MessageBar | None = None
         self._down = False
         self._join()
         self._restore()
@@ -74,6 +84,7 @@ class MainController(QObject):
         self._bridge.bind(self.connection.failed, window.messages.showError)
         self._bridge.bind(self.connection.opened, self._on_connection_opened)
         self._bridge.bind(self.connection.closing, self._on_connection_closing)
+        self._bridge.bind(self.connection.read_only, self._on_connection_read_only)
         for controller in (self.sources, self.acquisition, self.features):
             controller.failed.connect(window.messages.showError)
         window.closing.connect(self._on_window_closing)
@@ -102,6 +113,18 @@ class MainController(QObject):
     def _on_connection_closing(self, _: OpenSource) -> None:
         self.features.set_model(None)
         self.window.setWindowTitle("grabbergui")
+        if self._read_only_bar is not None:
+            self.window.messages.dismiss(self._read_only_bar)
+            self._read_only_bar = None
+
+    def _on_connection_read_only(self, source: OpenSource) -> None:
+        if source is self.connection.source:
+            reason, _, _ = source.read_only.partition(";")  # what to do about it is on the button
+            self._read_only_bar = self.window.messages.showOffer(
+                f"For reading only: {reason}. Values follow here but cannot be changed.",
+                "Take control",
+                self.connection.take_control,
+            )
 
     def _on_window_closing(self) -> None:
         if not self.shut_down():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import UsageError
@@ -10,6 +12,8 @@ from grabbergui.models.source_list import ListedSource, SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.source_list import SourceListView
+
+log = logging.getLogger(__name__)
 
 SIMULATED = "sim"
 
@@ -41,7 +45,9 @@ class SourcesController(QObject):
         view.addressEntered.connect(self._on_view_address_entered)
         view.disconnectRequested.connect(connection.disconnect)
         view.refreshRequested.connect(model.refresh)
+        view.forgetRequested.connect(self._on_view_forget_requested)
         view.setRecent(preferences.recent)
+        self._restore()
         view.setSources(model.sources)
 
     def connect_to(self, uri: str) -> None:
@@ -58,19 +64,32 @@ class SourcesController(QObject):
             self.failed.emit(str(error))
             return
         self._view.addressEdit.clear()
+        self._preferences.typed = self._model.named_by_hand
         self.connect_to(str(uri))
+
+    def _on_view_forget_requested(self, uri: str) -> None:
+        self._model.remove(uri)
+        self._preferences.typed = self._model.named_by_hand
+
+    def _restore(self) -> None:
+        for uri in self._preferences.typed:
+            try:
+                self._model.add(uri)
+            except UsageError as error:
+                log.info("a remembered source is left out: %s", error)
 
     def _on_model_changed(self, sources: tuple[ListedSource, ...]) -> None:
         self._view.setSources(sources)
 
     def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
         source = self._connection.source
-        uri = ""
-        if source is not None:
+        uri = str(source.uri) if source is not None else ""
+        if source is not None and source.grabber is not None and state.connected:
             # A source found is listed under the URI that names it exactly, e.g. by its serial number.
-            listed = {line.info.uri for line in self._model.sources}
-            typed = str(source.uri)
-            uri = typed if typed in listed or source.grabber is None else source.grabber.info.uri
+            self._model.set_open(uri, source.grabber.info)
+            uri = source.grabber.info.uri
+        elif state is LinkState.CLOSED:
+            self._model.set_closed()
         self._view.setCurrent(uri, state is not LinkState.CLOSED)
         if state is LinkState.OPEN and source is not None:
             self._preferences.note_source(str(source.uri))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtCore import QEvent, QStringListModel, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QPoint, QStringListModel, Qt, pyqtSignal
 from PyQt5.QtWidgets import (
     QCompleter,
     QLabel,
     QLineEdit,
     QListWidget,
     QListWidgetItem,
+    QMenu,
     QPushButton,
     QToolButton,
     QWidget,
@@ -31,6 +32,8 @@ class SourceListView(QWidget):
     """What was typed into the address field."""
     disconnectRequested = pyqtSignal()
     refreshRequested = pyqtSignal()
+    forgetRequested = pyqtSignal(str)
+    """The URI of a source named by hand that is not wanted any more."""
 
     addressEdit: QLineEdit
     refreshButton: QToolButton
@@ -57,6 +60,8 @@ class SourceListView(QWidget):
         self.refreshButton.clicked.connect(self.refreshRequested)
         self.sourceList.itemActivated.connect(self._on_item_activated)
         self.sourceList.itemSelectionChanged.connect(self._update_button)
+        self.sourceList.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.sourceList.customContextMenuRequested.connect(self._on_menu_requested)
         self.connectButton.clicked.connect(self._on_connect_clicked)
         self._update_button()
 
@@ -77,7 +82,8 @@ class SourceListView(QWidget):
             item.setData(CURRENT_ROLE, source.info.uri == self._current)
             item.setData(
                 Qt.ItemDataRole.AccessibleTextRole,
-                f"{source.info.title} {source.info.uri} {source.info.note}",
+                f"{source.info.title} {source.info.uri} {'connected' if source.connected else ''}"
+                f" {source.info.note}".strip(),
             )
             item.setToolTip(_tooltip(source))
             item.setSelected(source.info.uri == selected)
@@ -131,6 +137,18 @@ class SourceListView(QWidget):
 
     def _on_item_activated(self, item: QListWidgetItem) -> None:
         self.connectRequested.emit(item.data(SOURCE_ROLE).info.uri)
+
+    def _on_menu_requested(self, place: QPoint) -> None:
+        item = self.sourceList.itemAt(place)
+        if item is None:
+            return
+        source: ListedSource = item.data(SOURCE_ROLE)
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.addAction("Connect", lambda: self.connectRequested.emit(source.info.uri))
+        if source.manual:
+            menu.addAction("Forget", lambda: self.forgetRequested.emit(source.info.uri))
+        menu.popup(self.sourceList.mapToGlobal(place))
 
     def _on_connect_clicked(self) -> None:
         if self._leaves():

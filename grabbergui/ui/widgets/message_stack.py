@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 
 from PyQt5.QtCore import QTimer, pyqtSignal
-from PyQt5.QtWidgets import QFrame, QLabel, QToolButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
@@ -30,6 +31,7 @@ class MessageBar(QFrame):
 
     iconLabel: QLabel
     textLabel: QLabel
+    actionButton: QPushButton
     closeButton: QToolButton
 
     def __init__(self, text: str, tone: Tone, parent: QWidget | None = None) -> None:
@@ -44,6 +46,12 @@ class MessageBar(QFrame):
         self.iconLabel.setPixmap(icons.pixmap(tone.value, self, 18))
         icons.apply(self)
         self.closeButton.clicked.connect(self.dismissed)
+
+    def offer(self, label: str, action: Callable[[], object]) -> None:
+        """Show a button that does something about it."""
+        self.actionButton.setText(label)
+        self.actionButton.clicked.connect(lambda: action())
+        self.actionButton.show()
 
     def again(self) -> None:
         """It was said once more."""
@@ -76,6 +84,16 @@ class MessageStack(QWidget):
         bar = self._add(text, Tone.INFO)
         QTimer.singleShot(int(NOTICE_SECONDS * 1000), bar.dismissed)
 
+    def showOffer(self, text: str, label: str, action: Callable[[], object]) -> MessageBar:
+        """Show a message with a button that does something about it, until it is dismissed."""
+        bar = self._add(text, Tone.INFO)
+        bar.offer(label, action)
+        return bar
+
+    def dismiss(self, bar: MessageBar) -> None:
+        """Remove a message; does nothing where it is gone already."""
+        self._remove(bar)
+
     def dismissAll(self) -> None:
         """Remove every message."""
         for bar in list(self._bars):
@@ -86,7 +104,7 @@ class MessageStack(QWidget):
             self._bars[0].again()
             return self._bars[0]
         bar = MessageBar(text, tone, self)
-        bar.dismissed.connect(lambda: self._remove(bar))
+        bar.dismissed.connect(lambda: self.dismiss(bar))
         self._bars.insert(0, bar)
         self._layout.insertWidget(0, bar)
         for old in self._bars[MOST:]:

@@ -48,7 +48,7 @@ class SourceDelegate(QStyledItemDelegate):
         hindered = bool(source.info.note)
         ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
         line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
-        line = _text(painter, line, title, ink, source.info.title)
+        line = _text(painter, line, title, ink, _title(source))
         muted = palette.color(QPalette.PlaceholderText)
         for detail in _details(source):
             line = _text(painter, line, small, ink if hindered else muted, detail)
@@ -77,15 +77,22 @@ class SourceDelegate(QStyledItemDelegate):
             painter.drawRoundedRect(QRect(card.x(), card.y() + 6, 3, card.height() - 12), 1.5, 1.5)
 
 
+def _title(source: ListedSource) -> str:
+    """What tells it from its neighbours; the vendor stands below, so that there is room for it."""
+    info = source.info
+    return info.user_name or info.model or info.title
+
+
 def _details(source: ListedSource) -> list[str]:
     info = source.info
-    if source.manual:
-        return ["named by hand"]
-    place = " · ".join(part for part in (info.bus, info.address) if part)
+    named = info.model if info.user_name else ""
+    maker = " ".join(part for part in (info.vendor, named) if part)
     serial = f"serial {info.serial}" if info.serial else ""
-    named = " ".join((info.vendor, info.model)).strip() if info.user_name else ""
-    lines = [" · ".join(part for part in (named, serial) if part), place]
-    return [line for line in lines if line]
+    place = " · ".join(part for part in (info.bus, info.address) if part)
+    options = info.uri.partition("?")[2]
+    state = "connected" if source.connected else "named by hand" if source.manual else ""
+    lines = [" · ".join(part for part in (maker, serial) if part), place, options, state]
+    return [line for line in lines if line and line != _title(source)]
 
 
 def _wrapped(metrics: QFontMetrics, text: str, width: int) -> int:
