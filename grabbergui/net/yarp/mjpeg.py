@@ -13,7 +13,7 @@ from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.bottle import Buffer
 
-REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\r\n\n"
+REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\n"
 """As YARP's readers send it, odd line ends included; `%s` is the source's address."""
 
 _BOUNDARY: Final = b"--boundarydonotcross\r\n"

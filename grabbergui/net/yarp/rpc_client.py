@@ -108,6 +108,10 @@ class RpcClient:
         try:
             sockets.send(sock, [wire.encode_greeting(wire.TCP, self._sender)])
             wire.decode_number(sockets.receive_exactly(sock, 8))
+        except RemoteProtocolError as error:
+            sock.close()
+            hint = "if it wants authentication, put its key into auth.conf"
+            raise TransportError(f"{self.target} does not greet as a YARP port; {hint}") from error
         except BaseException:
             sock.close()
             raise

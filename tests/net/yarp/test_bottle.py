@@ -1,0 +1,189 @@
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from transcripts import read, streams
+
+from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp.bottle import Bottle, Properties
+from grabbergui.net.yarp.bottle_scan import BottleScanner
+from grabbergui.net.yarp.bottle_text import is_complete
+from grabbergui.net.yarp.carrier import MAGIC_BASE, TCP, Receiver, encode_number
+from grabbergui.net.yarp.values import Dialect, Float32, Int8, Int16, Int64, Vocab, Vocab64
+
+TCP_GREETING = encode_number(MAGIC_BASE + TCP.code)
+
+
+def bodies(name):
+    for conversation in streams(name, TCP_GREETING):
+        receiver, data = Receiver(), memoryview(conversation.client[8:])
+        while len(data):
+            count = min(len(receiver.wanted), len(data))
+            receiver.wanted[:count] = data[:count]
+            data = data[count:]
+            message = receiver.received(count)
+            if message is not None and message.letter == "D":
+                yield bytes(message.body)
+
+
+@pytest.mark.parametrize(
+    ("name", "dialect"),
+    [("bottle_types_tcp_312", Dialect.YARP3), ("bottle_types_tcp_40", Dialect.YARP4)],
+)
+def test_real_bottles_are_read_and_written_byte_for_byte(name, dialect):
+    messages = list(bodies(name))
+    assert len(messages) >= 5
+    for message in messages:
+        assert Bottle.decode(message, dialect).encode(dialect) == message
+        assert Bottle.decode(message).encode(dialect) == message, "the dialect is found out"
+
+
+def test_real_bottles_print_as_yarp_prints_them():
+    name = "bottle_types_tcp_312"
+    from transcripts import DATA
+
+    printed = [
+        line[4:] for line in (DATA / f"{name}.txt").read_text().splitlines() if line.startswith("#   ")
+    ]
+    ours = [Bottle.decode(message).to_text() for message in bodies(name)]
+    assert set(printed) <= set(ours)
+
+
+def test_text_carriers_bottles_are_read_as_the_binary_ones():
+    conversation = next(c for c in read("bottle_types_text_312") if c.client.startswith(b"CONNECT /types"))
+    lines = conversation.client.decode().split("\r\n")
+    texts = [body for command, body in pairwise(lines) if command == "D" and body != "D"]
+    binary = {Bottle.decode(message).to_text() for message in bodies("bottle_types_tcp_312")}
+    assert len(texts) > 10
+    assert {Bottle.from_text(text).to_text() for text in texts} <= binary
+
+
+items = st.recursive(
+    st.one_of(
+        st.integers(-(2**31), 2**31 - 1),
+        st.integers(2**31, 2**63 - 1),
+        st.integers(-128, 127).map(Int8),
+        st.integers(-(2**15), 2**15 - 1).map(Int16),
+        st.integers(-(2**63), 2**63 - 1).map(Int64),
+        st.floats(allow_nan=False),
+        st.floats(width=32, allow_nan=False).map(Float32),
+        st.text(),
+        st.binary(max_size=40),
+        st.text("abcXYZ09_", max_size=4).map(Vocab),
+    ),
+    lambda inner: st.lists(inner, max_size=5).map(Bottle),
+    max_leaves=20,
+)
+bottles = st.lists(items, max_size=8).map(Bottle)
+
+
+def typed(item):
+    return (type(item), [typed(part) for part in item]) if isinstance(item, list) else (type(item), item)
+
+
+@given(bottles, st.sampled_from(Dialect), st.booleans())
+def test_binary_round_trip_keeps_values_and_types(bottle, dialect, specialise):
+    data = bottle.encode(dialect, specialise=specialise)
+    again = Bottle.decode(data, dialect)
+    assert [typed(item) for item in again] == [
+        typed(int(item) if isinstance(item, Int64) and not -(2**31) <= item < 2**31 else item)
+        for item in bottle
+    ] or again.encode(dialect, specialise=specialise) == data
+
+
+@given(bottles, st.sampled_from(Dialect))
+def test_every_truncation_is_refused_and_the_scanner_finds_the_end(bottle, dialect):
+    data = bottle.encode(dialect)
+    scanner = BottleScanner(dialect)
+    for size in range(len(data)):
+        assert scanner.scan(data[:size]) > size
+        with pytest.raises(RemoteProtocolError):
+            Bottle.decode(data[:size], dialect)
+    assert scanner.scan(data) == len(data)
+
+
+@given(st.binary(max_size=200))
+def test_random_bytes_end_in_a_bottle_or_an_error(data):
+    for attempt in (lambda: Bottle.decode(data), lambda: BottleScanner().scan(data)):
+        try:
+            attempt()
+        except RemoteProtocolError as error:
+            assert str(error)
+
+
+@given(st.text(max_size=200))
+def test_any_text_ends_in_a_bottle_or_an_error(text):
+    try:
+        bottle = Bottle.from_text(text)
+    except RemoteProtocolError:
+        assert not is_complete(text) or text.count(")") or text.count("}") or "\\" in text
+        return
+    bottle.to_text()
+
+
+@given(st.lists(st.one_of(st.integers(-(2**63), 2**63 - 1), st.floats(), st.text(), st.binary(max_size=9))))
+def test_text_round_trip(values):
+    text = Bottle(values).to_text()
+    assert Bottle.from_text(text).to_text() == text
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0x10", 16),
+        ("+5", 5),
+        ("007", 7),
+        ("-", 0),
+        (".5", 0.5),
+        ("1e5", 1e5),
+        ("5000000000", Int64(5000000000)),
+        ("1_000", "1_000"),
+        (".", "."),
+        ("true", Vocab("1")),
+        ("false", Vocab(0)),
+        ("null", Vocab("null")),
+        ("[ok]", Vocab("ok")),
+        ('"a\\"b\\n"', 'a"b\n'),
+        ("{1 2 255}", b"\x01\x02\xff"),
+        ("{nan (1) 300}", b"\0\0\x2c"),
+        ("(1 (2))", [1, [2]]),
+        ("-inf", float("-inf")),
+    ],
+)
+def test_tokens_are_what_yarp_takes_them_for(text, value):
+    (item,) = Bottle.from_text(text)
+    assert item == value
+    assert isinstance(item, float) == isinstance(value, float)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "0001000000000080",  # -2**31 items
+        "00010000ffffff7f",  # 2**31 - 1 items
+        "0401000001000000ffffff7f",  # a string of 2 GB
+        "0c01000001000000ffffffff",  # a blob of -1 bytes
+        "000100000100000005000000",  # an unknown type code
+        "5941000000005250",  # an acknowledgement
+    ],
+)
+def test_claims_beyond_the_message_are_refused_at_once(message):
+    with pytest.raises(RemoteProtocolError):
+        Bottle.decode(bytes.fromhex(message))
+
+
+def test_bottomless_nesting_is_refused():
+    with pytest.raises(RemoteProtocolError, match="nested"):
+        Bottle.decode(bytes.fromhex("0001000001000000") + bytes.fromhex("0001000001000000") * 5000)
+    with pytest.raises(RemoteProtocolError, match="nested"):
+        Bottle.from_text("(" * 500 + ")" * 500)
+
+
+def test_dictionaries_and_long_vocabs():
+    bottle = Bottle([Properties([["a", 1]]), Vocab64("longer")])
+    again = Bottle.decode(bottle.encode(Dialect.YARP4), Dialect.YARP4)
+    assert isinstance(again[0], Properties) and str(again[1]) == "longer"
+    with pytest.raises(LocalProtocolError, match="four letters"):
+        bottle.encode(Dialect.YARP3)
+    assert Bottle([["w", 640], "h", 480]).find("w") == 640 and Bottle(["h", 480]).find("h") == 480

@@ -1,0 +1,184 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from transcripts import read, streams
+
+from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp import carrier as wire
+from grabbergui.net.yarp import datagrams, image, mjpeg
+from grabbergui.net.yarp.auth import Handshake
+from grabbergui.net.yarp.carrier import Receiver
+from grabbergui.net.yarp.envelope import Stamp
+
+
+def fresh(size):
+    return memoryview(bytearray(size))
+
+
+def feed(receiver, data, step=1 << 30):
+    messages, view = [], memoryview(data)
+    while len(view):
+        count = min(len(receiver.wanted), len(view), step)
+        receiver.wanted[:count] = view[:count]
+        view = view[count:]
+        message = receiver.received(count)
+        if message is not None:
+            messages.append(message)
+    return messages
+
+
+@pytest.mark.parametrize(
+    ("name", "carrier"),
+    [
+        ("stream_tcp_312", wire.TCP),
+        ("stream_fast_tcp_312", wire.FAST_TCP),
+        ("stream_fast_tcp_40", wire.FAST_TCP),
+        ("stream_mono_padding_312", None),
+    ],
+)
+@pytest.mark.parametrize("step", [1, 7, 1 << 30])
+def test_real_image_streams(name, carrier, step):
+    carriers = [carrier] if carrier else [wire.TCP, wire.FAST_TCP]
+    seen = 0
+    for kind in carriers:
+        greeting = wire.encode_number(wire.MAGIC_BASE + kind.code)
+        for conversation in streams(name, greeting):
+            assert wire.identify(conversation.client) is kind
+            receiver = Receiver()
+            messages = feed(receiver, conversation.client[8:], step)
+            assert receiver.name.startswith("/") and receiver.idle
+            for message in messages:
+                if message.letter == "D" and len(message.body):
+                    seen += 1
+                    header, pixels = image.decode(message.body)
+                    assert pixels.shape[:2] == (header.height, header.width)
+                    assert Stamp.decode(message.envelope).encode() == message.envelope
+    assert seen >= 3
+
+
+def test_our_message_is_byte_for_byte_that_of_yarp():
+    greeting = wire.encode_number(wire.MAGIC_BASE + wire.TCP.code)
+    conversation = next(c for c in streams("stream_tcp_312", greeting) if b"mat" in c.client)
+    recorded = next(data for side, data in conversation.turns if side == "C" and b"mat" in data)
+    receiver = Receiver(named=False)
+    start = recorded.find(wire.encode_number(wire.INDEX_MAGIC))
+    (message,) = feed(receiver, recorded[start:])[:1]
+    body = bytes(message.body)
+    ours = b"".join(wire.encode_message(message.command, [body[:60], body[60:]]))
+    assert recorded[start:].startswith(ours)
+    assert wire.encode_greeting(wire.TCP, "/grabber") == conversation.client[: 8 + 4 + 9]
+
+
+def test_real_datagrams_are_joined_and_ours_are_cut_alike():
+    for name in ("stream_udp_312", "stream_udp_multidatagram_312"):
+        count = 0
+        for conversation in read(name):
+            joiner = datagrams.Joiner(fresh, 1 << 24)
+            recorded = []
+            for side, data in conversation.turns:
+                if side != "U" or data[4:8] == b"\xff\xff\xff\xff":
+                    continue
+                recorded.append(data)
+                message = joiner.datagram(data)
+                if message is None or message.letter != "D":
+                    continue
+                count += 1
+                body = bytes(message.body)
+                ours = datagrams.split(wire.encode_message(message.command, [body[:60], body[60:]]))
+                assert [b"".join(parts) for parts in ours] == recorded[-(recorded[-1][4] + 1) :]
+            assert not joiner.damaged
+        assert count
+
+
+@given(st.binary(min_size=0, max_size=300), st.integers(20, 60), st.sets(st.integers(0, 40)))
+def test_lost_datagrams_cost_their_message_only(body, limit, lost):
+    joiner = datagrams.Joiner(fresh, 1 << 16)
+    first = [b"".join(parts) for parts in datagrams.split(wire.encode_message("D 1 2", [body]), limit)]
+    for number, datagram in enumerate(first):
+        if number not in lost:
+            message = joiner.datagram(datagram)
+            assert message is None or (message.body == body and not lost & set(range(len(first))))
+    second = [
+        joiner.datagram(b"".join(parts)) for parts in datagrams.split(wire.encode_message("D", [b"next"]))
+    ]
+    assert second[-1].body == b"next"
+
+
+@given(st.binary(max_size=400))
+def test_random_bytes_never_break_the_receivers(data):
+    for receiver in (Receiver(limit=1 << 16), Receiver(named=False, limit=1 << 16)):
+        try:
+            feed(receiver, data)
+        except RemoteProtocolError as error:
+            assert str(error)
+    datagrams.Joiner(fresh, 1 << 16).datagram(data)
+    try:
+        wire.identify(data)
+    except RemoteProtocolError as error:
+        assert str(error)
+
+
+@given(
+    st.text(st.characters(blacklist_characters="\0", codec="utf-8"), min_size=2),
+    st.lists(st.binary(), max_size=300),
+)
+def test_messages_round_trip(command, parts):
+    data = b"".join(wire.encode_message(command, parts))
+    (message,) = feed(Receiver(named=False), data)
+    assert message.command == command and message.body == b"".join(parts)
+
+
+def test_enormous_messages_are_refused_before_they_come():
+    head = wire.encode_number(wire.INDEX_MAGIC) + b"\x01\x01" + b"\xff" * 8
+    for lengths in (b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff", b"\0\0\0\0"):
+        with pytest.raises(RemoteProtocolError, match="bytes"):
+            feed(Receiver(named=False), head + lengths + b"\0\0\0\0")
+    with pytest.raises(RemoteProtocolError, match="name"):
+        feed(Receiver(), b"\xff\xff\xff\x7f")
+
+
+def test_unknown_carriers_are_named():
+    with pytest.raises(RemoteProtocolError, match="shmem is not supported"):
+        wire.identify(wire.encode_number(wire.MAGIC_BASE + 14))
+    with pytest.raises(LocalProtocolError, match="carrier bluetooth is not supported, use one of tcp"):
+        wire.by_name("bluetooth+recv.x")
+
+
+def test_real_mjpeg_stream_in_pieces():
+    conversation = next(c for c in read("stream_mjpeg_312") if c.client.startswith(b"GET /?ac"))
+    assert conversation.client == mjpeg.REQUEST % b"127.0.0.1"
+    assert conversation.server.startswith(mjpeg.RESPONSE)
+    whole = mjpeg.StreamReader().feed(conversation.server)
+    reader = mjpeg.StreamReader()
+    assert [
+        p for n in range(len(conversation.server)) for p in reader.feed(conversation.server[n : n + 1])
+    ] == whole
+    assert len(whole) >= 3
+    for jpeg in whole:
+        header, pixels, envelope = mjpeg.decode_jpeg(jpeg)
+        assert image.ImageHeader.decode(header).width == 16 and len(pixels) == 576
+        assert Stamp.decode(envelope)
+        ours = b"".join(mjpeg.encode_part(header + bytes(pixels), envelope))
+        (again,) = mjpeg.StreamReader().feed(ours)
+        assert mjpeg.find_comment(again) == envelope
+        theirs = conversation.server
+        assert ours[: ours.index(b"Length")] in theirs and ours.endswith(b"\r\n--boundarydonotcross\r\n")
+
+
+def test_a_source_that_refuses_is_quoted():
+    with pytest.raises(RemoteProtocolError, match="404 Not Found"):
+        mjpeg.StreamReader().feed(b"HTTP/1.0 404 Not Found\r\nContent-Length: 9\r\n\r\n")
+
+
+def test_authentication_succeeds_only_with_the_same_key():
+    def talk(first, second):
+        accepting, dialling = Handshake(first, accepting=True), Handshake(second, accepting=False)
+        message = accepting.begin()
+        while message:
+            message = dialling.received(message)
+            message = accepting.received(message) if message else b""
+        return accepting.done and dialling.done
+
+    assert talk(b"secret", b"secret")
+    with pytest.raises(AccessDeniedError):
+        talk(b"secret", b"guess")

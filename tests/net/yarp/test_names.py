@@ -1,0 +1,107 @@
+import pytest
+from transcripts import read
+
+from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
+from grabbergui.net.yarp import configuration
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.name_database import NAME_LIMIT, NameDatabase
+from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.names import Contact, Target, check_port_name
+
+
+def test_our_books_answer_as_yarps_do():
+    books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
+    for contact in (("/grabber", 10003), ("/grabber/rpc", 10002), ("/grabber/quit", 10005)):
+        books.answer(f"register {contact[0]} tcp 127.0.0.1 {contact[1]}", "127.0.0.1")
+    books.answer("register /fakeFrameGrabber/rpc tcp 127.0.0.1 10004", "127.0.0.1")
+    books.answer("register ...", "127.0.0.1")
+    compared = 0
+    for conversation in read("ns_commands_312"):
+        if not conversation.client.startswith(b"NAME_SERVER ") or conversation.client.count(b"\n") > 1:
+            continue
+        command = conversation.client.decode().removeprefix("NAME_SERVER ").strip()
+        answer = books.answer(command, "127.0.0.1")
+        recorded = conversation.server.decode()
+        if "... " in command:  # numbers that the server chose: only their form can agree
+            assert len(answer.split()) == len(recorded.split())
+        elif "list" not in command:
+            assert answer == recorded, command
+        compared += 1
+    assert compared > 25
+
+
+def test_lists_are_alphabetic_and_prefixes_whole_words():
+    books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
+    for name in ("/b", "/a/x", "/a", "/ab"):
+        books.answer(f"register {name}", "10.0.0.7")
+    assert [line.split()[2] for line in books.answer("list /a", "").splitlines()[:-1]] == ["/a", "/a/x"]
+    assert books.answer("query /ab", "").split()[4] == "10.0.0.7"
+
+
+def test_the_books_are_bounded():
+    books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
+    for number in range(NAME_LIMIT + 5):
+        books.answer(f"register /n{number} tcp h 5", "")
+    assert books.answer("list", "").count("\r\n") <= NAME_LIMIT + 1
+    assert books.answer("register bad tcp h 5", "") == "*** end of message\r\n"
+
+
+def test_client_and_server():
+    with NameServer(port=0) as server:
+        names = NameClient(server.contact)
+        contact = names.register("/x", ip="127.0.0.5", port=1234)
+        assert contact == Contact("/x", "127.0.0.5", 1234) == names.query("/x")
+        assert [known.name for known in names.list()] == ["/root", "/x", "fallback"]
+        assert names.register("...").name.startswith("/tmp/port/")
+        names.unregister("/x")
+        with pytest.raises(SourceNotFoundError, match="/x"):
+            names.query("/x")
+        assert names.query("tcp://10.0.0.9:77/").address == ("10.0.0.9", 77)
+    with pytest.raises(SourceUnavailableError, match="yarp-server"):
+        names.query("/x")
+
+
+def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
+    for name in ("YARP_CONF", "XDG_CONFIG_HOME", "YARP_NAMESPACE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("HOME", str(tmp_path / "nowhere"))
+    assert configuration.name_server() is None or configuration.folders()[-1].exists()
+    (tmp_path / "yarp.conf").write_text("10.1.2.3 10500 yarp\n")
+    assert configuration.name_server() == Contact("/root", "10.1.2.3", 10500)
+    (tmp_path / "yarp.conf").write_text("[name]\nhost 10.1.2.4\nport 10600\n")
+    assert configuration.name_server() == Contact("/root", "10.1.2.4", 10600)
+    (tmp_path / "yarp_namespace.conf").write_text("/my/root\n")
+    (tmp_path / "_my_root.conf").write_text("10.1.2.5\n")
+    assert configuration.name_server() == Contact("/my/root", "10.1.2.5", 10000)
+    assert configuration.authentication_key() is None
+    (tmp_path / "auth.conf").write_text('[AUTH]\nkey "our secret"\n')
+    assert configuration.authentication_key() == b"our secret"
+    assert NameClient.find("robot:11000").server.address == ("robot", 11000)
+    with pytest.raises(UsageError, match="HOST:PORT"):
+        NameClient.find("robot:99999")
+
+
+@pytest.mark.parametrize(
+    ("text", "target"),
+    [
+        ("/reader", Target("/reader", "tcp")),
+        ("tcp://reader", Target("/reader", "tcp")),
+        ("udp:/reader/deep", Target("/reader/deep", "udp")),
+        ("fast_tcp+recv.bayer+order.bggr://r", Target("/r", "fast_tcp+recv.bayer+order.bggr")),
+        ("tcp://127.0.0.1:99/", Target("//127.0.0.1:99", "tcp")),
+    ],
+)
+def test_targets_in_yarps_spellings(text, target):
+    assert Target.parse(text) == target
+
+
+def test_modifiers_travel_in_the_senders_name():
+    sender = Target.parse("tcp+recv.portmonitor+type.none://reader").sender("/grabber")
+    assert sender == "/grabber (recv portmonitor) (type none)"
+
+
+@pytest.mark.parametrize("name", ["", "x", "/", "/a b", "/a\nregister /b", '/"'])
+def test_bad_port_names_never_reach_the_server(name):
+    with pytest.raises(UsageError):
+        check_port_name(name)

@@ -1,0 +1,261 @@
+import socket
+import threading
+import time
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, TransportError
+from grabbergui.net.yarp import carrier as wire
+from grabbergui.net.yarp import image, port, ports
+from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp.envelope import Stamp
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.ports import InputPort, OutputPort, RpcServer, administer, ping
+from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.yarp.values import Vocab
+
+
+def wait_for(condition, what="condition"):
+    deadline = time.monotonic() + 10
+    while not condition():
+        assert time.monotonic() < deadline, f"{what} never came"
+        time.sleep(0.01)
+
+
+@pytest.fixture(autouse=True)
+def no_thread_is_left():
+    yield
+    wait_for(
+        lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads"
+    )
+
+
+@pytest.fixture
+def names():
+    with NameServer(port=0) as server:
+        yield NameClient(server.contact)
+
+
+def echo(request):
+    return Bottle([Vocab("ok"), *request.bottle()])
+
+
+PICTURE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
+
+
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
+def test_pictures_over_every_carrier(names, carrier):
+    with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
+        reader.connect("/out", carrier)
+        wait_for(lambda: output.connections, "the reader")
+        stamp = Stamp(7, 1234.5).encode()
+        smooth = np.full_like(PICTURE, 90)
+        output.write(*image.encode(smooth, "rgb"), stamp)
+        payload, envelope = reader.read(5)
+        header, pixels = image.decode(payload)
+        assert (header.code, envelope) == ("rgb", stamp)
+        np.testing.assert_allclose(pixels, smooth, atol=3 if carrier == "mjpeg" else 0)
+        reader.disconnect("/out")
+        wait_for(lambda: not output.connections, "the end of the connection")
+
+
+@pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "text", "text_ack"])
+def test_bottles_over_every_carrier(names, carrier):
+    with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
+        reader.connect("/out", carrier)
+        wait_for(lambda: output.connections and reader.sources, "the connection")
+        assert reader.carriers(outgoing=False) == {"/out": carrier}
+        bottle = Bottle([1, 2.5, "two words", ["x", Vocab("ok")]])
+        output.write_bottle(bottle, "3 4.5")
+        payload, envelope = reader.read(5)
+        assert Bottle.decode(payload) == bottle and envelope == "3 4.5"
+
+
+def test_requests_and_replies(names):
+    with RpcServer("/rpc", echo, names), RpcClient("/rpc", names) as client:
+        assert client.call(Bottle([1, "a"])) == [Vocab("ok"), 1, "a"]
+        big = Bottle([bytes(3_000_000)])
+        assert len(client.call(big)[1]) == 3_000_000
+
+
+def test_no_reply_is_an_acknowledgement_alone():
+    with RpcServer("/rpc", lambda request: None) as server, RpcClient(server.place()) as client:
+        assert client.call(Bottle([1])) is None
+        assert client.call_raw(Bottle([1])) == b""
+
+
+def test_a_client_comes_back_after_its_server(names):
+    client = RpcClient("/rpc", names)
+    with closing(client):
+        for _ in range(2):
+            with RpcServer("/rpc", echo, names):
+                assert client.call(Bottle([1])) == [Vocab("ok"), 1]
+
+
+def test_an_answer_that_never_comes():
+    release = threading.Event()
+    with (
+        RpcServer("/rpc", lambda request: release.wait(20) and None) as server,
+        RpcClient(server.place()) as client,
+    ):
+        with pytest.raises(AckTimeoutError, match="in time"):
+            client.call(Bottle([1]), timeout=0.1)
+        release.set()
+
+
+def test_a_broken_request_hurts_its_own_connection_only():
+    with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
+        (refusal,) = client.call(bytes.fromhex("000100000100000005000000"))[:1]
+        assert refusal == Vocab("fail")
+        assert client.call(Bottle([1])) == [Vocab("ok"), 1]
+
+
+def test_administration(names):
+    with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
+        ask = lambda *items: administer(output.contact.address, Bottle(items))  # noqa: E731
+        assert ping(output.contact.address) == [Vocab("ver"), 1, 2, 3]
+        assert ask(Vocab("list"), Vocab("out")) == []
+        assert ask(Vocab("add"), "fast_tcp://in") == [0, "Added connection from /out to fast_tcp://in\r\n"]
+        assert ask(Vocab("list"), Vocab("out")) == ["/in"]
+        assert ask(Vocab("list"), Vocab("out"), "/in").find("carrier") == "fast_tcp"
+        wait_for(lambda: reader.sources == ["/out"])
+        assert ask(Vocab("del"), "/in") == [0, "Removed connection from /out to /in\r\n"]
+        assert ask(Vocab("del"), "/in")[0] == -1
+        assert ask(Vocab("add"), "/nosuch") == [-1, "Do not know how to connect to /nosuch\r\n"]
+        assert "shmem is not supported" in ask(Vocab("add"), "shmem://in")[1]
+        assert ask("prop", "set", "a", 5) == [Vocab("ok")] and ask("prop", "get", "a") == [5]
+        assert ask("nonsense")[0] == Vocab("fail")
+        assert administer(reader.contact.address, Bottle([Vocab("add"), "/out"]))[0] == -1
+
+
+def test_a_slow_reader_slows_nobody():
+    with (
+        OutputPort("/out") as output,
+        InputPort("/in") as reader,
+        socket.create_server(("127.0.0.1", 0)) as lazy,
+    ):
+
+        def never_read():
+            sock, _ = lazy.accept()
+            sock.recv(64)
+            sock.sendall(wire.encode_number(1))
+            return sock
+
+        accepted = []
+        thread = threading.Thread(target=lambda: accepted.append(never_read()))
+        thread.start()
+        from grabbergui.net.yarp.names import Target
+
+        output.add(Target.parse(f"fast_tcp://127.0.0.1:{lazy.getsockname()[1]}/"))
+        thread.join()
+        output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
+        picture = image.encode(np.zeros((1000, 1000, 3), np.uint8), "rgb")
+        for number in range(20):
+            output.write(*picture, Stamp(number, 1).encode())
+            assert Stamp.decode(reader.read(5)[1]).count == number
+        assert output.dropped > 5
+        accepted[0].close()
+
+
+def test_only_the_newest_is_kept_for_a_slow_owner():
+    with OutputPort("/out") as output, InputPort("/in") as reader:
+        from grabbergui.net.yarp.names import Target
+
+        output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
+        for number in range(5):
+            output.write_bottle(Bottle([number]))
+            wait_for(lambda sent=number + 1: output._outputs[0].sent == sent)
+        assert Bottle.decode(reader.read(1)[0]) == [4] and reader.overwritten == 4
+        with pytest.raises(FrameTimeoutError):
+            reader.read(0.01)
+
+
+def test_reading_in_reverse_without_a_name():
+    with OutputPort("/out") as output, socket.create_connection(output.contact.address) as sock:
+        sock.settimeout(5)
+        sock.sendall(wire.encode_greeting(wire.FAST_TCP, "/me"))
+        assert wire.decode_number(sock.recv(8)) == output.port_number
+        sock.sendall(b"".join(wire.encode_message("r")))
+        wait_for(lambda: output.connections)
+        output.write_bottle(Bottle(["hello"]))
+        assert Bottle(["hello"]).encode() in sock.recv(4096)
+
+
+GARBAGE = [
+    b"\xff" * 64,
+    b"YA\xe4\x1e\x00\x00RP\xff\xff\xff\x7f",
+    wire.encode_greeting(wire.TCP, "/x") + b"".join(wire.encode_message("d"))[:20],
+    wire.encode_greeting(wire.TCP, "/x")
+    + wire.encode_number(10)
+    + b"\x01\x01"
+    + b"\xff" * 8
+    + b"\xff\xff\xff\x7f\0\0\0\0",
+    b"CONNECT x\r\nd\r\n((((((\r\n",
+    b"CONNACK " + b"y" * 2_000_000,
+    b"GET /?action=stream",
+    b"UNIX_STR",
+    wire.encode_number(7777 + 14),
+]
+
+
+@pytest.mark.parametrize("data", GARBAGE)
+def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
+    monkeypatch.setattr("grabbergui.net.yarp.inputs.STALL_SECONDS", 0.3)
+    with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
+        assert client.call(Bottle([1]))
+        with socket.create_connection(server.contact.address) as sock:
+            sock.settimeout(10)
+            try:
+                sock.sendall(data)
+                while sock.recv(4096):
+                    pass
+            except ConnectionError:
+                pass
+        assert client.call(Bottle([1])) == [Vocab("ok"), 1]
+
+
+def test_a_hundred_connections_at_once_and_too_many(monkeypatch):
+    monkeypatch.setattr(port, "INPUT_LIMIT", 110)
+    with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
+        assert client.call(Bottle([1]))
+        crowd = [socket.create_connection(server.contact.address) for _ in range(130)]
+        assert client.call(Bottle([2])) == [Vocab("ok"), 2]
+        wait_for(lambda: len(server._inputs) >= 110)
+        assert len(server._inputs) <= 110
+        for sock in crowd:
+            sock.close()
+        wait_for(lambda: len(server._inputs) == 1, "the end of the crowd")
+
+
+def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
+    monkeypatch.setattr(port, "KEEP_SECONDS", 0.05)
+    server = NameServer(port=0)
+    server.open()
+    names = NameClient(server.contact)
+    with OutputPort("/out", names) as output:
+        number = server.contact.port
+        server.close()
+        time.sleep(0.1)
+        with NameServer(port=number):
+            wait_for(lambda: any(known.name == "/out" for known in names.list()), "the name")
+            assert names.query("/out").address == output.contact.address
+
+
+def test_authentication_keeps_strangers_out(monkeypatch):
+    monkeypatch.setattr("grabbergui.net.yarp.inputs.STALL_SECONDS", 0.3)
+    server = RpcServer("/rpc", echo)
+    server.key = b"secret"
+    with server:
+        with RpcClient(server.place(), key=b"secret") as friend:
+            assert friend.call(Bottle([1])) == [Vocab("ok"), 1]
+        with RpcClient(server.place()) as stranger, pytest.raises(TransportError):
+            stranger.call(Bottle([1]), timeout=2)
+
+
+def test_no_name_server_means_no_port(names):
+    gone = NameClient(ports.Port("/x").contact)
+    with pytest.raises(Exception, match=r"name server|no way|cannot"):
+        OutputPort("/out", gone, bind="127.0.0.1").open()
