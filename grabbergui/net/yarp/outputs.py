@@ -89,14 +89,19 @@ class Output:
         with self._changed:
             self.dropped += self._next is not None
             self._next = message
-            self._changed.notify()
+            self._changed.notify_all()
+
+    def wait_taken(self, timeout: float) -> bool:
+        """Wait until no message is waiting to be sent; whether that was so within `timeout` seconds."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self._next is None, timeout)
 
     def close(self) -> None:
         """Stop sending and hang up. Any thread; may be called twice."""
         with self._changed:
             self._closed = True
             self._next = None
-            self._changed.notify()
+            self._changed.notify_all()
         sockets.hang_up(self._sock)
         if self._thread is not threading.current_thread() and self._thread.ident is not None:
             self._thread.join(5)
@@ -122,6 +127,7 @@ class Output:
             while not self._closed:
                 if self._next is not None:
                     message, self._next = self._next, None
+                    self._changed.notify_all()
                     return message
                 # A reader that leaves says nothing; its end of the stream is seen between messages.
                 if not self._changed.wait(1.0) and self._hung_up():

@@ -11,6 +11,7 @@ import os
 import select
 import socket
 import threading
+import time
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -264,6 +265,11 @@ class Port:
             message = Outgoing(parts, envelope)
             for output in outputs:
                 output.put(message)
+
+    def wait_sent(self, timeout: float) -> bool:
+        """Wait until every reader has taken up the last message: for those who must not lose any."""
+        deadline = time.monotonic() + timeout
+        return all(output.wait_taken(deadline - time.monotonic()) for output in self._outputs)
 
     # -- what inputs call ------------------------------------------------------------------------
     def admit(self, connection: Input) -> None:

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp import carrier as wire
 from grabbergui.net.yarp import mjpeg, sockets
 from grabbergui.net.yarp.bottle import Bottle, Buffer
@@ -86,18 +86,31 @@ class InputPort(Port):
         super().__init__(name, names, bind=bind, port=port)
         self.overwritten = 0
         "Messages that newer ones replaced before they were read."
-        self._arrived: deque[tuple[memoryview, str]] = deque(maxlen=depth)
+        self._arrived: deque[tuple[memoryview | bytes, str]] = deque(maxlen=depth)
+        "Messages and envelopes; a JPEG picture as bytes."
         self._changed = threading.Condition()
         self._pulled: dict[str, _Puller] = {}
 
     def read(self, timeout: float) -> tuple[memoryview, str]:
         """The oldest message kept and its envelope's text. Raises FrameTimeoutError."""
-        with self._changed:
-            if not self._changed.wait_for(lambda: self._arrived or self._closing.is_set(), timeout):
-                raise FrameTimeoutError(f"{self.name}: no message arrived within {timeout:g} s")
-            if not self._arrived:
-                raise FrameTimeoutError(f"{self.name} was closed")
-            return self._arrived.popleft()
+        deadline = time.monotonic() + timeout
+        while True:
+            with self._changed:
+                left = deadline - time.monotonic()
+                if not self._changed.wait_for(lambda: self._arrived or self._closing.is_set(), left):
+                    raise FrameTimeoutError(f"{self.name}: no message arrived within {timeout:g} s")
+                if not self._arrived:
+                    raise FrameTimeoutError(f"{self.name} was closed")
+                message, envelope = self._arrived.popleft()
+            if isinstance(message, memoryview):
+                return message, envelope
+            try:
+                # On the owner's thread: a picture that is never looked at costs no decoding.
+                header, pixels, envelope = mjpeg.decode_jpeg(message)
+            except RemoteProtocolError as error:
+                log.info("%s: %s", self.name, error)
+                continue
+            return memoryview(header + bytes(pixels)), envelope
 
     def connect(self, source: str, carrier: str = "fast_tcp") -> None:
         """Ask a source to send to us; over mjpeg we fetch. Our own name must be registered for the first.
@@ -151,7 +164,7 @@ class InputPort(Port):
             self._arrived.clear()
             self._changed.notify_all()
 
-    def _put(self, payload: memoryview, envelope: str) -> None:
+    def _put(self, payload: memoryview | bytes, envelope: str = "") -> None:
         with self._changed:
             self.overwritten += len(self._arrived) == self._arrived.maxlen
             self._arrived.append((payload, envelope))
@@ -180,7 +193,7 @@ class _Puller:
         source: str,
         address: tuple[str, int],
         key: bytes | None,
-        put: Callable[[memoryview, str], None],
+        put: Callable[[bytes], None],
         on_end: Callable[[_Puller], None],
     ) -> None:
         self.source = source
@@ -210,8 +223,7 @@ class _Puller:
         try:
             while data := self._sock.recv(1 << 18):
                 for jpeg in stream.feed(data)[-1:]:
-                    header, pixels, envelope = mjpeg.decode_jpeg(jpeg)
-                    self._put(memoryview(header + bytes(pixels)), envelope)
+                    self._put(jpeg)
             raise TransportError("the source closed the connection")
         except (GrabberError, OSError) as error:
             if not self._closed:
