@@ -165,7 +165,10 @@ class UsbIpConnection:
                 request.cancelled = True
                 status = _ECONNRESET
             self._camera.pipes[address].wake()
-        self._send(_HEADER.pack(_UNLINK_REPLY, sequence, 0, 0, 0, status & 0xFFFFFFFF, 0, 0, 0, 0, bytes(8)))
+        with self._sending:
+            self._send(
+                _HEADER.pack(_UNLINK_REPLY, sequence, 0, 0, 0, status & 0xFFFFFFFF, 0, 0, 0, 0, bytes(8))
+            )
 
     def _serve_endpoint(self, address: int, endpoint: _Endpoint) -> None:
         pipe = self._camera.pipes[address]
@@ -186,16 +189,21 @@ class UsbIpConnection:
                 if request.cancelled:
                     continue  # the host has its answer; what came is lost, as on a wire
                 endpoint.requests.popleft()
-            self._reply(request.sequence, status, sum(map(len, parts)), *parts)
+                # From here to the answer nothing else may be sent: to an unlink that came meanwhile, Linux
+                # takes the request as gone, and hangs up when it is answered afterwards.
+                self._sending.acquire()
+            try:
+                self._send(_submit_reply(request.sequence, status, sum(map(len, parts))), *parts)
+            finally:
+                self._sending.release()
 
     def _reply(self, sequence: int, status: int, length: int, *data: memoryview) -> None:
-        header = _HEADER.pack(
-            _SUBMIT_REPLY, sequence, 0, 0, 0, status & 0xFFFFFFFF, length, 0, 0, 0, bytes(8)
-        )
-        self._send(header, *data)
+        with self._sending:
+            self._send(_submit_reply(sequence, status, length), *data)
 
     def _send(self, header: bytes, *data: memoryview) -> None:
-        with self._sending, contextlib.suppress(OSError):
+        """Send, with `_sending` held; a host that is gone is noticed by the reader."""
+        with contextlib.suppress(OSError):
             if not data:
                 self._socket.sendall(header)
                 return
@@ -205,6 +213,10 @@ class UsbIpConnection:
                 if sent < len(part):
                     self._socket.sendall(part[sent:])
                 sent = max(sent - len(part), 0)
+
+
+def _submit_reply(sequence: int, status: int, length: int) -> bytes:
+    return _HEADER.pack(_SUBMIT_REPLY, sequence, 0, 0, 0, status & 0xFFFFFFFF, length, 0, 0, 0, bytes(8))
 
 
 def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
