@@ -19,7 +19,8 @@ def as_editable(feature: Feature, auto: Feature | None) -> Feature:
     One that is locked only because its own automatic mode is on can be written: `write_feature` switches
     the mode off first. Every other lock stays.
     """
-    locked = feature.access is AccessMode.READ_ONLY and feature.auto is not None
-    if locked and auto is not None and auto.name == feature.auto and regulating(auto) and auto.access.writable:
+    if auto is None or auto.name != feature.auto or feature.access is not AccessMode.READ_ONLY:
+        return feature
+    if regulating(auto) and auto.access.writable:
         return replace(feature, access=AccessMode.READ_WRITE)
     return feature

@@ -51,7 +51,8 @@ def run(
     when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
     frame came. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the desktop's). Settings are
     neither read nor kept offscreen. `create` makes the grabber of a URI, for a program that holds one open
-    already. Ctrl-C and SIGTERM close the window; with `stop`, setting that does, and signals are the caller's.
+    already. Ctrl-C and SIGTERM close the window; with `stop`, setting that does, and signals are left to the
+    caller.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"

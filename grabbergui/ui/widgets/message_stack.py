@@ -47,7 +47,7 @@ class MessageBar(QFrame):
         icons.apply(self)
         self.closeButton.clicked.connect(self.dismissed)
 
-    def offer(self, label: str, action: Callable[[], object]) -> None:
+    def offer(self, label: str, action: Callable[[], None]) -> None:
         """Show a button that does something about it."""
         self.actionButton.setText(label)
         self.actionButton.clicked.connect(lambda: action())
@@ -84,7 +84,7 @@ class MessageStack(QWidget):
         bar = self._add(text, Tone.INFO)
         QTimer.singleShot(int(NOTICE_SECONDS * 1000), bar.dismissed)
 
-    def showOffer(self, text: str, label: str, action: Callable[[], object]) -> MessageBar:
+    def showOffer(self, text: str, label: str, action: Callable[[], None]) -> MessageBar:
         """Show a message with a button that does something about it, until it is dismissed."""
         bar = self._add(text, Tone.INFO)
         bar.offer(label, action)
