@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import random
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from grabbergui import sources
+from grabbergui.core.errors import TransportError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.yarp.name_client import NameClient
 from grabbergui.net.yarp.name_server import NameServer
@@ -29,11 +32,22 @@ class Stage:
         return YarpGrabberServer(self.grabber, name, names=self.names, **options)  # type: ignore[arg-type]
 
 
+def _name_server() -> NameServer:
+    """Below the numbers that the system gives out itself: real YARP ports get those just above."""
+    for port in random.Random(os.getpid()).sample(range(11_000, 32_000, 100), 20):
+        name_server = NameServer(HOST, port)
+        try:
+            name_server.open()
+        except TransportError:
+            continue
+        return name_server
+    raise AssertionError("no free port for a name server")
+
+
 @contextmanager
 def stage() -> Iterator[Stage]:
     """Everything up, and down again."""
-    name_server = NameServer(HOST, 0)
-    name_server.open()
+    name_server = _name_server()
     grabber = sources.create("sim:")
     try:
         grabber.open()
