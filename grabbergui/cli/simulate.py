@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -28,13 +29,23 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--serial", default="", help="the serial number; further cameras count on from it")
 
+    parser.add_argument(
+        "--bandwidth",
+        type=_positive,
+        default=125e6,
+        metavar="BYTES/S",
+        help="of the link that --gige paces its packets to; 0 is unlimited (125e6: 1 GbE)",
+    )
+
     faults = parser.add_argument_group("faults on the network (--gige)")
     faults.add_argument("--loss", type=_part, default=0.0, metavar="1%", help="packets that never leave")
     faults.add_argument("--reorder", action="store_true", help="let some packets overtake others")
     faults.add_argument("--duplicate", action="store_true", help="send some packets twice")
     faults.add_argument("--delay", type=_seconds, default=0.0, metavar="5ms", help="hold every datagram back")
     faults.add_argument("--stall-after", type=int, default=0, metavar="N", help="fall silent after N frames")
-    faults.add_argument("--reboot-after", type=float, default=0.0, metavar="S", help="vanish after S seconds")
+    faults.add_argument(
+        "--reboot-after", type=_positive, default=0.0, metavar="S", help="vanish after S seconds"
+    )
 
     usb = parser.add_argument_group("the USB (--u3v)")
     usb.add_argument(
@@ -76,6 +87,7 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
         serial=options.serial,
         power_on=power_on_values(camera.options),
         faults=faults,
+        bandwidth=options.bandwidth,
     )
 
 
@@ -99,12 +111,23 @@ def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., 
 
 def _part(text: str) -> float:
     """`1%` or `0.01`."""
-    number = float(text.removesuffix("%"))
-    return number / 100 if text.endswith("%") else number
+    if text.endswith("%"):
+        return _positive(text.removesuffix("%")) / 100
+    return _positive(text)
 
 
 def _seconds(text: str) -> float:
     """`5ms`, `0.005s` or `0.005`."""
     if text.endswith("ms"):
-        return float(text.removesuffix("ms")) / 1000
-    return float(text.removesuffix("s"))
+        return _positive(text.removesuffix("ms")) / 1000
+    return _positive(text.removesuffix("s"))
+
+
+def _positive(text: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not 0 <= number < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number from 0 on")
+    return number

@@ -16,6 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+MEMORY = 512 << 20
+"""Bytes that one stream's buffers may take where nothing else is said."""
+FEWEST, MOST = 8, 1024
+"""Buffers, however large or small they are."""
+
+
 class BufferPool:
     """Buffers of one size for one stream. Thread-safe.
 
@@ -23,10 +29,11 @@ class BufferPool:
     bounded because `take` gives nothing beyond `limit` buffers in use.
     """
 
-    def __init__(self, size: int, limit: int = 32) -> None:
+    def __init__(self, size: int, limit: int | None = None) -> None:
+        """`limit`: as many as `MEMORY` holds where it is None."""
         self.size = size
         "Bytes of each buffer."
-        self.limit = limit
+        self.limit = limit or min(max(MEMORY // max(size, 1), FEWEST), MOST)
         "How many may be in use at once."
         self._free: deque[bytearray] = deque()
         self._in_use = 0

@@ -5,7 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from grabbergui.core.buffers import BufferPool
+from grabbergui.core.buffers import FEWEST, MOST, BufferPool
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 
@@ -104,3 +104,10 @@ def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
     thread.start()
     thread.join(10)
     assert not thread.is_alive()
+
+
+@pytest.mark.parametrize(
+    ("size", "limit"), [(100, MOST), (1 << 20, 512), (32 << 20, 16), (1 << 30, FEWEST), (0, MOST)]
+)
+def test_without_a_limit_memory_decides(size, limit):
+    assert BufferPool(size).limit == limit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import logging
 import selectors
 import socket
@@ -43,8 +44,9 @@ class FoundDevice:
 
     @property
     def reachable(self) -> bool:
-        """Whether its address is in a subnet of the interface that heard it."""
-        return self.interface.loopback or self.interface.reaches(self.ip)
+        """Whether its address is in a subnet of the interface that heard it, or on this machine."""
+        here = self.interface.loopback or ipaddress.IPv4Address(self.ip).is_loopback
+        return here or self.interface.reaches(self.ip)
 
     def answers_to(self, name: str) -> bool:
         """Whether `name` is its IP address, serial number, MAC address or user name."""

@@ -34,9 +34,6 @@ log = logging.getLogger(__name__)
 
 MAX_PAYLOAD_BYTES = 1 << 30
 "Of one picture. What a camera announces beyond is a fault, not a picture."
-POOL_BYTES = 512 << 20
-"Memory for pictures that consumers hold, as long as that is enough for `MIN_BUFFERS`."
-MIN_BUFFERS, MAX_BUFFERS = 8, 32
 READY_BUFFERS = 4
 "Buffers made before the first packet, so that none waits for the system's memory."
 
@@ -181,8 +178,7 @@ def open_source(receiver: socket.socket, device_ip: str, *, batched: bool = True
 
 def make_pool(payload_size: int) -> BufferPool:
     """Buffers for one stream, some of them made already."""
-    limit = min(max(POOL_BYTES // payload_size, MIN_BUFFERS), MAX_BUFFERS)
-    pool = BufferPool(payload_size, limit)
+    pool = BufferPool(payload_size)
     ready = [pool.take() for _ in range(READY_BUFFERS)]
     del ready
     return pool
