@@ -1,4 +1,4 @@
-"""The one thing pyproject.toml cannot say: resources/ stands beside the package and is installed inside it."""
+"""What pyproject.toml cannot say: resources/ stands beside the package and is installed inside it."""
 
 from setuptools import find_packages, setup
 

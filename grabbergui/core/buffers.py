@@ -15,7 +15,6 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-
 MEMORY = 512 << 20
 """Bytes that one stream's buffers may take where nothing else is said."""
 FEWEST, MOST = 8, 1024
