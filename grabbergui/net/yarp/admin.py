@@ -7,7 +7,7 @@ from typing import Final, Protocol
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.names import Target
-from grabbergui.net.yarp.values import Item, Vocab, word
+from grabbergui.net.yarp.values import Dialect, Item, Vocab, word
 
 _HELP: Final = (
     "[help]                  # give this help",
@@ -25,6 +25,7 @@ _HELP: Final = (
 )
 _VERSION: Final = (Vocab("ver"), 1, 2, 3)
 _MANY_PROPERTIES: Final = 256
+_PROPERTY_BYTES: Final = 4096
 
 _LINE_HELP: Final = (
     "This is a YARP port.  Here are the commands it responds to:",
@@ -172,6 +173,8 @@ def _properties(port: Administered, words: list[str], request: list[Item]) -> Bo
         return Bottle([Vocab("fail")])
     if words[2] not in port.properties and len(port.properties) >= _MANY_PROPERTIES:
         return Bottle([Vocab("fail"), f"a port keeps {_MANY_PROPERTIES} properties"])
+    if len(words[2]) + len(Bottle([request[3]]).encode(Dialect.YARP4)) > _PROPERTY_BYTES:
+        return Bottle([Vocab("fail"), f"a property has at most {_PROPERTY_BYTES} bytes"])
     port.properties[words[2]] = request[3]
     return Bottle([Vocab("ok")])
 

@@ -10,7 +10,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Protocol
 
-from grabbergui.core.errors import AckTimeoutError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.core.errors import (
+    AckTimeoutError,
+    GrabberError,
+    ProtocolError,
+    RemoteProtocolError,
+    TransportError,
+)
 from grabbergui.net.yarp import carrier as wire
 from grabbergui.net.yarp import mjpeg, sockets
 from grabbergui.net.yarp.bottle import Bottle, Buffer
@@ -151,7 +157,8 @@ class Input:
         except GrabberError as error:
             if not self._closed:
                 who = self.peer or f"{self._address[0]}:{self._address[1]}"
-                log.info("%s: connection from %s closed: %s", self._host.name, who, error)
+                level = logging.WARNING if isinstance(error, ProtocolError) else logging.INFO
+                log.log(level, "%s: connection from %s closed: %s", self._host.name, who, error)
         except Exception:
             log.exception("%s: connection from %s failed", self._host.name, self.peer or self._address)
         finally:

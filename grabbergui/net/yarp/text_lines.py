@@ -8,6 +8,9 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.bottle_text import is_complete
 
 LINE_LIMIT = 1 << 20
+CONTINUED_LINES = 100
+CONTINUED_BYTES = 1 << 18
+"""Of a Bottle that goes on over several lines: each line is judged anew with all before it."""
 
 
 class LineReader:
@@ -55,7 +58,7 @@ class LineReader:
             if more is None:
                 return None
             size, lines = size + len(more), lines + 1
-            if size > self._limit or lines > 1000:
+            if size > CONTINUED_BYTES or lines > CONTINUED_LINES:
                 raise RemoteProtocolError("text of a Bottle without an end")
             text += joint + more
         return None

@@ -127,6 +127,7 @@ def test_administration(names):
         assert ask(Vocab("add"), "/nosuch") == [-1, "Do not know how to connect to /nosuch\r\n"]
         assert "shmem is not supported" in ask(Vocab("add"), "shmem://in")[1]
         assert ask("prop", "set", "a", 5) == [Vocab("ok")] and ask("prop", "get", "a") == [5]
+        assert ask("prop", "set", "b", "x" * 5000)[0] == Vocab("fail")
         assert ask("nonsense")[0] == Vocab("fail")
         assert administer(reader.contact.address, Bottle([Vocab("add"), "/out"]))[0] == -1
 
