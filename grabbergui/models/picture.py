@@ -13,8 +13,9 @@ from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.pixels import DisplayImage, for_display
+from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
+from grabbergui.models.rendering import DisplaySettings, render
 
 log = logging.getLogger(__name__)
 
@@ -30,6 +31,9 @@ class Picture:
 
     frame: Frame
     image: DisplayImage
+    width: int
+    height: int
+    "Of the whole frame as it is seen: exchanged where it is turned on its side."
 
 
 class PictureModel:
@@ -52,6 +56,10 @@ class PictureModel:
         self._size: tuple[int, int] | None = None
         self._offer: Picture | None = None
         self._frame: Frame | None = None
+        self._held: Frame | None = None
+        self._settings = DisplaySettings()
+        self._again = threading.Event()
+        "Set when the frame shown is to be converted once more."
         self._problem = ""
         self._dropped = 0
         self._painted = RateMeter()
@@ -84,6 +92,7 @@ class PictureModel:
         self.detach()
         queue = grabber.open_queue(depth=2)
         self._queue = queue
+        self._held = None
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
@@ -111,15 +120,40 @@ class PictureModel:
         self.last_received = None
         self.received = self.converted = 0
 
+    @property
+    def settings(self) -> DisplaySettings:
+        """How the picture is looked at."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: DisplaySettings) -> None:
+        with self._lock:
+            if (settings.orientation.quarter_turns - self._settings.orientation.quarter_turns) % 2:
+                self._region = None  # it was a part of the view as it was turned before
+            self._settings = settings
+        self._show_again()
+
     def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
-        """What the view shows: a region of the frame (None: all of it), in `size` screen pixels."""
+        """What the view shows: a region of the frame as it is seen (None: all), in `size` screen pixels."""
         with self._lock:
             if (region, size) == (self._region, self._size):
                 return
             self._region, self._size = region, size
+        self._show_again()
+
+    def hold(self, frame: Frame | None) -> None:
+        """Show this frame while others pass by; with None, the newest ones again."""
+        self._held = frame
+        if frame is not None:
+            self._frame = frame
+        self._show_again()
+
+    def _show_again(self) -> None:
+        """Convert the frame shown once more, also while no other comes."""
+        self._again.set()
         queue, frame = self._queue, self._frame
         if queue is not None and frame is not None:
-            queue.put(frame)  # wakes the thread, so that a standing picture follows the view as well
+            queue.put(frame)
 
     def take(self) -> Picture | None:
         """The picture offered, once; None where there is none."""
@@ -139,7 +173,13 @@ class PictureModel:
                 frame = self._newest(queue)
             except FrameTimeoutError:
                 continue
-            self._convert(frame)
+            again = self._again.is_set()
+            self._again.clear()
+            held = self._held
+            if held is None:
+                self._convert(frame)
+            elif again:
+                self._convert(held)
             self._taken.wait(PAINT_WAIT)
 
     def _newest(self, queue: FrameQueue) -> Frame:
@@ -163,10 +203,11 @@ class PictureModel:
 
     def _convert(self, frame: Frame) -> None:
         with self._lock:
-            region, size = self._region, self._size
+            region, size, settings = self._region, self._size, self._settings
         self._frame = frame
         try:
-            picture = Picture(frame, for_display(frame, region, size))
+            image = render(frame, region, size, settings)
+            picture = Picture(frame, image, *settings.orientation.view_size(frame.width, frame.height))
         except PixelFormatError as error:
             self._report(str(error))
             return

@@ -94,8 +94,7 @@ class AcquisitionController(QObject):
         picture = self._picture.take()
         if picture is None or self._shown is None:
             return
-        frame = picture.frame
-        self._view.setPicture(picture.image, frame.width, frame.height)
+        self._view.setPicture(picture.image, picture.width, picture.height)
         # Every tenth line and column is plenty to tell black from not black.
         self._mean = float(picture.image.pixels[::10, ::10].mean())
 
@@ -108,6 +107,7 @@ class AcquisitionController(QObject):
         if frame is None or pixel is None or self._shown is None:
             self._view.setCursorText("")
             return
+        pixel = self._picture.settings.orientation.pixel(*pixel, frame.width, frame.height)
         try:
             values = value_at(frame, *pixel)
         except (PixelFormatError, IndexError):

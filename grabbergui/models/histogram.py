@@ -1,0 +1,84 @@
+"""How often each of the sensor's values occurs in a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import Family
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram:
+    """Counts of a whole frame by channel, as the sensor gave them."""
+
+    channels: dict[str, NDArray[np.int64]]
+    "`grey`, `Y`, or `R`, `G`, `B`: a count for each value 0 … 2^depth - 1."
+    depth: int
+    "Significant bits of a value."
+
+    @property
+    def black(self) -> float:
+        """Fraction of the samples that are 0."""
+        return self._fraction(0)
+
+    @property
+    def saturated(self) -> float:
+        """Fraction of the samples at the highest value."""
+        return self._fraction(-1)
+
+    def mean(self, channel: str) -> float:
+        """Mean value of a channel; 0 where it has no sample."""
+        counts = self.channels[channel]
+        return float(counts @ np.arange(counts.size)) / max(1, int(counts.sum()))
+
+    def binned(self, channel: str, most: int = 256) -> NDArray[np.int64]:
+        """A channel's counts in at most so many bins of equal width (a power of two)."""
+        counts = self.channels[channel]
+        sums: NDArray[np.int64] = counts.reshape(min(most, counts.size), -1).sum(axis=1)
+        return sums
+
+    def _fraction(self, index: int) -> float:
+        total = sum(int(counts.sum()) for counts in self.channels.values())
+        return sum(int(counts[index]) for counts in self.channels.values()) / max(1, total)
+
+
+def measure(frame: Frame) -> Histogram:
+    """The histogram of every pixel of a frame. Raises PixelFormatError."""
+    depth = frame.pixel_format.depth
+    channels: dict[str, NDArray[np.int64]] = {}
+    for name, values in _channels(frame):
+        counts = _counts(values, 1 << depth)
+        channels[name] = channels[name] + counts if name in channels else counts
+    return Histogram(dict(sorted(channels.items(), key=lambda item: "RGB".find(item[0]))), depth)
+
+
+def _channels(frame: Frame) -> Iterator[tuple[str, NDArray[Any]]]:
+    raw, order, family = frame.raw(), frame.pixel_format.order, frame.pixel_format.family
+    if family is Family.RGB:
+        for index, name in enumerate(order):
+            if name in "RGB":
+                yield name, raw[:, :, index]
+    elif family is Family.YUV:
+        yield "Y", raw[:, :, order.index("Y")]
+    elif family is Family.BAYER:
+        # The first line's two colours, and the second line's: red and blue lie on a diagonal.
+        second = {"RG": "GB", "BG": "GR", "GR": "BG", "GB": "RG"}[order]
+        for line, colours in enumerate((order, second)):
+            for column, name in enumerate(colours):
+                yield name, raw[line::2, column::2]
+    else:
+        yield "grey", raw
+
+
+def _counts(values: NDArray[Any], size: int) -> NDArray[np.int64]:
+    if not values.size:
+        return np.zeros(size, np.int64)
+    counts = cv2.calcHist([np.ascontiguousarray(values)], [0], None, [size], [0, size])
+    return counts.reshape(-1).astype(np.int64)

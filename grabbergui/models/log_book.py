@@ -1,0 +1,91 @@
+"""The program's log, kept to be looked at."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from dataclasses import dataclass
+
+from psygnal import Signal
+
+MOST_LINES = 2000
+
+
+@dataclass(frozen=True)
+class LogLine:
+    """One entry."""
+
+    time: float
+    "Seconds since the epoch."
+    level: int
+    "`logging`'s number."
+    origin: str
+    "The logger's name."
+    text: str
+
+
+class LogBook(logging.Handler):
+    """Keeps the last entries of `logging`, from whatever thread. Between `open` and `close` only."""
+
+    added = Signal(LogLine)
+    """A new entry; emitted on the thread that logged."""
+
+    def __init__(self, most: int = MOST_LINES) -> None:
+        super().__init__(logging.INFO)
+        self._lines: deque[LogLine] = deque(maxlen=most)
+        self._telling = threading.local()
+        self._logger: logging.Logger | None = None
+        self._levels_before: list[tuple[logging.Logger | logging.Handler, int]] = []
+
+    @property
+    def lines(self) -> tuple[LogLine, ...]:
+        """What is kept, the oldest first."""
+        self.acquire()
+        try:
+            return tuple(self._lines)
+        finally:
+            self.release()
+
+    def open(self, logger: logging.Logger | None = None) -> None:
+        """Begin to listen to a logger (the root), and let it pass on what this book keeps."""
+        self._logger = logger = logger or logging.getLogger()
+        self._levels_before = [(logger, logger.level), *((h, h.level) for h in logger.handlers)]
+        for handler in logger.handlers:
+            # What others print stays what it was, though the logger itself lets more pass.
+            handler.setLevel(max(handler.level, logger.level))
+        logger.setLevel(min(logger.level or logging.WARNING, self.level))
+        logger.addHandler(self)
+
+    def close(self) -> None:
+        """Listen no longer. May be called twice."""
+        if self._logger is not None:
+            self._logger.removeHandler(self)
+            self._logger = None
+        for changed, level in self._levels_before:
+            changed.setLevel(level)
+        self._levels_before = []
+        super().close()
+
+    def clear(self) -> None:
+        """Forget what is kept."""
+        self.acquire()
+        try:
+            self._lines.clear()
+        finally:
+            self.release()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep an entry; what a listener logs while it is told is kept, but not told."""
+        try:
+            line = LogLine(record.created, record.levelno, record.name, self.format(record))
+        except Exception:
+            self.handleError(record)
+            return
+        self._lines.append(line)
+        if not getattr(self._telling, "on", False):
+            self._telling.on = True
+            try:
+                self.added.emit(line)
+            finally:
+                self._telling.on = False
