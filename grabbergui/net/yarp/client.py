@@ -210,12 +210,18 @@ class YarpGrabber(FrameGrabber):
             if link is None or features is None:
                 return
             changed: frozenset[str] = frozenset()
-            if len(self.features_changed):
+            late = not any(features.tree.descriptions()) and not link.silent
+            if late:
+                self._features = features = link.features()
+                changed = frozenset(description.name for description in features.tree.descriptions())
+            elif len(self.features_changed):
                 changed = features.changes()
             else:
                 link.check()
             if stream is not None and not stream.connected:
                 stream.connect()
+        if changed and late:  # a server may answer before it has its camera
+            self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} has its camera")
         if changed:
             self.features_changed.emit(changed)
 

@@ -59,6 +59,8 @@ class GrabberLink:
         """
         self._timeout = timeout
         self._camera = DeviceInfo("")
+        self.silent = False
+        "Whether the port acknowledges requests without answering: it sends pictures and no more."
         self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
         try:
             self.dialect, self.ours = self._find_dialect()
@@ -107,6 +109,7 @@ class GrabberLink:
         Both kinds answer a word they don't know with a word, and none of these requests hangs one of them.
         """
         reply = self._rpc.call(grabber_tree.request("hello"), self._timeout)
+        self.silent = reply is None
         if reply and grabber_tree.understood(reply):
             self._camera = grabber_tree.read_hello(reply)
             return Dialect.YARP3, True

@@ -24,6 +24,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.net.yarp import configuration, grabber_service, grabber_tree, image, source
 from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
+from grabbergui.net.yarp.ports import OutputPort
 from grabbergui.net.yarp.values import Vocab
 
 
@@ -168,6 +169,45 @@ def test_commands(scene: Stage) -> None:
             remote.execute("Launch")
         with pytest.raises(FeatureError, match="UserSetLoad"):  # locked while streaming
             remote.execute("UserSetLoad")
+        remote.close()
+
+
+def test_a_port_that_only_sends_pictures(scene: Stage) -> None:
+    pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
+    with OutputPort("/pictures", scene.names) as port:
+        remote = connect(scene, "yarp:/pictures")
+        remote.open()
+        assert list(remote.feature_tree().descriptions()) == []
+        queue = remote.open_queue()
+        remote.start()
+        wait_for(lambda: port.connections, "the connection")
+        port.write(*image.encode(pixels, "rgb"))  # without an envelope
+        assert np.array_equal(queue.get(5).rgb(), pixels)
+        port.write(*image.encode(np.zeros((2, 2, 3), "<f4"), "rgb."))
+        port.write(b"no image")
+        wait_for(lambda: remote.statistics().packets_ignored, "a message that is no picture")
+        port.write(*image.encode(pixels, "rgb"))
+        assert queue.get(5).complete
+        remote.close()
+
+
+def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer = grabber_service.GrabberService.answer
+    empty = [Bottle([Vocab("fail")]).encode()]
+    monkeypatch.setattr(grabber_service.GrabberService, "answer", lambda self, message: empty)
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        assert not remote.has_feature("Gain")
+        states: list[ConnectionState] = []
+        remote.connection_changed.connect(lambda state, reason: states.append(state))
+
+        def attached(self: grabber_service.GrabberService, message: Bottle) -> object:
+            return empty if isinstance(message[0], str) else answer(self, message)
+
+        monkeypatch.setattr(grabber_service.GrabberService, "answer", attached)
+        wait_for(lambda: states, "the camera's arrival")
+        assert remote.has_feature("Gain")
         remote.close()
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -88,6 +90,15 @@ def features(grabber: BalancedGrabber) -> NumberedFeatures:
 
 def test_every_number_has_a_role() -> None:
     assert set(ROLES) == set(FeatureId)
+
+
+def test_the_manual_lists_every_number() -> None:
+    manual = (Path(__file__).parents[3] / "docs" / "yarp.md").read_text("utf-8")
+    rows = [line.split("|")[1:4] for line in manual.splitlines() if re.match(r"\| \d", line)]
+    documented = {int(number): names for ids, _, names in rows for number in ids.split(",")}
+    assert set(documented) == set(FeatureId)
+    for feature, role in ROLES.items():
+        assert role.names[0] in documented[feature]
 
 
 def test_numbers_find_modern_and_old_names(features: NumberedFeatures) -> None:
