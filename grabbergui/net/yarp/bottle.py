@@ -64,6 +64,8 @@ class Bottle(list[Item]):
         self.specialised = specialised
         """Whether a list of one type leaves out its items' codes; None leaves it to `encode`. Image
         headers always do, lists for YARP 4.0's thrift readers never."""
+        self.dialect: Dialect | None = None
+        "Which YARP wrote it, where a decoded Bottle's type codes tell."
 
     def encode(self, dialect: Dialect = Dialect.YARP3, *, specialise: bool = True) -> bytes:
         """The binary form. Raises LocalProtocolError for a value that has none."""
@@ -101,6 +103,7 @@ class Bottle(list[Item]):
         """
         reader = _Reader(memoryview(data).cast("B"), offset, dialect)
         bottle = cls(reader.whole())
+        bottle.dialect = Dialect.YARP4 if dialect is Dialect.YARP4 or reader.codes_of_4 else None
         return bottle, reader.offset
 
     @classmethod
@@ -201,6 +204,8 @@ class _Reader:
 
     def __init__(self, data: memoryview, offset: int, dialect: Dialect) -> None:
         self.offset = offset
+        self.codes_of_4 = False
+        "Whether a type code came that YARP 3.x does not write."
         self._data = data
         self._formats = _FORMATS[dialect]
         self._items_left = MAX_ITEMS
@@ -240,6 +245,7 @@ class _Reader:
         raise RemoteProtocolError(f"a Bottle has an item of unknown type code {code}")
 
     def _fixed(self, code: int, count: int) -> list[Item]:
+        self.codes_of_4 |= code in (FLOAT64_4, VOCAB64)
         layout = struct.Struct(f"<{count}{self._formats[code]}")
         start = self._take(layout.size, f"{count} items of type code {code}")
         values = layout.unpack_from(self._data, start)

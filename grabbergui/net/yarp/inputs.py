@@ -23,6 +23,7 @@ from grabbergui.net.yarp.bottle import Bottle, Buffer
 from grabbergui.net.yarp.carrier import Carrier, Message, Receiver
 from grabbergui.net.yarp.datagrams import Joiner
 from grabbergui.net.yarp.text_lines import LineReader
+from grabbergui.net.yarp.values import Dialect
 
 log = logging.getLogger(__name__)
 
@@ -61,6 +62,14 @@ class Request:
     def data(self) -> memoryview:
         """The binary form, as received or made from text. Raises RemoteProtocolError."""
         return memoryview(self.bottle().encode()) if self.message.text else self.message.body
+
+    @property
+    def dialect(self) -> Dialect:
+        """In which a Bottle for the peer is written: 3.x unless its message shows 4.0. Never raises."""
+        try:
+            return self.bottle().dialect or Dialect.YARP3
+        except RemoteProtocolError:
+            return Dialect.YARP3
 
     def bottle(self) -> Bottle:
         """The message as a Bottle. Raises RemoteProtocolError."""
@@ -248,7 +257,11 @@ class Input:
     def _ask(self, message: Message) -> Reply:
         request = Request(message, self.info)
         reply = self._host.deliver(request)
-        return reply if request.wants_reply else None
+        if not request.wants_reply:
+            return None
+        if isinstance(reply, Bottle) and not request.message.text:
+            return reply.encode_parts(request.dialect)
+        return reply
 
     def _reverse(self, carrier: Carrier) -> bool:
         if carrier.acknowledged:

@@ -15,7 +15,7 @@ from grabbergui.net.yarp.name_client import NameClient
 from grabbergui.net.yarp.name_server import NameServer
 from grabbergui.net.yarp.ports import InputPort, OutputPort, RpcServer, administer, ping
 from grabbergui.net.yarp.rpc_client import RpcClient
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.values import Dialect, Vocab
 
 
 def wait_for(condition, what="condition"):
@@ -79,6 +79,13 @@ def test_requests_and_replies(names):
         assert client.call(Bottle([1, "a"])) == [Vocab("ok"), 1, "a"]
         big = Bottle([bytes(3_000_000)])
         assert len(client.call(big)[1]) == 3_000_000
+
+
+def test_replies_are_written_in_the_dialect_of_the_request():
+    with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
+        for dialect in Dialect:
+            client.dialect = dialect
+            assert client.call_raw(Bottle([2.5])) == Bottle([Vocab("ok"), 2.5]).encode(dialect)
 
 
 def test_no_reply_is_an_acknowledgement_alone():
