@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import logging
 import threading
 import weakref
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from grabbergui.core.errors import (
@@ -80,7 +82,7 @@ class U3vDevice(Device):
         self._lost = ""
         "Why the camera is gone, once it is."
         self._lost_lock = threading.Lock()
-        self._exit: weakref.finalize[Any, Any] | None = None
+        self._at_exit: Callable[[], None] | None = None
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
@@ -103,7 +105,8 @@ class U3vDevice(Device):
             handle.close()
             raise
         # libusb must not be shut down at the interpreter's exit while our threads are in it.
-        self._exit = weakref.finalize(self, _close_at_exit, weakref.ref(self))
+        self._at_exit = partial(_close_at_exit, weakref.ref(self))
+        atexit.register(self._at_exit)
         self._access = access
         # The same camera again after a replug, whatever was asked for the first time.
         self._name = self._name or camera.info.serial
@@ -114,8 +117,8 @@ class U3vDevice(Device):
 
     def close(self) -> None:
         """See Device."""
-        if self._exit is not None:
-            self._exit.detach()
+        if self._at_exit is not None:
+            atexit.unregister(self._at_exit)
         self.close_stream()
         watcher, self._watcher = self._watcher, None
         if watcher is not None:

@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from grabbergui.core.errors import GrabberError
@@ -96,13 +97,32 @@ def our_host(result: dict[str, Any]) -> None:
         camera.close()
 
 
+FORGETFUL = """
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.u3v import source
+camera = source.create(SourceUri.parse("u3v:"))
+camera.open()
+queue = camera.open_queue()
+camera.start()
+queue.get(10.0)
+"""
+
+
+def forgetful_program() -> int:
+    """The exit status of a program that ends while it streams, without closing anything."""
+    return subprocess.run([sys.executable, "-c", FORGETFUL], timeout=30, check=False).returncode
+
+
 def aravis_streams(mode: str) -> dict[str, int]:
-    text = run("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "4")
+    text = run("arv-camera-test-0.8", f"--usb-mode={mode}", "--duration", "3")
     return {name: int(count) for name, count in re.findall(r"(n_\w+)\s*=\s*(\d+)", text)}
 
 
 def other_hosts(result: dict[str, Any]) -> None:
-    """Aravis, where it is installed."""
+    """Aravis and viva-genicam, where they are installed."""
+    viva = shutil.which("viva-camctl", path=str(Path(sys.executable).parent))
+    if viva:
+        result["viva"] = run(viva, "list-usb") + run(viva, "get", "--usb", "0", "--name", "PayloadSize")
     if shutil.which("arv-tool-0.8"):
         result["aravis_list"] = run("arv-tool-0.8")
         result["aravis_set"] = run("arv-tool-0.8", "control", "ExposureTime=3000", "Width")
@@ -139,6 +159,7 @@ def prove(via: str) -> dict[str, Any]:
         with plugged_in(via):
             other_hosts(result)
             our_host(result)
+            result["forgetful_exit"] = forgetful_program()
             if shutil.which("arv-tool-0.8"):
                 result["aravis_reads"] = run("arv-tool-0.8", "control", "ExposureTime")
         if via == "vhci":

@@ -65,6 +65,17 @@ def test_our_host_receives_every_frame_twice_in_a_row(way: dict[str, Any]) -> No
     assert (statistics["incomplete"], statistics["lost"], statistics["packets_missing"]) == (0, 0, 0)
 
 
+def test_a_program_that_ends_while_streaming_ends_cleanly(way: dict[str, Any]) -> None:
+    assert way["forgetful_exit"] == 0
+
+
+def test_viva_lists_the_camera_and_reads_it(way: dict[str, Any]) -> None:
+    if "viva" not in way:
+        pytest.skip("no viva-camctl here")
+    assert "SuperSpeed (5 Gbit/s)" in way["viva"]
+    assert str(640 * 480) in way["viva"]
+
+
 def test_aravis_lists_the_camera_by_its_guid(with_aravis: dict[str, Any]) -> None:
     assert "grabbergui-GRUI00SIM001-SIM001 (USB3)" in with_aravis["aravis_list"]
 
