@@ -14,6 +14,7 @@ from grabbergui.driver.u3v.gencp import (
     FLAG_ACKNOWLEDGE,
     CommandId,
     Packet,
+    Status,
     parse_reserved_and_value,
     status_text,
 )
@@ -23,6 +24,8 @@ TRIES = 3
 SHORTEST_RESPONSE_TIME = 0.2
 "Seconds; some devices announce less than they then need."
 LONGEST_RESPONSE_TIME = 5.0
+BUSY_PAUSE = 0.05
+"Seconds before a command that met a busy device is sent again."
 LONGEST_PENDING = 60.0
 "Seconds that a device may put a command off by pending acknowledges, altogether."
 
@@ -89,6 +92,9 @@ class ControlChannel:
         except RemoteProtocolError:
             # An answer to a former host may still be in the pipe.
             self.ignored += 1
+            return None
+        if packet.status == Status.BUSY and waiting.tries < TRIES:
+            waiting.deadline = now + BUSY_PAUSE
             return None
         self._outstanding = None
         if packet.status & 0x8000:

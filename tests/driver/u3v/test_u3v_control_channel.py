@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, LocalProtocolError
 from grabbergui.driver.u3v import gencp
-from grabbergui.driver.u3v.control_channel import LONGEST_PENDING, TRIES, ControlChannel
+from grabbergui.driver.u3v.control_channel import BUSY_PAUSE, LONGEST_PENDING, TRIES, ControlChannel
 from grabbergui.driver.u3v.gencp import CommandId, Packet
 
 READ = gencp.read_memory(0x1D0, 8)
@@ -70,6 +70,17 @@ def test_a_refusal_names_address_and_status() -> None:
         channel.receive(answer(transfer, b"", 0x8003), 0.0)
     assert caught.value.status == 0x8003
     channel.begin(CommandId.READMEM, READ, 0.0)
+
+
+def test_a_busy_device_is_asked_again_before_it_is_believed() -> None:
+    channel = ControlChannel()
+    transfer = channel.begin(CommandId.READMEM, READ, 0.0)
+    for _ in range(TRIES - 1):
+        assert channel.receive(answer(transfer, b"", gencp.Status.BUSY), 0.1) is None
+        assert channel.deadline == pytest.approx(0.1 + BUSY_PAUSE)
+        transfer = channel.expire()
+    with pytest.raises(DeviceStatusError, match="busy"):
+        channel.receive(answer(transfer, b"", gencp.Status.BUSY), 0.1)
 
 
 def test_foreign_answers_are_dropped_and_counted() -> None:
