@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import socket
 import threading
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
@@ -17,6 +18,10 @@ from grabbergui.net.yarp.carrier import Carrier
 log = logging.getLogger(__name__)
 
 _TEXT_LIMIT = 1 << 16
+_LONG_DATAGRAM = 49_000
+_DATAGRAM_GAP = 0.001
+"""Seconds after a long datagram, as YARP waits: a reader's kernel holds three of them by default, and one
+that is lost takes its whole picture with it."""
 
 
 class Outgoing:
@@ -153,7 +158,8 @@ class Output:
                 self._skip_line_acknowledgement()
         elif self.carrier.datagrams:
             for datagram in datagrams.split(message.binary()):
-                sockets.send(self._sock, datagram)
+                if sockets.send(self._sock, datagram) > _LONG_DATAGRAM:
+                    time.sleep(_DATAGRAM_GAP)
         else:
             sockets.send(self._sock, message.binary())
             if self.carrier.acknowledged:
