@@ -1,0 +1,135 @@
+"""Features, categories and device infos as JSON: what two grabberguis tell each other on any network.
+
+Only fields that differ from their default are written, and unknown ones are ignored, so that versions may
+differ. Reading raises RemoteProtocolError for whatever is malformed.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import MISSING, fields, is_dataclass
+from enum import Enum
+from types import NoneType
+from typing import Any, TypeVar
+
+from grabbergui.core import errors
+from grabbergui.core.errors import FeatureError, GrabberError, RemoteProtocolError
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    EnumEntry,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    Representation,
+    Visibility,
+)
+from grabbergui.core.grabber import DeviceInfo
+
+_ENUMS: dict[str, type[Enum]] = {
+    "kind": FeatureKind,
+    "visibility": Visibility,
+    "access": AccessMode,
+    "representation": Representation,
+}
+_MAX_DEPTH = 32
+"""Categories within categories."""
+
+_Built = TypeVar("_Built", Category, EnumEntry, Feature, FeatureDescription)
+
+
+def dumps(result: object) -> str:
+    """Plain data, or any of the dataclasses named above, as JSON."""
+    return json.dumps(result, default=_plain, separators=(",", ":"))
+
+
+def loads(text: str) -> Any:
+    """Plain data out of JSON."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RemoteProtocolError(f"malformed JSON: {error}") from None
+
+
+def read_info(data: object) -> DeviceInfo:
+    """A DeviceInfo out of a reply. Raises RemoteProtocolError."""
+    table = table_of(data)
+    known = {field.name for field in fields(DeviceInfo)}
+    return DeviceInfo(**{key: str(value) for key, value in {"uri": "", **table}.items() if key in known})
+
+
+def read_feature(data: object) -> Feature:
+    """A Feature out of a reply. Raises RemoteProtocolError."""
+    table = table_of(data)
+    entries = tuple(_built(EnumEntry, entry) for entry in _array(table.get("entries", [])))
+    feature = _built(Feature, {**table, "entries": entries})
+    if not isinstance(feature.value, (int, float, str, NoneType)):
+        raise RemoteProtocolError(f"{feature.name} has a value that is a {type(feature.value).__name__}")
+    return feature
+
+
+def read_category(data: object, depth: int = 0) -> Category:
+    """A Category with all below out of a reply. Raises RemoteProtocolError."""
+    table = table_of(data)
+    if depth > _MAX_DEPTH:
+        raise RemoteProtocolError(f"categories are nested deeper than {_MAX_DEPTH}")
+    members: list[Category | FeatureDescription] = []
+    for member in map(table_of, _array(table.get("members", []))):
+        is_feature = "kind" in member
+        members.append(_built(FeatureDescription, member) if is_feature else read_category(member, depth + 1))
+    return _built(Category, {**table, "members": tuple(members)})
+
+
+def _plain(value: object) -> Any:
+    """What JSON writes for one of our dataclasses: its fields, without those at their default."""
+    if isinstance(value, Enum):
+        return value.value
+    if is_dataclass(value):
+        return {
+            field.name: getattr(value, field.name)
+            for field in fields(value)
+            if field.default is MISSING or getattr(value, field.name) != field.default
+        }
+    raise TypeError(f"a {type(value).__name__} has no JSON")
+
+
+def _built(kind: type[_Built], data: object) -> _Built:
+    """An object of the fields we know; a newer peer may send more."""
+    table = table_of(data)
+    names = {field.name for field in fields(kind)}
+    values = {key: value for key, value in table.items() if key in names}
+    try:
+        if not isinstance(values["name"], str):
+            raise ValueError("its name is no text")
+        for key in values.keys() & _ENUMS.keys():
+            values[key] = _ENUMS[key](values[key])
+        if "selectors" in values:
+            values["selectors"] = tuple(map(str, values["selectors"]))
+        return kind(**values)
+    except (KeyError, TypeError, ValueError) as error:
+        raise RemoteProtocolError(f"a malformed {kind.__name__}: {error}") from None
+
+
+def table_of(data: object) -> dict[str, Any]:
+    """A JSON object."""
+    if not isinstance(data, dict):
+        raise RemoteProtocolError(f"a {type(data).__name__} where an object is expected")
+    return data
+
+
+def _array(data: object) -> list[Any]:
+    if not isinstance(data, list):
+        raise RemoteProtocolError(f"a {type(data).__name__} where an array is expected")
+    return data
+
+
+def error_of(kind: str, message: str, feature: str) -> GrabberError:
+    """The error that the other end named, to be raised here."""
+    found = getattr(errors, kind, GrabberError)
+    if (
+        not isinstance(found, type)
+        or not issubclass(found, GrabberError)
+        or found is errors.DeviceStatusError
+    ):
+        found = GrabberError
+    return found(message, feature) if issubclass(found, FeatureError) else found(message)
