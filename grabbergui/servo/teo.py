@@ -6,9 +6,11 @@ The base lies in the trunk: x forward, y left, z up. Tables as teo-configuration
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from grabbergui.servo.geometry import Pose, pose
+from grabbergui.servo.geometry import Pose, pose, rotation_from_vector
 from grabbergui.servo.kinematics import Chain, Joint
 
 FASTEST = 50.0
@@ -38,5 +40,11 @@ RIGHT_ARM = Chain(
     np.array([[0, 0, -1, -0.0975], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], np.float64),
 )
 
-CAMERA_ON_HEAD: Pose = pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0.07, 0.0, 0.06))
+CAMERA_PITCH = 20.0
+"Degrees by which the camera looks further down than the head."
+
+CAMERA_ON_HEAD: Pose = pose(
+    rotation_from_vector((0.0, math.radians(CAMERA_PITCH), 0.0)) @ [[0, 0, 1], [-1, 0, 0], [0, -1, 0]],
+    (0.07, 0.0, 0.06),
+)
 "The camera's optical frame (z forward, x right, y down) as seen from the head's (x forward, z up)."

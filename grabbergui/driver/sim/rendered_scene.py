@@ -87,12 +87,17 @@ def swaying(x: float = 1.35, y: float = 0.12, z: float = 0.80) -> Poses:
     return pose
 
 
+def board_pose() -> Matrix:
+    """Where the person holds the board: within reach of the robot's right hand."""
+    return at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
+
+
 @dataclass
 class Things:
     """Where everything is; a pose of None is not in the room."""
 
     face: Poses = field(default_factory=swaying)
-    board: Poses = lambda seconds: at(0.74, -0.28, 0.52, yaw=8, pitch=-6)
+    board: Poses = lambda seconds: board_pose()
     marker: Marker = field(default_factory=Marker)
 
 

@@ -1,0 +1,229 @@
+"""`grabbergui servo`: a robot's head follows, its arm reaches for a marker. `grabbergui calibrate`."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import select
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
+from grabbergui.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from grabbergui.core.frame import Frame
+    from grabbergui.core.grabber import FrameGrabber
+    from grabbergui.servo.config import Config
+    from grabbergui.servo.loop import Turn
+    from grabbergui.servo.report import Recorder
+    from grabbergui.servo.robots import Robot
+    from grabbergui.servo.session import ServoSession
+
+CalibrationFor = Callable[[int, int], Calibration]
+"Width and height of pictures to their calibration."
+
+_BOARD_SHOWN_S = 4.0
+"Seconds after which the simulated person shows the marker, so that the waiting can be seen."
+EXIT_NOT_REACHED = 1
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser(
+        "servo",
+        help="a robot's head follows what the camera sees, its arm reaches for a marker",
+        description="While it runs: Enter is the emergency stop, r resumes, q ends.",
+    )
+    parser.add_argument("--robot", choices=("sim-teo",), default="sim-teo", help="which robot (sim-teo)")
+    parser.add_argument("--source", metavar="SOURCE", help="the camera; by default that of a simulated robot")
+    parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
+    parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
+    parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
+    parser.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20)")
+    parser.add_argument("--dictionary", metavar="NAME", help="the marker's dictionary (4X4_50)")
+    parser.add_argument("--size", type=float, metavar="M", help="edge of the marker's black square (0.10)")
+    parser.add_argument("--steps", action="store_true", help="move the head by relative steps")
+    _add_calibration(parser)
+    parser.set_defaults(run=_run)
+
+
+def _add_calibration(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--calibration", type=Path, metavar="FILE", help="camera_info YAML of the camera")
+    group.add_argument(
+        "--field-of-view",
+        type=float,
+        metavar="DEGREES",
+        help="do without a calibration: what the picture's width sees; distances are then rough",
+    )
+
+
+def _config(options: argparse.Namespace) -> Config:
+    from grabbergui.servo.config import Config
+
+    config = Config.load(options.config) if options.config else Config()
+    given = {"id": options.marker, "dictionary": options.dictionary, "size": options.size}
+    marker = replace(config.marker, **{key: value for key, value in given.items() if value is not None})
+    head = replace(config.head, mode="steps") if options.steps else config.head
+    return replace(config, marker=marker, head=head)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from grabbergui.servo import desk
+    from grabbergui.servo.detection import Detector
+    from grabbergui.servo.session import ServoSession
+
+    if options.seconds is not None and not (math.isfinite(options.seconds) and options.seconds > 0):
+        raise UsageError(f"--seconds {options.seconds:g}: it must be more than 0")
+    config = _config(options)
+    with ExitStack() as stack:
+        robot, grabber, calibration, truth = _parts(options, config, stack)
+
+        def detector(frame: Frame) -> Detector:
+            return desk.detector(config, calibration(frame.width, frame.height))
+
+        session = ServoSession(grabber, robot, detector, config)
+        return _follow(session, options, calibration, truth)
+
+
+def _parts(
+    options: argparse.Namespace, config: Config, stack: ExitStack
+) -> tuple[Robot, FrameGrabber, CalibrationFor, Any]:
+    """Robot and camera, opened, the camera's calibration, and what is true where all is simulated."""
+    from grabbergui.cli.opening import opened
+    from grabbergui.driver.sim import rendered_scene
+    from grabbergui.driver.sim.rendered_scene import Things
+    from grabbergui.servo import desk, geometry
+    from grabbergui.servo.control import ArmController
+    from grabbergui.servo.sim_teo import SimTeo
+
+    robot = SimTeo()
+    robot.open()
+    stack.callback(robot.close)
+    if options.source:
+        grabber = stack.enter_context(opened(options.source))
+        return robot, grabber, _calibration(options), None
+    board = rendered_scene.board_pose()
+    things = desk.things_for(
+        config.marker, Things(board=lambda seconds: board if seconds >= _BOARD_SHOWN_S else None)
+    )
+    grabber = desk.mounted_camera(robot, things)
+    grabber.open()
+    stack.callback(grabber.close)
+    given = options.calibration is not None or options.field_of_view is not None
+    goal = ArmController(config.arm, config.marker.standoff).goal(board)
+
+    def truth() -> dict[str, float]:
+        hand = robot.state().hand
+        return {
+            "true_error_mm": 1e3 * geometry.distance(hand, goal),
+            "true_error_degrees": math.degrees(geometry.angle_between(hand, goal)),
+            "limit_violations": robot.limit_violations,
+        }
+
+    return robot, grabber, _calibration(options) if given else desk.calibration().scaled_to, truth
+
+
+def _calibration(options: argparse.Namespace) -> CalibrationFor:
+    """The one given, for pictures of any size that fits it. Raises UsageError with the ways out where there is none."""
+    if options.calibration is not None:
+        return Calibration.load(options.calibration).scaled_to
+    if options.field_of_view is not None:
+        return partial(Calibration.from_field_of_view, degrees=options.field_of_view)
+    raise UsageError(
+        f"{options.source} is not calibrated: run `grabbergui calibrate {options.source}` and pass its file "
+        f"as --calibration FILE, or do roughly with --field-of-view {NOMINAL_FIELD_OF_VIEW:g}"
+    )
+
+
+def _follow(
+    session: ServoSession, options: argparse.Namespace, calibration: CalibrationFor, truth: Any
+) -> int:
+    """Run to the end: of the time, of the loop, or by the user's wish."""
+    from grabbergui.servo.report import Recorder
+
+    recorder: Recorder | None = Recorder(options.report, calibration) if options.report else None
+    outcome = _Outcome()
+
+    def turned(turn: Turn, frame: Frame | None) -> None:
+        outcome.note(turn)
+        if recorder is not None:
+            recorder.add(turn, frame, session.loop.sighting)
+
+    session.turned.connect(turned)
+    session.failed.connect(outcome.fail)
+    session.start()
+    began = time.monotonic()
+    try:
+        while session.running and (options.seconds is None or time.monotonic() - began < options.seconds):
+            if _typed(0.1, session) == "q":
+                break
+    except KeyboardInterrupt:
+        session.emergency_stop("interrupted")
+    facts = {**_timing(session), **(truth() if truth else {})}
+    session.stop()
+    if recorder is not None:
+        report = recorder.finish(facts)
+        print(f"report in {options.report}: {'reached' if report['reached'] else 'not reached'}")
+    for name, value in facts.items():
+        if value is not None:
+            print(f"{name.replace('_', ' ')}: {value:.4g}")
+    if outcome.failure:
+        print(f"grabbergui: {outcome.failure}", file=sys.stderr)
+    return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
+
+
+class _Outcome:
+    """What happened, told as it happens."""
+
+    def __init__(self) -> None:
+        self.reached = False
+        self.failure = ""
+        self._state: Any = None
+        self._start: float | None = None
+
+    def note(self, turn: Turn) -> None:
+        """Print a change of state."""
+        self._start = turn.time if self._start is None else self._start
+        if turn.state is not self._state:
+            self._state = turn.state
+            self.reached |= turn.state.name == "REACHED"
+            print(f"{turn.time - self._start:7.2f} s  {turn.state.value}: {turn.reason}", flush=True)
+
+    def fail(self, reason: str) -> None:
+        """Remember why the loop ended."""
+        self.failure = reason
+
+
+def _typed(seconds: float, session: ServoSession) -> str:
+    """Wait a moment for a line from the keyboard, and act on it."""
+    if not sys.stdin or not sys.stdin.isatty():
+        time.sleep(seconds)
+        return ""
+    if not select.select([sys.stdin], [], [], seconds)[0]:
+        return ""
+    line = sys.stdin.readline().strip().lower()
+    if line == "":
+        session.emergency_stop("stopped from the keyboard")
+    elif line == "r":
+        session.resume()
+    return line
+
+
+def _timing(session: ServoSession) -> dict[str, float | None]:
+    return {
+        "pictures": len(session.detection_ms),
+        "detection_ms_median": statistics.median(session.detection_ms) if session.detection_ms else None,
+        "photon_to_command_ms_median": statistics.median(session.latency_ms) if session.latency_ms else None,
+        "commands_sent": session.gate.sent,
+        "commands_refused": session.gate.refused,
+    }

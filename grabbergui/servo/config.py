@@ -1,0 +1,193 @@
+"""All rates, gains and limits, with defaults, and how an `.ini` file changes them.
+
+Sections are the fields of `Config`, keys those of its parts, in the dialect of `config.ini`. The file that is
+shipped, `resources/servo/servo.ini`, holds every key with its default.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from grabbergui.config import ini
+from grabbergui.core.errors import UsageError
+
+
+@dataclass(frozen=True)
+class MarkerConfig:
+    """Which marker the arm goes to."""
+
+    dictionary: str = "4X4_50"
+    id: int = 20
+    size: float = 0.10
+    "Metres along an edge of the black square."
+    standoff: float = 0.10
+    "Metres before the marker's face at which the hand stops."
+
+
+@dataclass(frozen=True)
+class TrackConfig:
+    """What a detection must be like before anything moves for it."""
+
+    confirm: int = 3
+    "Pictures in a row that must show the same thing in the same place."
+    jump: float = 0.08
+    "Metres from one picture to the next beyond which it is another thing."
+    jump_angle: float = 20.0
+    "Degrees likewise."
+    smoothing: float = 0.15
+    "Weight of the newest picture in the target's pose."
+    grace: float = 0.3
+    "Seconds without a usable detection, nothing moving, before the target is lost."
+
+
+@dataclass(frozen=True)
+class HeadConfig:
+    """How the head keeps its target centred."""
+
+    mode: str = "velocity"
+    "`velocity`, or `steps`: relative moves of a fixed size, as the reference follower makes them."
+    gain: float = 2.5
+    "Rad/s per radian off centre."
+    deadband: float = 0.03
+    "Radians off centre within which nothing moves."
+    start: float = 0.045
+    "Radians off centre at which a resting head starts again; more than the deadband, so that it rests."
+    fastest: float = 40.0
+    "Degrees per second."
+    step: float = 2.0
+    "Degrees of a step."
+    step_period: float = 0.2
+    "Seconds from step to step."
+    search: float = 20.0
+    "Degrees per second while searching."
+    below: float = 0.3
+    "Metres below a person's face that are looked at, so that what the hands hold is in the picture too."
+
+
+@dataclass(frozen=True)
+class ArmConfig:
+    """How the hand approaches."""
+
+    gain: float = 1.5
+    "1/s: twist per pose error."
+    fastest: float = 0.12
+    "Metres per second."
+    fastest_turn: float = 35.0
+    "Degrees per second."
+    acceleration: float = 0.4
+    "Metres per second²; the way down to rest is planned with half of it."
+    turn_acceleration: float = 120.0
+    "Degrees per second²."
+    deadband: float = 0.002
+    "Metres of error within which the hand rests."
+    deadband_turn: float = 0.5
+    "Degrees likewise."
+    reached: float = 0.006
+    "Metres of error at which the marker counts as reached."
+    reached_turn: float = 1.5
+    "Degrees likewise."
+    x_low: float = 0.05
+    "The workspace: a box in the robot's base, metres."
+    x_high: float = 0.85
+    y_low: float = -0.90
+    y_high: float = 0.35
+    z_low: float = -0.30
+    z_high: float = 0.95
+
+
+@dataclass(frozen=True)
+class SafetyConfig:
+    """When everything stands still."""
+
+    picture_timeout: float = 0.15
+    "Seconds since the newest picture was exposed."
+    robot_timeout: float = 0.15
+    "Seconds since the robot's encoders were read."
+    freeze: float = 0.6
+    "Seconds that encoders may stand still while motion is commanded."
+    search_after: float = 2.0
+    "Seconds after a loss before the head starts to search."
+    command_timeout: float = 0.15
+    "Seconds after which the watchdog stops a robot that gets no more commands."
+
+
+@dataclass(frozen=True)
+class LoopConfig:
+    """The loop itself."""
+
+    rate: float = 50.0
+    "Commands per second."
+
+
+@dataclass(frozen=True)
+class Config:
+    """Everything."""
+
+    marker: MarkerConfig = field(default_factory=MarkerConfig)
+    track: TrackConfig = field(default_factory=TrackConfig)
+    head: HeadConfig = field(default_factory=HeadConfig)
+    arm: ArmConfig = field(default_factory=ArmConfig)
+    safety: SafetyConfig = field(default_factory=SafetyConfig)
+    loop: LoopConfig = field(default_factory=LoopConfig)
+
+    def __post_init__(self) -> None:
+        if self.head.mode not in ("velocity", "steps"):
+            raise UsageError(f"[head] mode is '{self.head.mode}'; there are velocity and steps")
+        if self.head.start < self.head.deadband:
+            raise UsageError("[head] start must not be less than deadband, or the head would never rest")
+        if not 1 <= self.loop.rate <= 1000:
+            raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
+        if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:
+            raise UsageError(
+                f"[safety] picture_timeout of {self.safety.picture_timeout:g} s is too long: motion must end "
+                f"within 0.2 s of the last picture, one turn of the loop ({1 / self.loop.rate:g} s) included"
+            )
+        if self.safety.command_timeout > 0.2:
+            raise UsageError("[safety] command_timeout must not be more than 0.2 s")
+
+    @classmethod
+    def parse(cls, text: str, where: str = "configuration") -> Config:
+        """Defaults, changed by a file's text. Raises UsageError naming section, key and what is allowed."""
+        config, parts = cls(), {}
+        for name, section in ini.parse(text, where).items():
+            if not section.values:
+                continue
+            if not hasattr(config, name):
+                known = ", ".join(f"[{part.name}]" for part in fields(cls))
+                raise UsageError(f"{where} has a section [{name}]; there are {known}")
+            parts[name] = _changed(getattr(config, name), section.values, f"{where}, [{name}]")
+        return replace(config, **parts)
+
+    @classmethod
+    def load(cls, path: Path) -> Config:
+        """Read a file. Raises UsageError, OSError."""
+        return cls.parse(path.read_text("utf-8", "replace"), str(path))
+
+
+def _changed(part: Any, values: dict[str, str], where: str) -> Any:
+    known = {entry.name: getattr(part, entry.name) for entry in fields(part)}
+    changes: dict[str, Any] = {}
+    for key, text in values.items():
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
+            raise UsageError(f"{where} has no {key}; {hint}")
+        changes[key] = _value(text, known[key], f"{where}: {key}")
+    return replace(part, **changes)
+
+
+def _value(text: str, default: Any, where: str) -> Any:
+    if isinstance(default, str):
+        return text
+    try:
+        number = int(text) if isinstance(default, int) else float(text)
+    except ValueError:
+        raise UsageError(f"{where} is '{text}', not a number") from None
+    # Only the corners of the workspace may be negative.
+    if not math.isfinite(number) or (number < 0 and where[-4:] not in ("_low", "high")):
+        raise UsageError(f"{where} is {text}; it must be finite and not negative")
+    return number

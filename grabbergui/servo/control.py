@@ -1,0 +1,187 @@
+"""What head and hand shall do, from where the target is. No clock: time is an argument."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.servo import geometry
+from grabbergui.servo.config import ArmConfig, HeadConfig
+from grabbergui.servo.geometry import Pose, Vector
+
+Axes = NDArray[np.bool_]
+
+HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+"The hand's axes as seen from the marker's: its z into the marker, its x down along it."
+
+
+class HeadController:
+    """Keeps a point in the middle of the picture: pan, tilt (radians, positive to the left and down)."""
+
+    def __init__(self, config: HeadConfig, low: Vector, high: Vector) -> None:
+        self.offset = np.zeros(2)
+        "How far the target was off centre at last: to the right and down, radians."
+        self._config = config
+        self._low, self._high = low, high
+        self._moving: Axes = np.zeros(2, bool)
+        self._next_step = -math.inf
+        self._side = 1.0
+
+    def see(self, target: Vector, camera: Pose) -> None:
+        """Only look how far off centre it is."""
+        self.offset = off_centre(target, camera)
+
+    def look(self, target: Vector, camera: Pose, angles: Vector) -> Vector:
+        """Pan and tilt velocities, rad/s, that bring `target` (base, metres) to the middle.
+
+        `camera` is where the camera is just now, not when the picture was exposed, so that a late picture
+        does not make the head overshoot. Zero within the deadband and where a joint is at its limit.
+        """
+        self.see(target, camera)
+        wanted = self._wanted(angles)
+        velocity = -self._config.gain * wanted * (1, -1)
+        fastest = math.radians(self._config.fastest)
+        return np.clip(velocity, -fastest, fastest)
+
+    def step(self, target: Vector, camera: Pose, angles: Vector, now: float) -> Vector | None:
+        """A relative move of fixed size, radians, or None while none is due."""
+        self.see(target, camera)
+        wanted = self._wanted(angles)
+        if now < self._next_step or not wanted.any():
+            return None
+        self._next_step = now + self._config.step_period
+        moves = -np.sign(wanted) * (1, -1) * math.radians(self._config.step)
+        return np.clip(angles + moves, self._low, self._high) - angles
+
+    def centred(self, angles: Vector, slack: float = 1.0) -> bool:
+        """Whether the target is as near to the middle as the deadband asks or the joints allow.
+
+        `slack` widens it for one that is being followed, which lags a little where it moves.
+        """
+        near = np.abs(self.offset) <= self._config.start * slack
+        return bool((near | self._blocked(self.offset, angles)).all())
+
+    def search(self, angles: Vector) -> Vector:
+        """Velocities of a slow sweep from side to side, the head otherwise level."""
+        speed = math.radians(self._config.search)
+        edge = 0.7 * (self._high[0] if self._side > 0 else self._low[0])
+        if (edge - angles[0]) * self._side <= 0.02:
+            self._side = -self._side
+        level = float(np.clip(-angles[1], -speed, speed))
+        return np.array([self._side * speed, level])
+
+    def rest(self) -> None:
+        """Forget what was moving."""
+        self._moving[:] = False
+
+    def _wanted(self, angles: Vector) -> Vector:
+        """The offset along axes that shall move, zero along those that rest."""
+        size = np.abs(self.offset)
+        self._moving = np.where(self._moving, size > self._config.deadband, size > self._config.start)
+        self._moving &= ~self._blocked(self.offset, angles)
+        return np.where(self._moving, self.offset, 0.0)
+
+    def _blocked(self, offset: Vector, angles: Vector) -> Axes:
+        """Axes whose joint is at the limit in the direction in which it would have to go."""
+        direction = -np.sign(offset) * (1, -1)
+        margin = 1e-3
+        blocked: Axes = ((direction > 0) & (angles >= self._high - margin)) | (
+            (direction < 0) & (angles <= self._low + margin)
+        )
+        return blocked
+
+
+def off_centre(target: Vector, camera: Pose) -> Vector:
+    """Angles to the right and down, radians, at which a camera sees a point of the base."""
+    x, y, z = camera[:3, :3].T @ (target - camera[:3, 3])
+    return np.array([math.atan2(x, z), math.atan2(y, z)])
+
+
+class ArmController:
+    """Moves the hand to a pose before the marker: fast from afar, slowing down, resting at the goal."""
+
+    def __init__(self, config: ArmConfig, standoff: float) -> None:
+        self.error = (math.inf, math.inf)
+        "Metres and radians from the hand to the goal at last."
+        self._config = config
+        self._standoff = standoff
+        self._twist = np.zeros(6)
+        self._resting = np.zeros(2, bool)
+
+    def goal(self, marker: Pose) -> Pose:
+        """Where the hand shall be for a marker."""
+        return marker @ geometry.pose(HAND_ON_MARKER, (0.0, 0.0, self._standoff))
+
+    def inside(self, position: Vector) -> bool:
+        """Whether a point lies in the workspace."""
+        low, high = self._box()
+        return bool(((low <= position) & (position <= high)).all())
+
+    def approach(self, hand: Pose, marker: Pose, seconds: float) -> Vector:
+        """The twist (base, m/s and rad/s) for the next `seconds`; zero where the goal is outside."""
+        goal = self.goal(marker)
+        error = geometry.diff(hand, goal)
+        self.error = (float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])))
+        if not np.isfinite(error).all() or not self.inside(goal[:3, 3]):
+            return self.rest()
+        config = self._config
+        wanted = np.concatenate(
+            (
+                self._part(0, error[:3], config.fastest, config.acceleration, config.deadband),
+                self._part(
+                    1,
+                    error[3:],
+                    math.radians(config.fastest_turn),
+                    math.radians(config.turn_acceleration),
+                    math.radians(config.deadband_turn),
+                ),
+            )
+        )
+        limit = np.repeat((config.acceleration, math.radians(config.turn_acceleration)), 3) * seconds
+        # Speeding up is gradual; slowing down is never delayed.
+        faster = np.abs(wanted) > np.abs(self._twist)
+        change = wanted - self._twist
+        self._twist = np.where(faster, self._twist + np.clip(change, -limit, limit), wanted)
+        return self._kept_inside(hand, self._twist, seconds)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether hand and goal were near enough at last."""
+        return self.error[0] <= self._config.reached and self.error[1] <= math.radians(
+            self._config.reached_turn
+        )
+
+    def rest(self) -> Vector:
+        """Zero, and the next approach starts slowly."""
+        self._twist = np.zeros(6)
+        self._resting[:] = False
+        return np.zeros(6)
+
+    def measure(self, hand: Pose, marker: Pose) -> None:
+        """Only look how far it is."""
+        error = geometry.diff(hand, self.goal(marker))
+        self.error = (float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])))
+
+    def _part(
+        self, which: int, error: Vector, fastest: float, acceleration: float, deadband: float
+    ) -> Vector:
+        size = float(np.linalg.norm(error))
+        # A resting hand starts again only when it is clearly off, so that noise does not make it tremble.
+        self._resting[which] = size <= (2 * deadband if self._resting[which] else deadband)
+        if self._resting[which] or size == 0:
+            return np.zeros(3)
+        speed = min(self._config.gain * size, fastest, math.sqrt(acceleration * size))
+        return error / size * speed
+
+    def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
+        """Without the part of the velocity that would lead out of the workspace."""
+        low, high = self._box()
+        ahead = hand[:3, 3] + twist[:3] * max(seconds, 0.05)
+        leaving = ((ahead < low) & (twist[:3] < 0)) | ((ahead > high) & (twist[:3] > 0))
+        return np.concatenate((np.where(leaving, 0.0, twist[:3]), twist[3:]))
+
+    def _box(self) -> tuple[Vector, Vector]:
+        c = self._config
+        return np.array([c.x_low, c.y_low, c.z_low]), np.array([c.x_high, c.y_high, c.z_high])

@@ -1,0 +1,175 @@
+"""The whole demonstration on a desk: a simulated robot with a simulated camera on its head, in a room.
+
+`mounted_camera` gives the camera that runs in real time behind the usual grabber; `Desk` closes the same loop
+in simulated time, through rendered pictures and their detection, so that a run can be repeated to the bit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim import rendered_scene
+from grabbergui.driver.sim.device import SimulatedDevice
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.rendered_scene import RenderedScene, Things
+from grabbergui.driver.sim.sensor import Sensor
+from grabbergui.driver.sim.settings import FrameSettings, Optics
+from grabbergui.servo import geometry
+from grabbergui.servo.aruco import ArucoFinder, dictionary_by_name
+from grabbergui.servo.config import Config, MarkerConfig
+from grabbergui.servo.detection import Detector
+from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.geometry import Pose
+from grabbergui.servo.heads import CascadeFinder
+from grabbergui.servo.loop import ServoLoop, Turn
+from grabbergui.servo.sim_teo import SimTeo
+
+BINNING = 4
+WIDTH, HEIGHT = 608, 512
+"Of the pictures: the sensor's, binned; width in the steps that the camera takes."
+EXPOSURE_US = 8000.0
+
+
+def settings(pixel_format: str = "Mono8") -> FrameSettings:
+    """What the camera on the head is set to."""
+    ratios = (1.0, 1.0, 1.0) if pixel_format == "Mono8" else (1.6, 1.0, 1.3)
+    optics = Optics(binning_horizontal=BINNING, binning_vertical=BINNING, ratios=ratios)
+    return FrameSettings(WIDTH, HEIGHT, 0, 0, by_name(pixel_format), optics, EXPOSURE_US, 0.0, 2.0)
+
+
+def calibration() -> Calibration:
+    """Of that camera, exactly as it draws."""
+    return Calibration(
+        WIDTH, HEIGHT, rendered_scene.pinhole(settings()), np.zeros(5), "camera on the simulated head"
+    )
+
+
+def things_for(marker: MarkerConfig, things: Things | None = None) -> Things:
+    """The room's things, with the marker that is looked for printed on the board."""
+    things = things or Things()
+    things.marker = rendered_scene.Marker(dictionary_by_name(marker.dictionary), marker.id, marker.size)
+    return things
+
+
+def detector(config: Config, of: Calibration) -> Detector:
+    """Finds the configured markers, and heads."""
+    return Detector(ArucoFinder(config.marker.dictionary, config.marker.size, of), CascadeFinder(of))
+
+
+def mounted_camera(robot: SimTeo, things: Things, fps: float = 30.0) -> FrameGrabber:
+    """A simulated camera on the robot's head, like any other grabber; the clock is the real one."""
+    from grabbergui.driver.camera import Camera
+
+    scene = RenderedScene(things)
+    chosen = settings()
+    model = CameraModel(
+        scene=scene,
+        power_on={
+            reg.BINNING_HORIZONTAL: BINNING,
+            reg.BINNING_VERTICAL: BINNING,
+            reg.OFFSET_X: 0,
+            reg.OFFSET_Y: 0,
+            reg.WIDTH: chosen.width,
+            reg.HEIGHT: chosen.height,
+            reg.PIXEL_FORMAT: by_name("RGB8").code,
+            reg.FRAME_RATE: fps,
+            reg.EXPOSURE_TIME: min(EXPOSURE_US, 0.9e6 / fps),
+        },
+    )
+    # The device counts from its power-on, the robot from the host's start.
+    offset = math.nan
+
+    def pose(device_ns: int) -> Pose:
+        nonlocal offset
+        if math.isnan(offset):
+            import time
+
+            offset = time.monotonic() - model.timestamp() * 1e-9
+        return robot.camera_at(device_ns * 1e-9 + offset + EXPOSURE_US * 0.5e-6)
+
+    scene.mount(pose)
+    info = DeviceInfo(uri="sim:scene", model="Camera on the simulated head", bus="Simulated")
+    return Camera(SimulatedDevice(info, model))
+
+
+@dataclass
+class Desk:
+    """A run in simulated time. Set it up, then `run`."""
+
+    config: Config = field(default_factory=Config)
+    things: Things = field(default_factory=Things)
+    head: tuple[float, float] = (0.0, 0.0)
+    "First pan and tilt, radians."
+    arm: geometry.Vector | None = None
+    fps: float = 25.0
+    latency: float = 0.04
+    "Seconds from the middle of an exposure until its detections are known."
+    now: float = 0.0
+
+    def __post_init__(self) -> None:
+        things = things_for(self.config.marker, self.things)
+        self.robot = SimTeo(lambda: self.now, self.head, self.arm)
+        self.loop = ServoLoop(self.config, self.robot)
+        self.gate = CommandGate(self.robot, self.config)
+        self.camera_runs = True
+        self.turns: list[Turn] = []
+        self._settings = settings()
+        scene = RenderedScene(things)
+        scene.mount(lambda time_ns: self.robot.camera_at(time_ns * 1e-9))
+        self._sensor = Sensor(scene)
+        self._detector = detector(self.config, calibration())
+        self._next_frame, self._frames = self.now, 0
+        self._on_the_way: list[tuple[float, int, float, np.ndarray]] = []
+
+    def run(self, seconds: float, until: object = None) -> Turn:
+        """Let time pass; ends early once the state is `until`. The last turn."""
+        end = self.now + seconds
+        while self.now < end - 1e-9:
+            turn = self.turn()
+            if until is not None and turn.state is until:
+                break
+        return self.turns[-1]
+
+    def turn(self) -> Turn:
+        """One turn of the loop and the moment after it."""
+        if self.camera_runs and self.now >= self._next_frame - 1e-9:
+            self._expose()
+        while self._on_the_way and self._on_the_way[0][0] <= self.now + 1e-9:
+            _, frame_id, captured, grey = self._on_the_way.pop(0)
+            self.loop.see(self._detector.detect(grey, captured, frame_id))
+        turn = self.loop.turn(self.now, self.robot.state())
+        if turn.state.value == "stopped" and not self.gate.halted:
+            self.gate.halt(turn.reason)
+        self.gate.send(turn.command, self.now)
+        self.turns.append(turn)
+        self.now += 1 / self.config.loop.rate
+        self.gate.expire(self.now)
+        return turn
+
+    def true_error(self) -> tuple[float, float]:
+        """Metres and radians from the hand to where the board's true pose wants it."""
+        board = self.things.board(self.now)
+        if board is None:
+            return math.nan, math.nan
+        goal, hand = self.loop.arm.goal(board), self.robot.state().hand
+        return geometry.distance(hand, goal), geometry.angle_between(hand, goal)
+
+    def _expose(self) -> None:
+        self._frames += 1
+        self._next_frame += 1 / self.fps
+        out = np.empty(self._settings.image_bytes, np.uint8)
+        grey = self._sensor.render(self._settings, self._frames, int(self.now * 1e9), out).copy()
+        self._on_the_way.append((self.now + self.latency, self._frames, self.now, grey))
+
+
+def single_threaded() -> None:
+    """Keep OpenCV from taking every core, for measurements side by side."""
+    cv2.setNumThreads(1)

@@ -1,0 +1,149 @@
+"""The only door through which commands reach a robot.
+
+It lets nothing through that is not finite or too fast, nothing while the emergency stop is on, and it stops a
+robot whose commands have ceased. A stop goes through always, from any thread.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.servo.config import Config
+from grabbergui.servo.geometry import Vector
+from grabbergui.servo.robots import Robot
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Command:
+    """What the loop wants for the next moment; what is zero rests."""
+
+    head: Vector = field(default_factory=lambda: np.zeros(2))
+    "Pan and tilt, rad/s."
+    head_step: Vector | None = None
+    "A relative move instead, radians."
+    hand: Vector = field(default_factory=lambda: np.zeros(6))
+    "Twist in the base, m/s and rad/s."
+    halt: bool = False
+    "Whether all must stand still at once, a step under way included."
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything is to move."""
+        return bool(np.any(self.head) or np.any(self.hand) or self.head_step is not None)
+
+
+class CommandGate:
+    """Checks commands and passes them on. Any thread."""
+
+    def __init__(self, robot: Robot, config: Config) -> None:
+        self.sent = 0
+        "Motion commands that reached the robot."
+        self.refused = 0
+        "Commands that were not let through."
+        self._robot = robot
+        self._config = config
+        self._lock = threading.RLock()
+        self._last_word = -math.inf
+        self._moving = False
+        self._halted = ""
+
+    @property
+    def halted(self) -> str:
+        """Why the emergency stop is on; empty while it is not."""
+        return self._halted
+
+    def send(self, command: Command, now: float) -> bool:
+        """Pass on a command; whether it went through. A robot that fails to take it is stopped."""
+        with self._lock:
+            if self._halted:
+                self.refused += command.moves
+                return False
+            problem = self._problem(command)
+            if problem:
+                self.refused += 1
+                log.error("no command sent: %s", problem)
+                self._rest()
+                return False
+            self._last_word = now
+            if command.halt or (not command.moves and not self._stepping):
+                self._rest()
+                return True
+            try:
+                if command.head_step is not None:
+                    self._robot.step_head(command.head_step)
+                elif not self._stepping:
+                    self._robot.move_head(command.head)
+                self._robot.move_hand(command.hand)
+            except GrabberError as error:
+                self.refused += 1
+                log.error("%s does not take a command: %s", self._robot.name, error)
+                self._moving = True
+                self._rest()
+                return False
+            self.sent += command.moves
+            self._moving = True
+            return True
+
+    @property
+    def _stepping(self) -> bool:
+        """Whether the head moves by itself after a command, so that saying nothing is not resting."""
+        return self._config.head.mode == "steps"
+
+    def rest(self) -> None:
+        """Let the robot stand still; commands may follow."""
+        with self._lock:
+            self._rest()
+
+    def halt(self, reason: str) -> None:
+        """Emergency stop: the robot is told again though it may rest already, and nothing follows."""
+        # Not behind the lock: a command that hangs in the network must not hold up a stop.
+        self._halted = reason or "emergency stop"
+        self._robot.stop()
+        with self._lock:
+            self._robot.stop()  # whatever was under way in between
+            self._moving = False
+
+    def release(self) -> None:
+        """End the emergency stop."""
+        with self._lock:
+            self._halted = ""
+
+    def expire(self, now: float) -> bool:
+        """Stop a moving robot that heard nothing for too long; whether that was so. For a watchdog."""
+        if not self._moving or now - self._last_word <= self._config.safety.command_timeout:
+            return False
+        self._robot.stop()
+        self._moving = False
+        log.warning("no command for %.0f ms: stopped", 1e3 * (now - self._last_word))
+        return True
+
+    def _rest(self) -> None:
+        if self._moving:
+            self._robot.stop()
+            self._moving = False
+
+    def _problem(self, command: Command) -> str:
+        config = self._config
+        numbers = [command.head, command.hand]
+        if command.head_step is not None:
+            numbers.append(command.head_step)
+        if not all(np.isfinite(part).all() for part in numbers):
+            return "it holds numbers that are not finite"
+        slack = 1 + 1e-6
+        if np.abs(command.head).max() > math.radians(config.head.fastest) * slack:
+            return "the head would be too fast"
+        if np.linalg.norm(command.hand[:3]) > config.arm.fastest * slack:
+            return "the hand would be too fast"
+        if np.linalg.norm(command.hand[3:]) > math.radians(config.arm.fastest_turn) * slack:
+            return "the hand would turn too fast"
+        if command.head_step is not None and np.abs(command.head_step).max() > math.radians(10):
+            return "the head's step would be too large"
+        return ""

@@ -1,0 +1,178 @@
+"""One turn of the loop: from what was seen and where the robot is to what it shall do. No clock, no I/O."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from grabbergui.servo.config import Config
+from grabbergui.servo.control import ArmController, HeadController
+from grabbergui.servo.detection import Sighting
+from grabbergui.servo.gate import Command
+from grabbergui.servo.geometry import Pose, Vector, is_pose
+from grabbergui.servo.robots import Robot, RobotState
+from grabbergui.servo.state_machine import Situation, State, StateMachine
+from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
+from grabbergui.servo.watch import EncoderWatch
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """What one turn of the loop came to; for plots, overlays and the network."""
+
+    time: float
+    state: State
+    reason: str
+    command: Command
+    off_centre: tuple[float, float]
+    "Of what the head looks at: to the right and down, radians; NaN without a target."
+    error: tuple[float, float]
+    "Metres and radians from the hand to its goal; NaN without a marker."
+    robot: RobotState | None
+
+
+class ServoLoop:
+    """Tracks, controllers and the state machine, joined. Use from one thread."""
+
+    def __init__(self, config: Config, robot: Robot) -> None:
+        """Of the robot only what never changes is used: its limits and its camera's place."""
+        self.config = config
+        self.machine = StateMachine(config.track.grace, config.safety.search_after)
+        self.marker = MarkerTrack(config.marker.id, config.track)
+        self.person = HeadTrack(config.track)
+        self.head = HeadController(config.head, robot.head_low, robot.head_high)
+        self.arm = ArmController(config.arm, config.marker.standoff)
+        self.sighting: Sighting | None = None
+        "The newest picture's."
+        self._camera_pose = robot.camera_pose
+        self._history = JointHistory()
+        self._watch = EncoderWatch(config.safety.freeze)
+        self._pending: Sighting | None = None
+        self._last = 0.0
+
+    def see(self, sighting: Sighting) -> None:
+        """Take in what a picture showed; it counts in the next turn. Older pictures than before do not."""
+        if self.sighting is None or sighting.captured > self.sighting.captured:
+            self.sighting = self._pending = sighting
+
+    def turn(self, now: float, robot: RobotState | None) -> Turn:
+        """One turn. `now` only grows; `robot` is the newest reading, whatever its age."""
+        safety = self.config.safety
+        seconds = min(max(now - self._last, 0.0), 0.1)
+        self._last = now
+        sound = robot is not None and _sound(robot)
+        if robot is not None and sound:
+            self._history.add(robot.time, robot.head)
+            frozen = self._watch.frozen(now, robot)
+            if frozen:
+                self.machine.stop(now, frozen)
+        fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
+        self._update_tracks()
+        captured = self.sighting.captured if self.sighting is not None else -np.inf
+        fresh = -0.01 <= now - captured <= safety.picture_timeout
+        target, marker = self._target(), self.marker.pose
+        if not fresh or not fresh_robot or robot is None:
+            target = marker = None
+        self._measure(target, marker, robot)
+        state = self.machine.step(
+            now,
+            Situation(
+                pictures=bool(fresh),
+                robot=fresh_robot,
+                target=target is not None,
+                centred=target is not None and robot is not None and self._centred(robot),
+                marker=marker is not None and self._reachable(marker),
+                arrived=marker is not None and self.arm.arrived,
+                problem=self._problem(bool(fresh), robot, sound, fresh_robot),
+            ),
+        )
+        command = Command(halt=True)
+        if robot is not None and fresh and fresh_robot and state.head_moves:
+            command = self._command(state, target, marker, robot, now, seconds)
+        if not np.any(command.hand):
+            self.arm.rest()
+        self._watch.commanded(now, command)
+        return Turn(
+            now,
+            state,
+            self.machine.reason,
+            command,
+            (float(self.head.offset[0]), float(self.head.offset[1]))
+            if target is not None
+            else (np.nan, np.nan),
+            self.arm.error if marker is not None else (np.nan, np.nan),
+            robot,
+        )
+
+    def _command(
+        self,
+        state: State,
+        target: Vector | None,
+        marker: Pose | None,
+        robot: RobotState,
+        now: float,
+        seconds: float,
+    ) -> Command:
+        camera = self._camera_pose(robot.head)
+        head, step, hand = np.zeros(2), None, np.zeros(6)
+        if state is State.SEARCHING:
+            head = self.head.search(robot.head)
+        elif target is not None and self.config.head.mode == "velocity":
+            head = self.head.look(target, camera, robot.head)
+        elif target is not None:
+            step = self.head.step(target, camera, robot.head, now)
+        else:
+            self.head.rest()
+        if state.arm_moves and marker is not None:
+            hand = self.arm.approach(robot.hand, marker, seconds)
+        return Command(head, step, hand)
+
+    def _update_tracks(self) -> None:
+        sighting, self._pending = self._pending, None
+        if sighting is None:
+            return
+        angles = self._history.at(sighting.captured)
+        camera = None if angles is None else self._camera_pose(angles)
+        self.marker.update(sighting, camera)
+        self.person.update(sighting, camera)
+
+    def _target(self) -> Vector | None:
+        """What the head looks at: the marker before a person."""
+        marker = self.marker.pose
+        if marker is not None:
+            return marker[:3, 3]
+        face = self.person.point
+        return None if face is None else face - (0.0, 0.0, self.config.head.below)
+
+    def _measure(self, target: Vector | None, marker: Pose | None, robot: RobotState | None) -> None:
+        if robot is not None and target is not None:
+            from_camera = self._camera_pose(robot.head)
+            self.head.see(target, from_camera)
+        if robot is not None and marker is not None:
+            self.arm.measure(robot.hand, marker)
+
+    def _centred(self, robot: RobotState) -> bool:
+        waiting = self.machine.state is State.WAITING
+        return self.head.centred(robot.head, slack=2.5 if waiting and self.marker.pose is None else 1.0)
+
+    def _reachable(self, marker: Pose) -> bool:
+        return self.arm.inside(self.arm.goal(marker)[:3, 3])
+
+    def _problem(self, fresh: bool, robot: RobotState | None, sound: bool, fresh_robot: bool) -> str:
+        if robot is None:
+            return "the robot has not answered yet"
+        if not sound:
+            return "the robot's readings are no numbers"
+        if not fresh_robot:
+            return "the robot's readings are old"
+        if not fresh:
+            return "no fresh picture"
+        marker = self.marker.pose
+        if marker is not None and not self._reachable(marker):
+            return "the marker is outside the workspace"
+        return self.marker.problem
+
+
+def _sound(robot: RobotState) -> bool:
+    return bool(np.isfinite(robot.time) and np.isfinite(robot.head).all()) and is_pose(robot.hand)

@@ -1,0 +1,163 @@
+"""What a run leaves behind: report.json, plots.png and a video with everything drawn on it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.servo import overlay
+from grabbergui.servo.detection import Sighting
+from grabbergui.servo.loop import Turn
+from grabbergui.servo.plots import Curve, Plot, sheet
+from grabbergui.servo.state_machine import State
+
+VIDEO_FPS = 15.0
+_LONGEST = 100_000
+"Turns that are kept: more than half an hour."
+
+
+class Recorder:
+    """Collects a run. Use from the loop's thread; `finish` afterwards."""
+
+    def __init__(self, folder: Path, calibration: Callable[[int, int], Calibration]) -> None:
+        """Makes the folder. Raises UsageError where that cannot be."""
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"the report cannot go to {folder}: {error}") from error
+        self.turns: list[Turn] = []
+        self._folder = folder
+        self._calibration = calibration
+        self._video: cv2.VideoWriter | None = None
+        self._next_picture = -math.inf
+        self._pictures = 0
+
+    def add(self, turn: Turn, frame: Frame | None, sighting: Sighting | None) -> None:
+        """Note a turn, and now and then its picture."""
+        if len(self.turns) < _LONGEST:
+            self.turns.append(turn)
+        if frame is not None and turn.time >= self._next_picture:
+            self._next_picture = max(self._next_picture + 1 / VIDEO_FPS, turn.time - 1 / VIDEO_FPS)
+            calibration = self._calibration(frame.width, frame.height)
+            self._write(overlay.draw(frame.rgb(), turn, sighting, calibration))
+
+    def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
+        """Write everything; `facts` is merged into the report, which is returned."""
+        if self._video is not None:
+            self._video.release()
+        report = summary(self.turns) | facts
+        report["video"] = f"{self._pictures} pictures at {VIDEO_FPS:g} per second"
+        (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
+        if len(self.turns) > 1:
+            plots = plot(self.turns)
+            cv2.imwrite(str(self._folder / "plots.png"), cv2.cvtColor(plots, cv2.COLOR_RGB2BGR))
+        return report
+
+    def _write(self, picture: np.ndarray) -> None:
+        if self._video is None:
+            size = picture.shape[1], picture.shape[0]
+            # Motion JPEG is the one codec that every build of OpenCV and every player has.
+            code = cv2.VideoWriter.fourcc(*"MJPG")
+            self._video = cv2.VideoWriter(str(self._folder / "video.avi"), code, VIDEO_FPS, size)
+        self._video.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+        self._pictures += 1
+
+
+def summary(turns: list[Turn]) -> dict[str, Any]:
+    """States, times and errors of a run."""
+    if not turns:
+        return {"reached": False, "seconds": 0.0, "states": []}
+    start = turns[0].time
+    states = [
+        {"time": round(turn.time - start, 3), "state": turn.state.value, "reason": turn.reason}
+        for before, turn in zip([None, *turns], turns, strict=False)
+        if before is None or turn.state is not before.state
+    ]
+    first: dict[State, float] = {}
+    for turn in turns:
+        first.setdefault(turn.state, turn.time - start)
+    last = next((turn for turn in reversed(turns) if math.isfinite(turn.error[0])), None)
+    return {
+        "reached": State.REACHED in first,
+        "seconds": turns[-1].time - start,
+        "turns": len(turns),
+        "states": states,
+        "seconds_to_approach": first.get(State.APPROACHING),
+        "seconds_to_reach": first.get(State.REACHED),
+        "measured_error_mm": 1e3 * last.error[0] if last else None,
+        "measured_error_degrees": math.degrees(last.error[1]) if last else None,
+    }
+
+
+def plot(turns: list[Turn]) -> np.ndarray:
+    """Error, offset, twist and head speed over time, on the colours of the states."""
+    start = turns[0].time
+    times = [turn.time - start for turn in turns]
+    bands = [
+        (turn.time - start, overlay.colour_of(turn.state))
+        for before, turn in zip([None, *turns], turns, strict=False)
+        if before is None or turn.state is not before.state
+    ]
+
+    def column(values: Any, factor: float = 1.0) -> list[float]:
+        return [factor * float(value) for value in values]
+
+    degrees = 180 / math.pi
+    return sheet(
+        [
+            Plot(
+                "hand to goal",
+                "mm, degrees",
+                (
+                    Curve("distance", column((turn.error[0] for turn in turns), 1e3)),
+                    Curve("angle", column((turn.error[1] for turn in turns), degrees)),
+                ),
+            ),
+            Plot(
+                "target off centre",
+                "degrees",
+                (
+                    Curve("right", column((turn.off_centre[0] for turn in turns), degrees)),
+                    Curve("down", column((turn.off_centre[1] for turn in turns), degrees)),
+                ),
+            ),
+            Plot(
+                "hand velocity",
+                "mm/s",
+                tuple(
+                    Curve(name, column((turn.command.hand[axis] for turn in turns), 1e3))
+                    for axis, name in enumerate("xyz")
+                ),
+            ),
+            Plot(
+                "head velocity",
+                "degrees/s",
+                tuple(
+                    Curve(name, column((turn.command.head[axis] for turn in turns), degrees))
+                    for axis, name in enumerate(("pan", "tilt"))
+                ),
+            ),
+        ],
+        times,
+        bands,
+    )
+
+
+def _plain(value: Any) -> Any:
+    """JSON has no NaN."""
+    if isinstance(value, dict):
+        return {key: _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, float):
+        return round(value, 4) if math.isfinite(value) else None
+    return value

@@ -1,0 +1,70 @@
+"""What a robot is to the loop: joint angles and the hand's pose out, head velocities and hand twist in."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from grabbergui.servo.geometry import Pose, Vector
+
+
+@dataclass(frozen=True, eq=False)
+class RobotState:
+    """One reading of a robot's sensors."""
+
+    time: float
+    "Seconds on the loop's clock at which it was measured."
+    head: Vector
+    "(2,) pan (positive to the left) and tilt (positive down), radians."
+    hand: Pose
+    "The hand in the robot's base."
+    arm: Vector | None = None
+    "Joint angles, radians, where they are known."
+
+
+class Robot(ABC):
+    """A head with a camera and an arm with a hand.
+
+    Commands may come from one thread, `stop` and `state` from any. A velocity holds until the next command,
+    but no longer than `COMMAND_TIMEOUT`, whoever has to see to that. Errors are those of `core.errors`.
+    """
+
+    COMMAND_TIMEOUT = 0.2
+    "Seconds after which a robot stands still that gets no more commands."
+
+    name: str
+    head_low: Vector
+    "(2,) lowest pan and tilt, radians."
+    head_high: Vector
+
+    @abstractmethod
+    def open(self) -> None:
+        """Connect and get ready. Raises TransportError, SourceNotFoundError, SourceUnavailableError."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop and let go. May be called twice; never raises."""
+
+    @abstractmethod
+    def state(self) -> RobotState | None:
+        """The newest reading; None while there is none. Never waits."""
+
+    @abstractmethod
+    def move_head(self, velocity: Vector) -> None:
+        """Pan and tilt, rad/s. Raises TransportError."""
+
+    @abstractmethod
+    def step_head(self, move: Vector) -> None:
+        """A relative move of pan and tilt, radians. Raises TransportError."""
+
+    @abstractmethod
+    def move_hand(self, twist: Vector) -> None:
+        """(6,) m/s and rad/s in the base's axes. Raises TransportError."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Everything at rest, at once, whatever else is under way. Never raises."""
+
+    @abstractmethod
+    def camera_pose(self, head: Vector) -> Pose:
+        """The camera's optical frame in the base for given pan and tilt."""

@@ -1,0 +1,161 @@
+"""A run in real time: pictures from any source, detection, the loop, commands to a robot.
+
+Threads: one takes pictures, detects and turns the loop; a watchdog stops a robot that hears nothing any
+more, for instance because a detection takes too long. `emergency_stop` may come from any thread.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from psygnal import Signal
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.servo.config import Config
+from grabbergui.servo.detection import Detector
+from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.robots import Robot, RobotState
+from grabbergui.servo.state_machine import State
+
+log = logging.getLogger(__name__)
+
+_WATCH_S = 0.02
+
+
+class ServoSession:
+    """Runs the loop on a source and a robot that others opened, and will close."""
+
+    turned = Signal(object, object)
+    """A `Turn`, and the `Frame` if a new picture counted in it, else None; on the loop's thread."""
+    failed = Signal(str)
+    """The loop ended by an error; why, for people. On the loop's thread."""
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        robot: Robot,
+        detector: Callable[[Frame], Detector],
+        config: Config | None = None,
+    ) -> None:
+        """`detector` is called with the first picture, whose size a calibration must fit."""
+        self.config = config or Config()
+        self.loop = ServoLoop(self.config, robot)
+        self.gate = CommandGate(robot, self.config)
+        self.detection_ms: list[float] = []
+        "Time that each picture's detection took."
+        self.latency_ms: list[float] = []
+        "From the middle of a picture's exposure to the command that followed from it."
+        self._grabber, self._robot = grabber, robot
+        self._make_detector = detector
+        self._detector: Detector | None = None
+        self._running = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def start(self) -> None:
+        """Begin; the source streams from here on."""
+        self._running.set()
+        self._threads = [
+            threading.Thread(target=self._run, name="servo loop", daemon=True),
+            threading.Thread(target=self._watch, name="servo watchdog", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """End; the robot stands still on return. May be called twice."""
+        self._running.clear()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join()
+        self._threads = []
+        self._robot.stop()
+
+    @property
+    def running(self) -> bool:
+        """Whether the loop turns."""
+        return self._running.is_set()
+
+    def emergency_stop(self, reason: str = "emergency stop") -> None:
+        """Stop the robot at once and let no command follow until `resume`. Any thread."""
+        self.gate.halt(reason)
+
+    def resume(self) -> None:
+        """End an emergency stop; the loop decides anew what to do. Any thread."""
+        self.gate.release()
+
+    def _run(self) -> None:
+        queue = self._grabber.open_queue(1)
+        try:
+            self._grabber.start()
+            period = 1 / self.config.loop.rate
+            due = time.monotonic()
+            while self._running.is_set():
+                frame = None
+                try:
+                    frame = queue.get(max(due - time.monotonic(), 0.001))
+                except FrameTimeoutError as error:
+                    if queue.closed:
+                        raise FrameTimeoutError("the source was closed") from error
+                captured = self._see(frame) if frame is not None else None
+                now = time.monotonic()
+                if captured is None and now < due:
+                    continue
+                self._turn(now, captured, frame)
+                due = max(due + period, now)
+        except GrabberError as error:
+            log.error("servo loop: %s", error)
+            self.failed.emit(str(error))
+        finally:
+            self.gate.halt("the loop ended")
+            queue.close()
+            self._running.clear()
+
+    def _see(self, frame: Frame) -> float | None:
+        """Detect; when the picture was exposed, on the monotonic clock. None for one that is not whole."""
+        if not frame.complete:
+            return None
+        began = time.monotonic()
+        captured = began - max(0.0, (time.time_ns() - frame.received_ns) * 1e-9)
+        if self._detector is None:
+            self._detector = self._make_detector(frame)
+        grey = frame.mono()
+        self.loop.see(self._detector.detect(np.asarray(grey), captured, frame.frame_id))
+        self.detection_ms.append(1e3 * (time.monotonic() - began))
+        return captured
+
+    def _turn(self, now: float, captured: float | None, frame: Frame | None) -> None:
+        self._follow_stop(now)
+        turn = self.loop.turn(now, self._reading())
+        if turn.state is State.STOPPED and not self.gate.halted:
+            self.gate.halt(turn.reason)
+        self.gate.send(turn.command, time.monotonic())
+        if captured is not None:
+            self.latency_ms.append(1e3 * (time.monotonic() - captured))
+        self.turned.emit(turn, frame)
+
+    def _follow_stop(self, now: float) -> None:
+        """Let the state machine know of a stop that went straight to the robot, and of its end."""
+        machine = self.loop.machine
+        if self.gate.halted and machine.state is not State.STOPPED:
+            machine.stop(now, self.gate.halted)
+        elif not self.gate.halted and machine.state is State.STOPPED:
+            machine.resume(now)
+
+    def _reading(self) -> RobotState | None:
+        try:
+            return self._robot.state()
+        except GrabberError as error:
+            log.debug("%s: %s", self._robot.name, error)
+            return None
+
+    def _watch(self) -> None:
+        while self._running.is_set():
+            self.gate.expire(time.monotonic())
+            time.sleep(_WATCH_S)

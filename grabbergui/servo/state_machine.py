@@ -1,0 +1,155 @@
+"""What is being done just now, and when that changes. No clock: time is an argument.
+
+                ┌─────────── target lost, pictures or robot silent ──────────┐
+SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker) ──► APPROACHING ──► REACHED
+    ▲             ▲                                                        ▲ marker moved │
+    └── LOST ─────┘ seen again                                             └──────────────┘
+
+anything ──► STOPPED (emergency stop, or a fault of the robot) ──► LOST on resume
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+
+class State(Enum):
+    """The states; the values are what is published."""
+
+    SEARCHING = "searching"
+    CENTRING = "centring"
+    WAITING = "waiting for the marker"
+    APPROACHING = "approaching"
+    REACHED = "reached"
+    LOST = "lost"
+    STOPPED = "stopped"
+
+    @property
+    def head_moves(self) -> bool:
+        """Whether the head may be commanded."""
+        return self not in (State.LOST, State.STOPPED)
+
+    @property
+    def arm_moves(self) -> bool:
+        """Whether the arm may be commanded."""
+        return self is State.APPROACHING
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What the machine decides by."""
+
+    pictures: bool = True
+    "Whether the newest picture is fresh."
+    robot: bool = True
+    "Whether the robot's encoders are fresh."
+    target: bool = False
+    "Whether something to look at is seen surely."
+    centred: bool = False
+    "Whether it is in the middle."
+    marker: bool = False
+    "Whether the chosen marker is seen surely."
+    arrived: bool = False
+    "Whether the hand is at its goal."
+    problem: str = ""
+    "What hinders, for people."
+
+
+@dataclass(frozen=True)
+class Transition:
+    """One change, for log and report."""
+
+    time: float
+    state: State
+    reason: str
+
+
+class StateMachine:
+    """Decides on the state. Starts lost: nothing moves before anything is known."""
+
+    HOLD = 0.4
+    "Seconds at the goal before it counts as reached."
+
+    def __init__(self, grace: float, search_after: float) -> None:
+        self.state = State.LOST
+        self.reason = "no picture yet"
+        self.transitions: list[Transition] = []
+        self._grace = grace
+        self._search_after = search_after
+        self._since: float | None = None
+        self._target_seen = -math.inf
+        self._marker_seen = -math.inf
+        self._arrived_since: float | None = None
+
+    def step(self, now: float, situation: Situation) -> State:
+        """The state from now on."""
+        if situation.target:
+            self._target_seen = now
+        if situation.marker:
+            self._marker_seen = now
+        if self._since is None:
+            self._since = now
+        if self.state is State.STOPPED:
+            return self.state
+        if not situation.pictures or not situation.robot:
+            silent = "no fresh picture" if not situation.pictures else "the robot does not answer"
+            self._enter(now, State.LOST, situation.problem or silent)
+            self._since = now  # a search begins a while after pictures come again
+            return self.state
+        self._choose(now, situation)
+        return self.state
+
+    def stop(self, now: float, reason: str) -> None:
+        """Emergency stop: holds until `resume`."""
+        self._enter(now, State.STOPPED, reason)
+
+    def resume(self, now: float) -> None:
+        """End a stop; what follows is decided anew."""
+        if self.state is State.STOPPED:
+            self._enter(now, State.LOST, "resumed")
+
+    def _choose(self, now: float, situation: Situation) -> None:
+        target_lost = now - self._target_seen > self._grace
+        marker_lost = now - self._marker_seen > self._grace
+        state = self.state
+        if state is State.LOST:
+            if situation.target:
+                self._enter(now, State.CENTRING, "a target is seen")
+            elif now - (self._since or now) >= self._search_after:
+                self._enter(now, State.SEARCHING, "nothing to be seen")
+        elif state is State.SEARCHING:
+            if situation.target:
+                self._enter(now, State.CENTRING, "a target is seen")
+        elif target_lost:
+            self._enter(now, State.LOST, situation.problem or "the target is not seen")
+        elif state in (State.CENTRING, State.WAITING):
+            if situation.centred and situation.marker:
+                self._enter(now, State.APPROACHING, "the marker is centred")
+            elif situation.centred and state is State.CENTRING and marker_lost:
+                self._enter(now, State.WAITING, "centred; no marker yet")
+            elif not situation.centred and state is State.WAITING:
+                self._enter(now, State.CENTRING, "the target is off centre")
+        elif marker_lost:
+            self._enter(now, State.LOST, situation.problem or "the marker is not seen")
+        elif state is State.APPROACHING:
+            self._arrive(now, situation.arrived)
+        elif state is State.REACHED and situation.marker and not situation.arrived:
+            self._enter(now, State.APPROACHING, "the marker moved")
+
+    def _arrive(self, now: float, arrived: bool) -> None:
+        if not arrived:
+            self._arrived_since = None
+        elif self._arrived_since is None:
+            self._arrived_since = now
+        elif now - self._arrived_since >= self.HOLD:
+            self._enter(now, State.REACHED, "the hand is at the marker")
+
+    def _enter(self, now: float, state: State, reason: str) -> None:
+        if state is self.state:
+            self.reason = reason
+            return
+        self.state, self.reason, self._since = state, reason, now
+        self._arrived_since = None
+        self.transitions.append(Transition(now, state, reason))
