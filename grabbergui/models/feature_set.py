@@ -235,7 +235,7 @@ def _instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[tuple[t
     features = [grabber.feature(name) for name in path]
     standing = tuple((f.name, format_value(f.value)) for f in features if f.value is not None)
     if len(standing) < len(features):
-        return [], "its selector cannot be read"
+        return [], ""  # the camera hides its selector just now, and it with it
     if grabber.access is not Access.CONTROL or not all(
         f.access.writable for f in features if len(_entries(f)) > 1
     ):

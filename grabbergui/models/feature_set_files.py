@@ -2,8 +2,8 @@
 
 The persistence format is what GenApi's feature bag writes, and with it pylon's `.pfs` and other viewers: a
 first line with a GUID, lines of comment, then `Name<TAB>Value` lines, a script that is written to a camera
-from top to bottom. A selector's line stands before the lines of what it selects, and once more behind them
-to put it back. Enumerations are written by entry, booleans as 0 and 1.
+from top to bottom. A selector's line stands before the lines of what it selects.
+Enumerations are written by entry, booleans as 0 and 1.
 
 The YAML has one line a setting, `BalanceRatio[BalanceRatioSelector=Red]: 1.5`, so that versions compare well.
 """
@@ -93,7 +93,7 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
     first, _, _ = text.partition("\n")
     if BAGGER_GUID in first:
         raise UsageError(
-            f"{where} holds several user sets at once; load it with the program that wrote it, or save one set"
+            f"{where} holds several user sets at once; save a single one with the program that wrote it"
         )
     if BAG_GUID in first:
         return _from_script(list(_script(text, where)), _device_of(text), selectors_of)

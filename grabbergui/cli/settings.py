@@ -1,0 +1,99 @@
+"""`grabbergui save`, `load` and `diff`: all settings of a camera, kept and brought back."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from grabbergui.cli.opening import add_source, opened
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models import feature_set_files
+from grabbergui.models.feature_set import FeatureSet, Selectors, capture, compare
+from grabbergui.models.feature_set_loading import SETTLED, LoadReport, Outcome, load_onto, roll_back
+
+EXIT_DIFFERENT = 1
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    saving = commands.add_parser("save", help="save all settings to a file (.yaml, or GenICam's own format)")
+    add_source(saving)
+    saving.add_argument("file", metavar="FILE", type=Path)
+    saving.set_defaults(run=_save)
+
+    loading = commands.add_parser("load", help="load settings from a file; say what became of each")
+    add_source(loading)
+    loading.add_argument("file", metavar="FILE", type=Path)
+    loading.add_argument("--dry-run", action="store_true", help="only say what would be written")
+    loading.add_argument("--all-or-nothing", action="store_true", help="roll back if any setting is refused")
+    loading.set_defaults(run=_load)
+
+    differing = commands.add_parser(
+        "diff", help="compare a camera or a file with a file; exit code 1 if unlike"
+    )
+    differing.add_argument("first", metavar="SOURCE|FILE")
+    differing.add_argument("second", metavar="FILE", type=Path)
+    differing.set_defaults(run=_diff)
+
+
+def save(grabber: FrameGrabber, path: Path) -> str:
+    """Save a camera's settings; what came of it, for people."""
+    features = capture(grabber)
+    feature_set_files.save(features, path)
+    return "\n".join(
+        [f"saved {len(features)} settings to {path}", *(f"left out {t}" for t in features.left_out)]
+    )
+
+
+def lines(report: LoadReport) -> list[str]:
+    """A report of loading: all that is not equal, and a summary."""
+    told = [str(setting) for setting in report.settings if setting.outcome is not Outcome.EQUAL]
+    return [*told, *([report.problem] if report.problem else []), report.summary()]
+
+
+def _save(options: argparse.Namespace) -> int:
+    with opened(options.source, reading=True) as grabber:
+        print(save(grabber, options.file))
+    return 0
+
+
+def _load(options: argparse.Namespace) -> int:
+    with opened(options.source) as grabber:
+        features = feature_set_files.load(options.file, Selectors(grabber).of)
+        report = load_onto(grabber, features, dry_run=options.dry_run)
+        print("\n".join(lines(report)))
+        if options.all_or_nothing and not report.settled and not options.dry_run:
+            print(f"rolled back: {roll_back(grabber, report).summary()}")
+    unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
+    if unsettled or report.problem:
+        raise GrabberError(
+            f"{len(unsettled)} of {len(report.settings)} settings are not as {options.file} has them"
+        )
+    return 0
+
+
+def _diff(options: argparse.Namespace) -> int:
+    first, second = _two_sets(options.first, options.second)
+    differences = compare(first, second)
+    for difference in differences:
+        print(difference)
+    return EXIT_DIFFERENT if differences else 0
+
+
+def _two_sets(first: str, second: Path) -> tuple[FeatureSet, FeatureSet]:
+    """A camera and a file, or two files; the one that knows what selectors select tells the other."""
+    if not Path(first).is_file():
+        with opened(first, reading=True) as grabber:
+            return capture(grabber), feature_set_files.load(second, Selectors(grabber).of)
+    one, other = feature_set_files.load(Path(first)), feature_set_files.load(second)
+    if _is_yaml(first) and not _is_yaml(second):
+        other = feature_set_files.load(second, one.selectors_of)
+    elif _is_yaml(second) and not _is_yaml(first):
+        one = feature_set_files.load(Path(first), other.selectors_of)
+    return one, other
+
+
+def _is_yaml(path: str | Path) -> bool:
+    return Path(path).suffix.lower() in feature_set_files.YAML_SUFFIXES
