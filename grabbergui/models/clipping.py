@@ -60,4 +60,5 @@ def _extremes(frame: Frame, lines: NDArray[Any]) -> tuple[NDArray[Any], NDArray[
 
 
 def _mask(values: NDArray[Any], bound: int) -> Mask:
-    return np.where(values == bound, np.uint8(255), np.uint8(0))
+    mask: Mask = np.where(values == bound, np.uint8(255), np.uint8(0))
+    return mask

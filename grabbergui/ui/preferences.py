@@ -9,7 +9,7 @@ from PyQt5.QtCore import QByteArray, QSettings, QStandardPaths
 from grabbergui.ui.theme import Theme
 
 MOST_RECENT = 10
-LAYOUT_VERSION = 1
+LAYOUT_VERSION = 2
 "Raised when docks change so much that an old layout makes no sense."
 
 

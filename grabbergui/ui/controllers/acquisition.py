@@ -232,7 +232,9 @@ class AcquisitionController(QObject):
         status, window = self._window.status, self._window
         if state is LinkState.STREAMING and source is not None:
             silent = self._silent(source)
-            if silent < STALLED:
+            if self._window.actionPause.isChecked():
+                status.setState("Paused", StateTone.BUSY)
+            elif silent < STALLED:
                 status.setState("Live", StateTone.GOOD)
             elif self._picture.last_received is None:
                 status.setState(f"Waiting for a frame, {silent:.0f} s", StateTone.BUSY)

@@ -7,24 +7,33 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, QUrl
+from PyQt5.QtCore import QObject, Qt, QUrl
 from PyQt5.QtGui import QDesktopServices
-from PyQt5.QtWidgets import QAction, QApplication, QFileDialog, QMessageBox
+from PyQt5.QtWidgets import QApplication, QFileDialog, QMessageBox
 
 from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.frame_history import FrameHistory
+from grabbergui.models.log_book import LogBook
+from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.picture import PictureModel
 from grabbergui.models.snapshot import SnapshotWriter
 from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.controllers.log import LogController
+from grabbergui.ui.controllers.looking import LookingController
+from grabbergui.ui.controllers.measuring import MeasuringController
+from grabbergui.ui.controllers.pausing import PauseController
+from grabbergui.ui.controllers.region import RegionController
 from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.message_stack import MessageBar
 
 log = logging.getLogger(__name__)
@@ -49,11 +58,20 @@ class MainController(QObject):
         self.connection = Connection(create)
         self.picture = PictureModel()
         self.snapshots = SnapshotWriter()
+        self.history = FrameHistory()
+        self.measuring = MeasuringModel(lambda: self.picture.frame)
+        self.log_book = LogBook()
+        self.log_book.open()
         self.sources = SourcesController(window.sources, self.source_list, self.connection, preferences)
         self.acquisition = AcquisitionController(
             window, self.connection, self.picture, self.snapshots, preferences
         )
         self.features = FeatureController(window.features, window.favourites, self)
+        self.looking = LookingController(window, self.connection, self.picture)
+        self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
+        self.pausing = PauseController(window, self.connection, self.picture, self.history)
+        self.region = RegionController(window, self.connection, self.picture)
+        self.log = LogController(window.log, self.log_book)
         self._read_only_bar: MessageBar | None = None
         self._down = False
         self._join()
@@ -74,8 +92,16 @@ class MainController(QObject):
         deadline = time.monotonic() + CLOSE_TIME
         self.source_list.stop(0)  # a search under way ends while the rest is closed
         self.connection.disconnect()
-        waits = (self.picture.detach, self.connection.wait_closed, self.snapshots.wait, self.source_list.stop)
+        waits = (
+            self.picture.detach,
+            self.history.detach,
+            self.measuring.close,
+            self.connection.wait_closed,
+            self.snapshots.wait,
+            self.source_list.stop,
+        )
         ended = [wait(max(0.0, deadline - time.monotonic())) for wait in waits]
+        self.log_book.close()
         return all(ended)
 
     def _join(self) -> None:
@@ -85,7 +111,8 @@ class MainController(QObject):
         self._bridge.bind(self.connection.opened, self._on_connection_opened)
         self._bridge.bind(self.connection.closing, self._on_connection_closing)
         self._bridge.bind(self.connection.read_only, self._on_connection_read_only)
-        for controller in (self.sources, self.acquisition, self.features):
+        self.looking.orientationChanged.connect(self.measures.show_marks)
+        for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
             controller.failed.connect(window.messages.showError)
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
@@ -148,16 +175,11 @@ class MainController(QObject):
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
 
     def _show_shortcuts(self) -> None:
-        actions = [a for a in self.window.findChildren(QAction) if not a.shortcut().isEmpty()]
-        rows = "".join(
-            f"<tr><td><b>{a.shortcut().toString()}</b>&nbsp;&nbsp;&nbsp;</td>"
-            f"<td>{a.text().replace('&', '')}</td></tr>"
-            for a in actions
-        )
-        mouse = (
-            "Over the picture: the wheel zooms, dragging moves it, a double click fits it or shows it 1:1."
-        )
-        QMessageBox.information(self.window, "Keyboard shortcuts", f"<table>{rows}</table><p>{mouse}</p>")
+        menubar = self.window.menuBar()
+        if menubar is not None:
+            dialog = ShortcutsDialog(menubar, self.window)
+            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+            dialog.open()
 
     def _show_about(self) -> None:
         QMessageBox.about(

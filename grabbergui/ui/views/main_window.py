@@ -12,18 +12,27 @@ from PyQt5.QtWidgets import (
     QMenu,
     QStatusBar,
     QToolBar,
+    QToolButton,
     QWidget,
 )
 
+from grabbergui.models.rendering import COLOUR_MAPS
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.theme import Theme
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
+from grabbergui.ui.views.focus_panel import FocusPanel
+from grabbergui.ui.views.histogram_panel import HistogramPanel
+from grabbergui.ui.views.log_panel import LogPanel
 from grabbergui.ui.views.picture_view import PictureView
+from grabbergui.ui.views.profile_panel import ProfilePanel
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
+
+_DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "F12")
+"""Show and hide sources, features, histogram, focus aid, line profile, log."""
 
 
 class MainWindow(QMainWindow):
@@ -32,17 +41,28 @@ class MainWindow(QMainWindow):
     closing = pyqtSignal()
     """The user closes the window; emitted once, before it goes."""
     themeChosen = pyqtSignal(Theme)
+    colourMapChosen = pyqtSignal(str)
+    """The name of a colour map for grey pictures; empty for grey."""
 
     messages: MessageStack
     favourites: FavouritesStrip
     picture: PictureView
     sources: SourceListView
     features: FeaturePanel
+    histogram: HistogramPanel
+    focus: FocusPanel
+    profile: ProfilePanel
+    log: LogPanel
     sourcesDock: QDockWidget
     featuresDock: QDockWidget
+    histogramDock: QDockWidget
+    focusDock: QDockWidget
+    profileDock: QDockWidget
+    logDock: QDockWidget
     toolBar: QToolBar
     statusbar: QStatusBar
     menuView: QMenu
+    menuColours: QMenu
     actionConnect: QAction
     actionDisconnect: QAction
     actionStart: QAction
@@ -51,6 +71,19 @@ class MainWindow(QMainWindow):
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
     actionQuit: QAction
+    actionPause: QAction
+    actionStepBack: QAction
+    actionStepForward: QAction
+    actionRegion: QAction
+    actionFullSensor: QAction
+    actionClipping: QAction
+    actionCrosshair: QAction
+    actionGrid: QAction
+    actionTurnRight: QAction
+    actionTurnLeft: QAction
+    actionMirrorX: QAction
+    actionMirrorY: QAction
+    actionUpright: QAction
     actionFit: QAction
     actionOneToOne: QAction
     actionZoomIn: QAction
@@ -71,10 +104,10 @@ class MainWindow(QMainWindow):
         self.status = StatusStrip(self)
         self.statusbar.addWidget(self.status, 1)
         self.statusbar.setSizeGripEnabled(False)
-        self.menuView.addAction(self.sourcesDock.toggleViewAction())
-        self.menuView.addAction(self.featuresDock.toggleViewAction())
         self.resizeDocks([self.sourcesDock, self.featuresDock], [270, 360], Qt.Orientation.Horizontal)
+        self._arrange_tools()
         self._group_themes()
+        self._group_colours()
         self._join_own_actions()
         self._explain_shortcuts()
         self.setWindowIcon(icons.window_icon())
@@ -88,6 +121,36 @@ class MainWindow(QMainWindow):
     def setTheme(self, theme: Theme) -> None:
         """Show which look is chosen."""
         self._themes[theme].setChecked(True)
+
+    def _arrange_tools(self) -> None:
+        """Panels below the picture lie over each other; icons that speak for themselves need no text."""
+        tools = (self.histogramDock, self.focusDock, self.profileDock, self.logDock)
+        for dock in tools:
+            if dock is not self.histogramDock:
+                self.tabifyDockWidget(self.histogramDock, dock)
+        # The sides go down to the status bar, so that the features keep their height.
+        self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
+        self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
+        for dock, key in zip((self.sourcesDock, self.featuresDock, *tools), _DOCK_KEYS, strict=True):
+            if (action := dock.toggleViewAction()) is not None:
+                action.setShortcut(key)
+                action.triggered[bool].connect(lambda shown, dock=dock: dock.raise_() if shown else None)
+                self.menuView.addAction(action)
+        for action in (self.actionFit, self.actionOneToOne, self.actionZoomIn, self.actionZoomOut,
+                       self.actionTurnRight):  # fmt: skip
+            button = self.toolBar.widgetForAction(action)
+            if isinstance(button, QToolButton):
+                button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+
+    def _group_colours(self) -> None:
+        group = QActionGroup(self)
+        for name in ("", *COLOUR_MAPS):
+            action = QAction(name or self.tr("Grey"), group)
+            action.setCheckable(True)
+            action.setChecked(not name)
+            action.setData(name)
+        self.menuColours.addActions(group.actions())
+        group.triggered.connect(lambda action: self.colourMapChosen.emit(action.data()))
 
     def _group_themes(self) -> None:
         self._themes = {

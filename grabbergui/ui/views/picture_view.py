@@ -9,6 +9,8 @@ from PyQt5.QtWidgets import QLabel, QWidget
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
+from grabbergui.ui.widgets.pause_bar import PauseBar
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.picture_note import PictureNote
 
@@ -28,13 +30,19 @@ class PictureView(QWidget):
     """A picture has reached the screen."""
 
     canvas: PictureCanvas
+    pauseBar: PauseBar
     cursorLabel: QLabel
+    hintLabel: QLabel
+    clippingLabel: QLabel
     zoomLabel: QLabel
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("picture_view", self)
         self.note = PictureNote(self)
+        self.drawing = DrawingTool(self.canvas)
+        """Takes strokes of the mouse over the picture."""
+        self.drawing.ended.connect(self.hintLabel.clear)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.canvas.cursorMoved.connect(self.cursorMoved)
         self.canvas.cursorLeft.connect(self.cursorLeft)
@@ -49,11 +57,21 @@ class PictureView(QWidget):
         """Show nothing."""
         self.canvas.clear()
         self.setCursorText("")
+        self.setClippingText("")
         self.zoomLabel.clear()
 
     def setCursorText(self, text: str) -> None:
         """What to say of the pixel under the cursor."""
         self.cursorLabel.setText(text)
+
+    def draw(self, purpose: Purpose) -> None:
+        """Take the next stroke of the mouse for this, and say so."""
+        self.hintLabel.setText(purpose.value)
+        self.drawing.begin(purpose)
+
+    def setClippingText(self, text: str) -> None:
+        """How much of the frame is saturated and black."""
+        self.clippingLabel.setText(text)
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
         """Show a note over the picture; with no summary, none."""

@@ -12,6 +12,7 @@ from PyQt5.QtWidgets import QWidget
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.ui.widgets.picture_item import PictureItem
+from grabbergui.ui.widgets.picture_marks import PictureMarks
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."
@@ -46,7 +47,10 @@ class PictureCanvas(pg.GraphicsView):
         self._empty = True
         self._cursor: tuple[int, int] | None = None
         self.setCentralItem(self._box)
+        self.marks = PictureMarks()
+        """Lines over the picture."""
         self._box.addItem(self._item, ignoreBounds=True)
+        self._box.addItem(self.marks, ignoreBounds=True)
         self._box.disableAutoRange()
         self._box.sigRangeChanged.connect(self._announce)
         self._box.sigRangeChangedManually.connect(self._on_box_moved_by_hand)
@@ -72,6 +76,7 @@ class PictureCanvas(pg.GraphicsView):
         other_size = (width, height) != self._item.frame_size
         self._item.setPicture(image, width, height)
         self._item.show()
+        self.marks.setSize(width, height)
         if other_size or self._empty:
             self._empty = False
             self._limit()
@@ -84,6 +89,7 @@ class PictureCanvas(pg.GraphicsView):
         """Show nothing."""
         self._item.hide()
         self._item.clear()
+        self.marks.setSize(0, 0)
         self._empty = True
 
     def fit(self) -> None:
@@ -105,6 +111,17 @@ class PictureCanvas(pg.GraphicsView):
     def frameToView(self, x: float, y: float) -> QPointF:
         """Where a point of the frame is in this widget."""
         return QPointF(self.mapFromScene(self._box.mapViewToScene(QPointF(x, y))))
+
+    def viewToFrame(self, position: QPointF) -> QPointF:
+        """Which point of the picture is at a place in this widget; the nearest one outside of it."""
+        point = self._box.mapSceneToView(QPointF(self.mapToScene(position.toPoint())))
+        width, height = self._item.frame_size
+        return QPointF(min(max(point.x(), 0.0), width), min(max(point.y(), 0.0), height))
+
+    @property
+    def pictureSize(self) -> tuple[int, int]:
+        """Width and height of the whole picture in its own pixels."""
+        return self._item.frame_size
 
     # -- Qt's own ----------------------------------------------------------------------------------
     def resizeEvent(self, event: QResizeEvent | None) -> None:

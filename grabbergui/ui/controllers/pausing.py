@@ -1,0 +1,88 @@
+"""Joins the pause and the steps through the last frames to the picture."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from grabbergui.core.frame import Frame
+from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.frame_history import FrameHistory
+from grabbergui.models.picture import PictureModel
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.main_window import MainWindow
+
+
+class PauseController(QObject):
+    """The camera goes on while the picture is paused."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+
+    def __init__(
+        self, window: MainWindow, connection: Connection, picture: PictureModel, history: FrameHistory
+    ) -> None:
+        super().__init__(window)
+        self._window = window
+        self._connection = connection
+        self._picture = picture
+        self._history = history
+        self._frames: tuple[Frame, ...] = ()
+        self._index = 0
+        bridge = Bridge(self)
+        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        # Not over the bridge: the queue must be let go before the grabber is closed.
+        connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        bar = window.picture.pauseBar
+        bar.frameChosen.connect(self._show)
+        bar.liveRequested.connect(lambda: window.actionPause.setChecked(False))
+        window.actionPause.toggled.connect(self._on_pause_toggled)
+        window.actionStepBack.triggered.connect(lambda: self._step(-1))
+        window.actionStepForward.triggered.connect(lambda: self._step(1))
+        self._on_connection_state_changed(connection.state, "")
+
+    def _on_pause_toggled(self, paused: bool) -> None:
+        self._history.pause(paused)
+        self._frames = self._history.frames if paused else ()
+        self._window.picture.pauseBar.setVisible(bool(self._frames))
+        if self._frames:
+            self._show(len(self._frames) - 1)
+            return
+        self._picture.hold(None)
+        if paused:
+            self._window.actionPause.setChecked(False)
+            self.failed.emit("there is no frame yet to pause at; start the camera first")
+
+    def _step(self, steps: int) -> None:
+        if not self._window.actionPause.isChecked():
+            self._window.actionPause.setChecked(True)
+        if self._frames:
+            self._show(min(max(self._index + steps, 0), len(self._frames) - 1))
+
+    def _show(self, index: int) -> None:
+        self._index = index
+        frame, newest = self._frames[index], self._frames[-1]
+        self._picture.hold(frame)
+        self._window.picture.pauseBar.setPlace(index, len(self._frames), _seconds(frame, newest))
+
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        if source is self._connection.source and source.grabber is not None:
+            self._window.actionPause.setChecked(False)
+            self._history.attach(source.grabber)
+
+    def _on_connection_closing(self, _: OpenSource) -> None:
+        self._history.detach()
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        if state in (LinkState.CLOSED, LinkState.OPENING):
+            self._window.actionPause.setChecked(False)
+        window = self._window
+        for action in (window.actionPause, window.actionStepBack, window.actionStepForward):
+            action.setEnabled(state.connected or state is LinkState.LOST)
+
+
+def _seconds(frame: Frame, newest: Frame) -> float:
+    """How much older a frame is, by the camera's clock where it has one."""
+    if frame.timestamp_ns and newest.timestamp_ns:
+        return (newest.timestamp_ns - frame.timestamp_ns) / 1e9
+    return (newest.received_ns - frame.received_ns) / 1e9

@@ -1,0 +1,47 @@
+"""The values along a line through the picture."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QLabel, QPushButton, QWidget
+
+from grabbergui.models.line_profile import Line
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.channel_plot import ChannelPlot
+
+
+class ProfilePanel(QWidget):
+    """Setters for the values; a signal where another line is to be drawn."""
+
+    lineRequested = pyqtSignal()
+
+    lineLabel: QLabel
+    lineButton: QPushButton
+    plot: ChannelPlot
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("profile_panel", self)
+        self.plot.setLabel("bottom", "pixels along the line")
+        self.lineButton.clicked.connect(self.lineRequested)
+        self.setLine(None)
+
+    def setLine(self, line: Line | None) -> None:
+        """Say where the line is, in the frame's pixels."""
+        if line is None:
+            self.lineLabel.setText(self.tr("Draw a line through the picture to see its values."))
+        else:
+            self.lineLabel.setText(f"({line.x0}, {line.y0}) … ({line.x1}, {line.y1})")
+
+    def setProfile(self, profile: dict[str, NDArray[Any]]) -> None:
+        """Show the values of each channel along the line."""
+        samples = len(next(iter(profile.values())))
+        self.plot.setChannels(np.arange(samples), profile)
+
+    def clear(self) -> None:
+        """Nothing was measured."""
+        self.plot.clearChannels()

@@ -1,0 +1,72 @@
+"""A small plot of one line a channel, in the colours of the window."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PyQt5.QtCore import QEvent
+from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtWidgets import QWidget
+
+COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa"}
+"""Of the channels that have one; all others are drawn in the colour of text."""
+
+
+class ChannelPlot(pg.PlotWidget):
+    """Setters only; neither zoomed nor moved by the mouse."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent, background=None)
+        self.setMouseEnabled(False, False)
+        self.setMenuEnabled(False)
+        self.hideButtons()
+        self._lines: dict[str, pg.PlotDataItem] = {}
+        self._filled: bool = False
+        self._dress()
+
+    def setFilled(self, filled: bool) -> None:
+        """Whether the areas below the lines are filled."""
+        self._filled = filled
+        self._dress()
+
+    def setChannels(self, x: NDArray[Any], channels: dict[str, NDArray[Any]]) -> None:
+        """Show these lines and no others. With one more `x` than values, they are drawn as steps."""
+        for name in self._lines.keys() - channels.keys():
+            self.removeItem(self._lines.pop(name))
+        for name, values in channels.items():
+            if name not in self._lines:
+                self._lines[name] = self.plot()
+                self._dress()
+            self._lines[name].setData(x, values, stepMode="center" if len(x) > len(values) else None)
+
+    def clearChannels(self) -> None:
+        """Show no line."""
+        for line in self._lines.values():
+            self.removeItem(line)
+        self._lines.clear()
+
+    def values(self, name: str) -> NDArray[Any] | None:
+        """What is shown of a channel."""
+        return self._lines[name].yData if name in self._lines else None
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the window from light to dark."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_lines"):
+            self._dress()
+
+    def _dress(self) -> None:
+        ink = self.palette().color(QPalette.ColorRole.PlaceholderText)
+        for side in ("left", "bottom"):
+            axis = self.getAxis(side)
+            axis.setPen(ink)
+            axis.setTextPen(ink)
+        text = self.palette().color(QPalette.ColorRole.WindowText)
+        for name, line in self._lines.items():
+            colour = QColor(COLOURS[name]) if name in COLOURS else QColor(text)
+            line.setPen(pg.mkPen(colour, width=1))
+            colour.setAlphaF(0.25)
+            line.setFillLevel(0 if self._filled else None)
+            line.setBrush(colour if self._filled else None)

@@ -1,0 +1,109 @@
+"""Drawing a rectangle or a line over the picture with the mouse."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from PyQt5.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent, QMouseEvent
+
+from grabbergui.core.region import Region
+from grabbergui.models.line_profile import Line
+from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.picture_marks import Mark
+
+LEAST = 2.0
+"Pixels of the picture below which a stroke was a slip of the hand."
+
+
+class Purpose(Enum):
+    """What is drawn, and what to tell whoever draws."""
+
+    SENSOR_REGION = "Draw the region that the camera is to send; Esc gives up."
+    FOCUS_REGION = "Draw the region that is to be sharp; Esc gives up."
+    PROFILE_LINE = "Draw the line whose values are to be shown; Esc gives up."
+
+
+class DrawingTool(QObject):
+    """Takes the mouse from the canvas from `begin` until something is drawn, or Escape."""
+
+    regionDrawn = pyqtSignal(Purpose, Region)
+    """In the pixels of the picture as it is seen, within it."""
+    lineDrawn = pyqtSignal(Purpose, Line)
+    ended = pyqtSignal()
+    """Drawn or given up."""
+
+    def __init__(self, canvas: PictureCanvas) -> None:
+        super().__init__(canvas)
+        self._canvas = canvas
+        self._purpose: Purpose | None = None
+        self._start: QPointF | None = None
+        canvas.installEventFilter(self)
+        viewport = canvas.viewport()
+        assert viewport is not None
+        viewport.installEventFilter(self)
+
+    @property
+    def purpose(self) -> Purpose | None:
+        """What is being drawn."""
+        return self._purpose
+
+    def begin(self, purpose: Purpose) -> None:
+        """The next stroke of the mouse is for this."""
+        self._purpose, self._start = purpose, None
+        self._canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def cancel(self) -> None:
+        """Give up; does nothing where nothing is drawn."""
+        if self._purpose is not None:
+            self._end()
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Keep from the canvas what belongs to the stroke."""
+        if self._purpose is None or event is None:
+            return False
+        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_Escape:
+            if event.type() == QEvent.Type.KeyPress:
+                self.cancel()
+            return True
+        if watched is self._canvas or not isinstance(event, QMouseEvent):
+            return False
+        return self._on_mouse(event)
+
+    def _on_mouse(self, event: QMouseEvent) -> bool:
+        point = self._canvas.viewToFrame(event.localPos())
+        kind = event.type()
+        if kind == QEvent.Type.MouseButtonPress and event.button() == Qt.MouseButton.LeftButton:
+            self._start = point
+        elif kind == QEvent.Type.MouseMove and self._start is not None:
+            self._canvas.marks.setShape(Mark.DRAFT, self._shape(self._start, point))
+            return True
+        elif kind == QEvent.Type.MouseButtonRelease and self._start is not None:
+            self._finish(self._start, point)
+        return kind != QEvent.Type.MouseMove
+
+    def _shape(self, start: QPointF, end: QPointF) -> QRectF | QLineF:
+        if self._purpose is Purpose.PROFILE_LINE:
+            return QLineF(start, end)
+        return QRectF(start, end).normalized()
+
+    def _finish(self, start: QPointF, end: QPointF) -> None:
+        purpose = self._purpose
+        assert purpose is not None
+        length = QLineF(start, end).length()
+        self._end()
+        if length < LEAST:
+            return
+        if purpose is Purpose.PROFILE_LINE:
+            self.lineDrawn.emit(purpose, Line(int(start.x()), int(start.y()), int(end.x()), int(end.y())))
+            return
+        box = QRectF(start, end).normalized()
+        region = Region(
+            int(box.left()), int(box.top()), max(1, round(box.width())), max(1, round(box.height()))
+        )
+        self.regionDrawn.emit(purpose, region.clipped(*self._canvas.pictureSize))
+
+    def _end(self) -> None:
+        self._purpose = self._start = None
+        self._canvas.marks.setShape(Mark.DRAFT, None)
+        self.ended.emit()

@@ -1,0 +1,255 @@
+"""The tools for seeing, used as a person would, on the simulated camera."""
+
+import logging
+
+import numpy as np
+import pytest
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtWidgets import QLabel
+
+from grabbergui.core.region import Region
+from grabbergui.models.connection import LinkState
+from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.picture_marks import Mark
+
+
+@pytest.fixture
+def desk(window_desk):
+    window_desk.connect()
+    window_desk.watch()
+    return window_desk
+
+
+def drag(desk, first, last):
+    """A stroke of the left button between two pixels of the picture as it is seen."""
+    canvas = desk.window.picture.canvas
+    start, end = (canvas.frameToView(*point).toPoint() for point in (first, last))
+    target = canvas.viewport()
+    desk.qtbot.mousePress(target, Qt.LeftButton, pos=start)
+    desk.qtbot.mouseMove(target, (start + end) / 2)
+    desk.qtbot.mouseMove(target, end)
+    desk.qtbot.mouseRelease(target, Qt.LeftButton, pos=end)
+
+
+def screen(desk):
+    """The picture's middle, as bytes."""
+    canvas = desk.window.picture.canvas
+    image = canvas.grab().toImage().convertToFormat(13)  # RGB888
+    bits = image.constBits()
+    bits.setsize(image.sizeInBytes())
+    return np.frombuffer(bits, np.uint8).reshape(image.height(), image.bytesPerLine())[:, : image.width() * 3].copy()
+
+
+def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_frame(desk):
+    program, window = desk.program, desk.window
+    assert not program.measuring.wanted.anything
+    window.histogramDock.show()
+    desk.until(lambda: window.histogram.plot.values("grey") is not None)
+    assert program.measuring.wanted.histogram
+    total = window.histogram._histogram.channels["grey"].sum()
+    assert total == desk.grabber.feature("Width").value * desk.grabber.feature("Height").value
+    assert "mean grey" in window.histogram.figuresLabel.text()
+    linear = window.histogram.plot.values("grey").max()
+    window.histogram.logBox.click()
+    assert window.histogram.plot.values("grey").max() == pytest.approx(np.log10(linear + 1), rel=0.2)
+    window.focusDock.show()
+    window.focusDock.raise_()
+    desk.until(lambda: program.measuring.wanted.focus and not program.measuring.wanted.histogram)
+    window.focusDock.close()
+    window.histogramDock.close()
+    desk.until(lambda: not program.measuring.wanted.anything)
+
+
+def test_a_colour_cameras_histogram_has_three_channels(window_desk):
+    window_desk.connect("sim:?pixel_format=BayerRG12p")
+    window_desk.window.histogramDock.show()
+    panel = window_desk.window.histogram
+    window_desk.until(lambda: panel.plot.values("B") is not None)
+    assert panel._histogram.depth == 12 and list(panel._histogram.channels) == ["R", "G", "B"]
+
+
+def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(desk):
+    window = desk.window
+    window.histogramDock.show()
+    desk.until(lambda: window.histogram.plot.values("grey") is not None)
+    before = window.histogram._histogram.mean("grey")
+    window.histogram.levels.setRegion((0, 64))
+    assert desk.program.picture.settings.levels.white == pytest.approx(0.25)
+    desk.watch(5)
+    assert screen(desk).mean() > 1.5 * before
+    desk.until(lambda: window.histogram._histogram.mean("grey") == pytest.approx(before, rel=0.2))
+    desk.qtbot.mouseClick(window.histogram.resetButton, Qt.LeftButton)
+    assert desk.program.picture.settings.levels.neutral
+    assert window.histogram.levels.getRegion() == (0, 256)
+
+
+def test_clipping_is_marked_and_counted(desk):
+    window = desk.window
+    window.actionClipping.trigger()
+    desk.until(lambda: "saturated" in window.picture.clippingLabel.text())
+    desk.grabber.write_feature("ExposureTime", 1e6)
+    desk.until(lambda: float(window.picture.clippingLabel.text().split("%")[0]) > 50, seconds=20)
+    desk.watch(3)
+    pixels = screen(desk).reshape(-1, 3)
+    assert np.mean((pixels[:, 0] > 200) & (pixels[:, 2] < 100)) > 0.3
+    window.actionClipping.trigger()
+    desk.until(lambda: not window.picture.clippingLabel.text())
+
+
+def test_a_drawn_region_is_scored_for_focus(desk):
+    window = desk.window
+    window.focusDock.show()
+    desk.until(lambda: "best" in window.focus.scoreLabel.text())
+    desk.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
+    assert "sharp" in window.picture.hintLabel.text()
+    drag(desk, (200, 200), (500, 400))
+    assert not window.picture.hintLabel.text()
+    region = desk.program.measuring.wanted.focus_region
+    assert abs(region.x - 200) < 6 and abs(region.y - 200) < 6
+    assert abs(region.width - 300) < 8 and abs(region.height - 200) < 8
+    assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is not None
+    desk.until(lambda: "best" in window.focus.scoreLabel.text())
+    desk.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
+    assert desk.program.measuring.wanted.focus_region is None
+    assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is None
+
+
+def test_a_drawn_line_shows_its_values_also_where_the_view_is_turned(desk):
+    window = desk.window
+    window.profileDock.show()
+    window.actionTurnRight.trigger()
+    desk.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
+    desk.watch()
+    desk.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
+    drag(desk, (100, 300), (700, 300))
+    desk.until(lambda: window.profile.plot.values("grey") is not None)
+    line = desk.program.measuring.wanted.line
+    assert abs(line.x0 - 300) < 6 and abs(line.x1 - 300) < 6, "along a column of the frame"
+    assert line.y0 - line.y1 == pytest.approx(600, abs=8), "from below to above"
+    assert len(window.profile.plot.values("grey")) == line.samples
+
+
+def test_escape_gives_up_drawing(desk):
+    window = desk.window
+    window.actionRegion.trigger()
+    assert window.picture.drawing.purpose is Purpose.SENSOR_REGION
+    desk.qtbot.keyClick(window.picture.canvas, Qt.Key_Escape)
+    assert window.picture.drawing.purpose is None and not window.picture.hintLabel.text()
+    before = desk.grabber.feature("Width").value
+    drag(desk, (100, 100), (400, 300))
+    assert desk.grabber.feature("Width").value == before
+    desk.watch()
+
+
+def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(desk):
+    window = desk.window
+    desk.until(window.actionRegion.isEnabled)
+    left, top = (desk.grabber.feature(n).value for n in ("OffsetX", "OffsetY"))
+    window.actionRegion.trigger()
+    drag(desk, (200, 100), (840, 580))
+    desk.until(lambda: window.picture.canvas.pictureSize[0] < 700)
+    x, y, width, height = (desk.grabber.feature(n).value for n in ("OffsetX", "OffsetY", "Width", "Height"))
+    assert (abs(width - 640) < 20, abs(height - 480) < 20) == (True, True)
+    assert (abs(x - left - 200) < 20, abs(y - top - 100) < 20) == (True, True)
+    assert desk.program.connection.state is LinkState.STREAMING
+    window.actionFullSensor.trigger()
+    desk.until(lambda: window.picture.canvas.pictureSize == (2448, 2048))
+    assert window.picture.canvas.fitted and not desk.errors
+
+
+def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(desk):
+    window, picture = desk.window, desk.program.picture
+    desk.until(lambda: len(desk.program.history.frames) >= 5)
+    window.actionPause.trigger()
+    count = len(desk.program.history.frames)
+    newest = picture.frame.frame_id
+    desk.until(lambda: "Paused" in window.status.stateLabel.text())
+    assert (
+        window.picture.pauseBar.isVisible()
+        and f"{count} of {count}" in window.picture.pauseBar.placeLabel.text()
+    )
+    window.actionStepBack.trigger()
+    window.actionStepBack.trigger()
+    assert picture.frame.frame_id == newest - 2
+    assert f"{count - 2} of {count}" in window.picture.pauseBar.placeLabel.text()
+    window.picture.pauseBar.slider.setValue(0)
+    desk.until(lambda: picture.frame is desk.program.history.frames[0])
+    desk.watch(1)
+    assert picture.frame is desk.program.history.frames[0], "the live frames pass by"
+    desk.qtbot.mouseClick(window.picture.pauseBar.liveButton, Qt.LeftButton)
+    desk.until(lambda: picture.frame.frame_id > newest)
+    assert not window.picture.pauseBar.isVisible() and not window.actionPause.isChecked()
+
+
+def test_the_view_is_turned_and_the_cursor_still_tells_the_frames_pixel(desk):
+    window = desk.window
+    window.actionStop.trigger()
+    desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
+    window.actionTurnRight.trigger()
+    window.actionMirrorX.trigger()
+    desk.until(lambda: window.picture.canvas.pictureSize == (1024, 1224))
+    canvas = window.picture.canvas
+    place = canvas.frameToView(300.5, 200.5).toPoint()
+    desk.qtbot.mouseMove(canvas.viewport(), QPoint(5, 5))
+    desk.qtbot.mouseMove(canvas.viewport(), place)
+    desk.until(lambda: window.picture.cursorLabel.text().startswith("x "))
+    column, line = canvas.cursorPixel
+    frame = desk.program.picture.frame
+    # Turned right and then mirrored, lines have become columns: the frame is transposed.
+    assert f"x {line}  y {column} " in window.picture.cursorLabel.text()
+    assert window.picture.cursorLabel.text().endswith(str(frame.raw()[column, line]))
+    window.actionUpright.trigger()
+    desk.until(lambda: window.picture.canvas.pictureSize == (1224, 1024))
+
+
+def test_grey_is_shown_in_colours_where_somebody_wants_it(desk):
+    action = next(a for a in desk.window.menuColours.actions() if a.data() == "Inferno")
+    action.trigger()
+    desk.watch(5)
+    pixels = screen(desk).reshape(-1, 3).astype(int)
+    assert np.mean(np.abs(pixels[:, 0] - pixels[:, 2]) > 30) > 0.3
+    desk.window.menuColours.actions()[0].trigger()
+    assert not desk.program.picture.settings.colour_map
+
+
+def test_crosshair_and_grid_lie_over_the_picture(desk):
+    desk.window.actionStop.trigger()
+    desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
+    before = screen(desk)
+    for action in (desk.window.actionCrosshair, desk.window.actionGrid):
+        action.trigger()
+        after = screen(desk)
+        assert 0.001 < np.mean(after != before) < 0.1
+        before = after
+
+
+def test_the_log_is_shown_by_level_and_can_be_cleared(window_desk):
+    panel = window_desk.window.log
+    logging.getLogger("grabbergui.test").info("a remark")
+    logging.getLogger("grabbergui.test").warning("a warning")
+    window_desk.until(lambda: "a warning" in panel.text.toPlainText())
+    assert "INFO     grabbergui.test: a remark" in panel.text.toPlainText()
+    panel.levelBox.setCurrentIndex(1)
+    assert "a remark" not in panel.text.toPlainText() and "a warning" in panel.text.toPlainText()
+    window_desk.qtbot.mouseClick(panel.clearButton, Qt.LeftButton)
+    assert panel.text.toPlainText() == ""
+
+
+def test_the_overview_has_every_shortcut(window_desk):
+    window_desk.window.actionShortcuts.trigger()
+    (dialog,) = window_desk.window.findChildren(ShortcutsDialog)
+    text = "".join(label.text() for label in dialog.findChildren(QLabel))
+    for key in ("Ctrl+S", "F6", "P", "Ctrl+R", "F2", "F12", "F1"):
+        assert f"<b>{key}</b>" in text
+    dialog.accept()
+
+
+def test_what_is_drawn_is_clipped_to_the_picture(desk):
+    drawn = []
+    drawing = desk.window.picture.drawing
+    drawing.regionDrawn.connect(lambda purpose, region: drawn.append(region))
+    drawing.begin(Purpose.FOCUS_REGION)
+    drag(desk, (1100, 900), (5000, 5000))
+    (region,) = drawn
+    assert region == Region(region.x, region.y, 1224 - region.x, 1024 - region.y)
