@@ -21,9 +21,21 @@ def desk(window_desk):
     return window_desk
 
 
+def settle(desk):
+    """Wait until panels that were opened have their place and the picture its own."""
+    canvas, before = desk.window.picture.canvas, []
+
+    def settled():
+        before.append((canvas.size(), canvas.zoom))
+        return len(before) > 5 and len({str(place) for place in before[-5:]}) == 1
+
+    desk.until(settled)
+
+
 def drag(desk, first, last):
     """A stroke of the left button between two pixels of the picture as it is seen."""
     canvas = desk.window.picture.canvas
+    settle(desk)
     start, end = (canvas.frameToView(*point).toPoint() for point in (first, last))
     target = canvas.viewport()
     desk.qtbot.mousePress(target, Qt.LeftButton, pos=start)
