@@ -26,7 +26,7 @@ REST = 3.0
 
 
 def random_board(random):
-    """A pose of the marker whose goal the arm can take with its joints off their limits."""
+    """A pose of the marker whose goal the arm can take from its home, its joints off their limits."""
     arm, margin = teo.RIGHT_ARM, 0.15
     low, high = arm.low + margin * (arm.high - arm.low), arm.high - margin * (arm.high - arm.low)
     before = geometry.inverse(geometry.pose(control.HAND_ON_MARKER, (0, 0, 0.10)))
@@ -38,8 +38,10 @@ def random_board(random):
         down = math.degrees(math.asin(-sight[2] / distance))
         facing = math.degrees(math.acos(float(np.clip(-board[:3, 2] @ sight / distance, -1, 1))))
         aside = abs(math.degrees(math.atan2(sight[1], sight[0])))
+        goal = board @ geometry.pose(control.HAND_ON_MARKER, (0, 0, 0.10))
         if board[0, 3] > 0.35 and down < 33 and aside < 60 and facing < 45 and board[2, 1] > 0.6:
-            return board
+            if arm.inverse(goal, np.radians(HOME)) is not None:
+                return board
 
 
 def run(random):

@@ -134,7 +134,7 @@ def _parts(
 
 
 def _calibration(options: argparse.Namespace) -> CalibrationFor:
-    """The one given, for pictures of any size that fits it. Raises UsageError with the ways out where there is none."""
+    """The one given, for pictures of any size that fits it. Raises UsageError with the ways out of none."""
     if options.calibration is not None:
         return Calibration.load(options.calibration).scaled_to
     if options.field_of_view is not None:

@@ -64,7 +64,7 @@ class HeadConfig:
     "Seconds from step to step."
     search: float = 20.0
     "Degrees per second while searching."
-    below: float = 0.3
+    below: float = 0.4
     "Metres below a person's face that are looked at, so that what the hands hold is in the picture too."
 
 
@@ -139,6 +139,8 @@ class Config:
             raise UsageError(f"[head] mode is '{self.head.mode}'; there are velocity and steps")
         if self.head.start < self.head.deadband:
             raise UsageError("[head] start must not be less than deadband, or the head would never rest")
+        if not 0.001 <= self.marker.size <= 10:
+            raise UsageError(f"a marker of {self.marker.size:g} m cannot be; allowed is 0.001 to 10")
         if not 1 <= self.loop.rate <= 1000:
             raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
         if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:

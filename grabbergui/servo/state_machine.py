@@ -125,6 +125,8 @@ class StateMachine:
         elif target_lost:
             self._enter(now, State.LOST, situation.problem or "the target is not seen")
         elif state in (State.CENTRING, State.WAITING):
+            if state is State.WAITING and situation.problem:
+                self.reason = situation.problem
             if situation.centred and situation.marker:
                 self._enter(now, State.APPROACHING, "the marker is centred")
             elif situation.centred and state is State.CENTRING and marker_lost:

@@ -78,7 +78,7 @@ class Marker:
     "Metres along an edge of the marker's black square; the board is 1.6 times as wide."
 
 
-def swaying(x: float = 1.35, y: float = 0.12, z: float = 0.80) -> Poses:
+def swaying(x: float = 1.35, y: float = -0.1, z: float = 0.80) -> Poses:
     """A person who shifts from one foot to the other."""
 
     def pose(seconds: float) -> Matrix:

@@ -1,0 +1,86 @@
+"""A robot that obeys at once and remembers every command, with faults on demand."""
+
+import numpy as np
+
+from grabbergui.core.errors import TransportError
+from grabbergui.servo import geometry, teo
+from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.robots import Robot, RobotState
+from grabbergui.servo.sim_teo import HOME
+
+
+class RecordingRobot(Robot):
+    """Joints follow commands at once when `advance` is called."""
+
+    name = "recording robot"
+
+    def __init__(self):
+        self.head_low, self.head_high = teo.HEAD.low, teo.HEAD.high
+        self.head = np.zeros(2)
+        self.hand = teo.RIGHT_ARM.forward(np.radians(HOME))
+        self.velocity, self.twist = np.zeros(2), np.zeros(6)
+        self.moves, self.stops = [], 0
+        self.time = 0.0
+        self.frozen = self.silent = self.deaf = False
+
+    def open(self):
+        pass
+
+    def close(self):
+        self.stop()
+
+    def state(self):
+        return None if self.silent else RobotState(self.time, self.head.copy(), self.hand.copy())
+
+    def move_head(self, velocity):
+        self._hear(("head", velocity))
+        self.velocity = velocity
+
+    def step_head(self, move):
+        self._hear(("step", move))
+        if not self.frozen:
+            self.head = teo.HEAD.clamped(self.head + move)
+
+    def move_hand(self, twist):
+        self._hear(("hand", twist))
+        self.twist = twist
+
+    def stop(self):
+        self.stops += 1
+        self.velocity, self.twist = np.zeros(2), np.zeros(6)
+
+    def camera_pose(self, head):
+        return teo.HEAD.forward(head) @ teo.CAMERA_ON_HEAD
+
+    def advance(self, now, seconds):
+        if not self.frozen:
+            self.head = teo.HEAD.clamped(self.head + self.velocity * seconds)
+            self.hand = geometry.add_delta(self.hand, self.twist, seconds)
+        if not self.silent:
+            self.time = now
+
+    @property
+    def moving(self):
+        return bool(self.velocity.any() or self.twist.any())
+
+    def _hear(self, command):
+        if self.deaf:
+            raise TransportError("the robot's port is gone")
+        if np.any(command[1]):
+            self.moves.append(command)
+
+
+SQUARE = np.array([[0.0, 0], [60, 0], [60, 60], [0, 60]])
+
+
+def marker(pose, problem="", marker_id=20):
+    return MarkerDetection(marker_id, SQUARE, pose, problem)
+
+
+def seeing(robot, time, board=None, face=None):
+    """A sighting of a board (pose) and a face (point) that are in the room, by a perfect camera."""
+    view = geometry.inverse(robot.camera_pose(robot.head))
+    heads = ()
+    if face is not None:
+        heads = (HeadDetection((0, 0, 50, 50), tuple((view @ (*face, 1.0))[:3])),)
+    return Sighting(time, (marker(view @ board),) if board is not None else (), heads)

@@ -1,0 +1,266 @@
+"""The loop through real pixels: in simulated time to the bit, in real time, and on the command line."""
+
+import argparse
+import json
+import math
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from grabbergui.cli import servo as command
+from grabbergui.core.errors import UsageError
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.driver.sim.rendered_scene import Things, board_pose
+from grabbergui.servo import desk, plots, report, teo
+from grabbergui.servo.session import ServoSession
+from grabbergui.servo.sim_teo import HOME, SimTeo
+from grabbergui.servo.state_machine import State
+
+
+def run_to_the_marker():
+    run = desk.Desk(things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
+    run.run(20, State.REACHED)
+    return run
+
+
+def test_it_looks_waits_approaches_and_arrives():
+    run = run_to_the_marker()
+    states = [step.state for step in run.loop.machine.transitions]
+    assert states[-2:] == [State.APPROACHING, State.REACHED]
+    assert State.WAITING in states
+    run.run(1.0)
+    metres, radians = run.true_error()
+    assert metres < 0.010
+    assert math.degrees(radians) < 2
+    assert run.robot.limit_violations == 0
+    assert run.robot.speed == 0
+    assert run.gate.refused == 0
+
+
+def test_the_same_run_again_is_the_same_to_the_bit():
+    runs = [desk.Desk() for _ in range(2)]
+    for run in runs:
+        run.run(1.5)
+    assert np.array_equal(runs[0].robot.state().hand, runs[1].robot.state().hand)
+    assert np.array_equal(runs[0].robot.state().head, runs[1].robot.state().head)
+
+
+def test_the_robot_rests_200_ms_after_the_last_picture():
+    run = desk.Desk()
+    run.run(10, State.APPROACHING)
+    run.run(0.5)
+    assert run.robot.speed > 0
+    run.camera_runs = False
+    last = run.turns[-1].time
+    while run.robot.speed and run.now < last + 1:
+        run.turn()
+    assert run.now - last < 0.2 + run.latency
+
+
+def test_a_board_that_is_taken_away_stops_the_arm():
+    run = desk.Desk(things=Things(board=lambda seconds: board_pose() if seconds < 2 else None))
+    assert run.run(5, State.APPROACHING).state is State.APPROACHING
+    run.run(2.3 - run.now)
+    twists = [turn.command.hand for turn in run.turns if turn.time > 2.1]
+    assert not np.any(twists)
+
+
+# -- the simulated robot -------------------------------------------------------------------------
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+def test_the_simulated_robot_forgets_a_command_after_a_while():
+    clock = Clock()
+    robot = SimTeo(clock)
+    robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+    robot.move_head(np.array([0.3, 0.0]))
+    clock.now = 0.15
+    assert robot.speed > 0.1
+    clock.now = 0.6
+    assert robot.speed < 1e-4
+
+
+def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_told():
+    clock, random = Clock(), np.random.default_rng(7)
+    robot = SimTeo(clock)
+    for _ in range(400):
+        robot.move_hand(random.normal(0, 5, 6))
+        robot.move_head(random.normal(0, 20, 2))
+        clock.now += 0.02
+    state = robot.state()
+    assert robot.limit_violations == 0
+    assert (teo.RIGHT_ARM.low - 1e-9 <= state.arm).all()
+    assert (state.arm <= teo.RIGHT_ARM.high + 1e-9).all()
+    assert (teo.HEAD.low - 1e-9 <= state.head).all()
+
+
+@pytest.mark.parametrize("bad", [np.full(6, np.nan), np.zeros(3)])
+def test_the_simulated_robot_rests_on_what_is_no_command(bad):
+    clock = Clock()
+    robot = SimTeo(clock)
+    robot.move_hand(bad)
+    clock.now = 0.1
+    assert np.allclose(robot.state().arm, np.radians(HOME))
+
+
+def test_the_simulated_hand_moves_as_it_is_told():
+    clock = Clock()
+    robot = SimTeo(clock)
+    start = robot.state().hand
+    for _ in range(50):
+        robot.move_hand(np.array([0.03, 0.02, -0.01, 0, 0, 0.1]))
+        clock.now += 0.02
+    moved = robot.state().hand[:3, 3] - start[:3, 3]
+    # Drives lag by their response time, 0.03 s of one second; damping costs some more.
+    assert moved == pytest.approx(np.array([0.03, 0.02, -0.01]) * 0.97, abs=1e-3)
+
+
+# -- real time -----------------------------------------------------------------------------------
+@pytest.fixture
+def live():
+    robot = SimTeo()
+    camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
+    camera.open()
+    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    yield session, camera, robot
+    session.stop()
+    camera.close()
+
+
+def wait_for(condition, seconds=20.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.01)
+
+
+def test_a_session_moves_the_arm_and_an_emergency_stop_ends_that(live):
+    session, _, robot = live
+    turns = []
+    session.turned.connect(lambda turn, frame: turns.append(turn))
+    session.start()
+    wait_for(lambda: session.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    session.emergency_stop("test")
+    assert robot.speed == 0
+    sent = session.gate.sent
+    wait_for(lambda: turns[-1].state is State.STOPPED)
+    before = len(turns)
+    wait_for(lambda: len(turns) > before + 20)
+    assert session.gate.sent == sent
+    assert robot.speed == 0
+    session.resume()
+    wait_for(lambda: robot.speed > 0.01)
+
+
+def test_a_session_without_pictures_comes_to_rest(live):
+    session, camera, robot = live
+    session.start()
+    wait_for(lambda: session.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    camera.stop()
+    last = session.loop.sighting.captured
+    wait_for(lambda: robot.speed == 0, 5)
+    assert session.running
+    assert session.loop.sighting.captured - last < 0.2
+    wait_for(lambda: session.loop.machine.state is State.LOST, 5)
+
+
+def test_a_session_whose_source_closes_says_so_and_leaves_the_robot_at_rest(live):
+    session, camera, robot = live
+    reasons = []
+    session.failed.connect(reasons.append)
+    session.start()
+    wait_for(lambda: session.detection_ms)
+    camera.close()
+    for queue in _queues(camera):
+        queue.close()
+    wait_for(lambda: not session.running or session.loop.machine.state is State.LOST)
+    assert robot.speed == 0
+
+
+def _queues(camera) -> tuple[FrameQueue, ...]:
+    return camera._fanout._queues
+
+
+# -- what is left behind -------------------------------------------------------------------------
+def test_the_report_of_a_run(tmp_path):
+    run = run_to_the_marker()
+    recorder = report.Recorder(tmp_path / "out", desk.calibration().scaled_to)
+    for turn in run.turns:
+        recorder.add(turn, None, None)
+    written = recorder.finish({"true_error_mm": float("nan"), "limit_violations": 0})
+    assert written["reached"]
+    assert json.loads((tmp_path / "out/report.json").read_text())["true_error_mm"] is None
+    assert written["seconds_to_reach"] > written["seconds_to_approach"]
+    picture = cv2.imread(str(tmp_path / "out/plots.png"))
+    assert picture.shape == (4 * plots.HEIGHT, plots.WIDTH, 3)
+
+
+def test_an_empty_run_has_a_report_too(tmp_path):
+    recorder = report.Recorder(tmp_path, desk.calibration().scaled_to)
+    assert recorder.finish({})["reached"] is False
+    assert not (tmp_path / "plots.png").exists()
+
+
+def test_a_report_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="cannot go to"):
+        report.Recorder(tmp_path / "file" / "below", desk.calibration().scaled_to)
+
+
+def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
+    values = [0.0] * 50 + [math.nan] * 50 + [10.0] * 50
+    picture = plots.sheet([plots.Plot("t", "u", (plots.Curve("c", values),))], range(150), [])
+    red = picture[30:190, :, 0].astype(int) - picture[30:190, :, 1] > 60
+    columns = red.any(axis=0)
+    assert columns[80:350].mean() > 0.9
+    assert not columns[380:640].any()
+    assert columns[680:930].mean() > 0.9
+    assert np.argmax(red[:, 100]) > np.argmax(red[:, 800])
+
+
+@pytest.mark.parametrize(("low", "high"), [(0, 1), (-3, 250), (0.001, 0.0012), (5, 5)])
+def test_ticks_are_round_and_few(low, high):
+    marks = plots.ticks(low, high)
+    assert 1 <= len(marks) <= 6
+    assert all(low - 1e-9 <= mark <= high + 1e-9 for mark in marks)
+
+
+def options(*arguments):
+    parser = argparse.ArgumentParser()
+    command.add_commands(parser.add_subparsers(required=True))
+    return parser.parse_args(arguments)
+
+
+def test_the_command_records_what_happens(tmp_path, capsys):
+    folder = tmp_path / "out"
+    chosen = options("servo", "--headless", "--seconds", "2", "--report", str(folder), "--steps")
+    assert chosen.run(chosen) == command.EXIT_NOT_REACHED  # in two seconds nothing can be
+    written = json.loads((folder / "report.json").read_text())
+    assert written["reached"] is False
+    assert written["pictures"] > 10
+    assert {step["state"] for step in written["states"]} >= {"lost", "centring"}
+    video = cv2.VideoCapture(str(folder / "video.avi"))
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) > 10
+    video.release()
+    assert "centring" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("--source", "sim:"), "is not calibrated"),
+        (("--seconds", "-1"), "more than 0"),
+        (("--size", "0"), "0 m"),
+        (("--dictionary", "3X3"), "no marker dictionary"),
+    ],
+)
+def test_the_command_refuses_what_makes_no_sense(arguments, complaint):
+    chosen = options("servo", "--headless", *arguments)
+    with pytest.raises(UsageError, match=complaint):
+        chosen.run(chosen)

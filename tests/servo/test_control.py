@@ -1,0 +1,280 @@
+"""Head and arm controllers, and the tracks before them, without pictures."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from grabbergui.core.errors import UsageError
+from grabbergui.servo import geometry, teo
+from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
+from grabbergui.servo.control import ArmController, HeadController, off_centre
+from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
+
+DT = 0.02
+AHEAD = geometry.pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0, 0, 0.7))
+FACING = np.diag([1.0, -1.0, -1.0])
+
+
+def head(**changes):
+    return HeadController(HeadConfig(**changes), teo.HEAD.low, teo.HEAD.high)
+
+
+def point(right, down, away=1.0):
+    return np.array([away, -away * math.tan(right), 0.7 - away * math.tan(down)])
+
+
+@pytest.mark.parametrize(
+    ("right", "down", "pan", "tilt"), [(0.2, 0, -1, 0), (-0.2, 0, 1, 0), (0, 0.2, 0, 1), (0, -0.2, 0, -1)]
+)
+def test_the_head_turns_to_where_the_target_is(right, down, pan, tilt):
+    assert off_centre(point(right, down), AHEAD) == pytest.approx([right, down])
+    assert np.sign(head().look(point(right, down), AHEAD, np.zeros(2))).tolist() == [pan, tilt]
+
+
+def test_the_head_never_turns_faster_than_it_may():
+    velocity = head(fastest=10).look(point(1.2, -0.9), AHEAD, np.zeros(2))
+    assert np.degrees(np.abs(velocity)) == pytest.approx([10, 10])
+
+
+def test_the_deadband_has_two_edges_so_that_the_head_does_not_jitter():
+    controller, rest = head(deadband=0.03, start=0.05), np.zeros(2)
+    assert not controller.look(point(0.04, 0), AHEAD, rest).any()
+    assert controller.look(point(0.06, 0), AHEAD, rest).any()
+    assert controller.look(point(0.04, 0), AHEAD, rest).any()
+    assert not controller.look(point(0.02, 0), AHEAD, rest).any()
+    assert not controller.look(point(0.04, 0), AHEAD, rest).any()
+
+
+def test_a_joint_at_its_limit_is_not_pushed_and_counts_as_centred():
+    controller = head()
+    down = np.array([0.0, teo.HEAD.high[1]])
+    assert not controller.look(point(0, 0.3), AHEAD, down).any()
+    assert controller.centred(down)
+    controller.look(point(0, 0.3), AHEAD, np.zeros(2))
+    assert not controller.centred(np.zeros(2))
+
+
+def test_steps_have_one_size_and_their_own_pace():
+    controller = head(step=2.0, step_period=0.2)
+    moves = [controller.step(point(0.3, -0.2), AHEAD, np.zeros(2), now) for now in np.arange(0, 1, 0.05)]
+    made = [move for move in moves if move is not None]
+    assert len(made) == 5
+    assert np.degrees(made[0]) == pytest.approx([-2, -2])
+    assert controller.step(point(0.01, 0.01), AHEAD, np.zeros(2), 5.0) is None
+
+
+def test_searching_sweeps_within_the_limits():
+    controller, angles, seen = head(), np.array([0.3, 0.1]), []
+    for _ in range(3000):
+        angles = angles + controller.search(angles) * DT
+        seen.append(angles[0])
+    assert min(seen) < -0.8
+    assert max(seen) > 0.8
+    assert max(map(abs, seen)) < teo.HEAD.high[0]
+    assert angles[1] == pytest.approx(0, abs=0.02)
+
+
+# -- the arm -------------------------------------------------------------------------------------
+def marker_at(x=0.6, y=-0.3, z=0.4):
+    upright = np.array([[0, 0, -1.0], [-1.0, 0, 0], [0, 1.0, 0]])
+    return geometry.pose(upright, (x, y, z))
+
+
+def arm(**changes):
+    return ArmController(ArmConfig(**changes), 0.10)
+
+
+def away(controller, marker, metres, turn=0.0):
+    goal = controller.goal(marker)
+    return geometry.pose(
+        goal[:3, :3] @ geometry.rotation_from_vector((0, turn, 0)), goal[:3, 3] - (metres, 0, 0)
+    )
+
+
+def settled(controller, hand, marker, seconds=1.0):
+    """The twist once the gradual start is over, the hand held where it is."""
+    for _ in range(round(seconds / DT)):
+        twist = controller.approach(hand, marker, DT)
+    return twist
+
+
+def test_the_goal_is_before_the_marker_with_the_hand_pointing_into_it():
+    goal = arm().goal(marker_at())
+    assert goal[:3, 3] == pytest.approx([0.5, -0.3, 0.4])
+    assert goal[:3, 2] == pytest.approx([1, 0, 0])
+
+
+def test_the_hand_comes_to_rest_at_the_goal_without_passing_it():
+    controller, marker = arm(), marker_at()
+    hand = away(controller, marker, 0.3, 0.6)
+    for _ in range(500):
+        hand = geometry.add_delta(hand, controller.approach(hand, marker, DT), DT)
+        assert hand[0, 3] <= controller.goal(marker)[0, 3] + 1e-9
+    assert controller.arrived
+    assert not controller.approach(hand, marker, DT).any()
+    assert controller.error[0] <= 0.002
+    assert math.degrees(controller.error[1]) <= 0.5
+
+
+def test_it_starts_gradually_and_slows_down_on_its_way():
+    controller, marker = arm(), marker_at()
+    first = controller.approach(away(controller, marker, 0.3), marker, DT)
+    assert np.linalg.norm(first[:3]) == pytest.approx(ArmConfig().acceleration * DT)
+    speeds = [
+        np.linalg.norm(settled(controller, away(controller, marker, metres), marker)[:3])
+        for metres in (0.3, 0.05, 0.02, 0.01, 0.004)
+    ]
+    assert speeds[0] == pytest.approx(ArmConfig().fastest)
+    assert all(a > b > 0 for a, b in itertools.pairwise(speeds))
+
+
+def test_noise_at_the_goal_does_not_move_the_hand():
+    controller, marker, random = arm(), marker_at(), np.random.default_rng(2)
+    hand = away(controller, marker, 0.001)
+    assert not settled(controller, hand, marker).any()
+    for _ in range(200):
+        shaken = geometry.add_delta(marker, random.normal(0, 0.0006, 6))
+        assert not controller.approach(hand, shaken, DT).any()
+
+
+@pytest.mark.parametrize("marker", [marker_at(x=1.2), marker_at(y=0.8), marker_at(z=-0.6)])
+def test_a_goal_outside_the_workspace_is_not_approached(marker):
+    controller = arm()
+    assert not settled(controller, away(controller, marker_at(), 0.2), marker).any()
+
+
+def test_no_twist_comes_from_numbers_that_are_none():
+    controller, bad = arm(), marker_at()
+    bad[0, 3] = np.nan
+    assert not controller.approach(away(controller, marker_at(), 0.2), bad, DT).any()
+
+
+# -- tracks --------------------------------------------------------------------------------------
+def sighting(time, *poses, marker_id=20, problem=""):
+    square = np.array([[0.0, 0], [50, 0], [50, 50], [0, 50]])
+    return Sighting(time, tuple(MarkerDetection(marker_id, square, pose, problem) for pose in poses))
+
+
+def seen_at(x=0.0, z=0.8):
+    return geometry.pose(FACING @ geometry.rotation_from_vector((0.3, 0, 0)), (x, 0, z))
+
+
+def track(count=3):
+    marker = MarkerTrack(20, TrackConfig())
+    for index in range(count):
+        marker.update(sighting(index, seen_at()), AHEAD)
+    return marker
+
+
+def test_a_marker_is_usable_after_some_pictures_in_a_row():
+    assert not track(2).usable
+    assert track(3).pose == pytest.approx(AHEAD @ seen_at())
+
+
+@pytest.mark.parametrize(
+    ("bad", "problem"),
+    [
+        (Sighting(9.0), "no marker 20"),
+        (sighting(9.0, seen_at(), seen_at(0.3)), "several markers 20"),
+        (sighting(9.0, None, problem="two poses explain it"), "two poses"),
+        (sighting(9.0, np.full((4, 4), np.nan)), "no pose"),
+        (sighting(9.0, seen_at(z=-0.8)), "behind the camera"),
+        (sighting(9.0, seen_at(), marker_id=7), "no marker 20"),
+    ],
+)
+def test_one_picture_that_does_not_show_it_surely_interrupts(bad, problem):
+    marker = track(10)
+    marker.update(bad, AHEAD)
+    assert marker.pose is None
+    assert problem in marker.problem
+
+
+def test_a_flickering_marker_is_never_usable():
+    marker = MarkerTrack(20, TrackConfig())
+    for index in range(100):
+        marker.update(sighting(index, seen_at()) if index % 3 else Sighting(index), AHEAD)
+        assert not marker.usable
+
+
+def test_a_marker_that_jumps_about_is_never_usable():
+    marker = MarkerTrack(20, TrackConfig())
+    for index in range(60):
+        marker.update(sighting(index, seen_at(0.2 * (index % 2))), AHEAD)
+        assert not marker.usable
+
+
+def test_without_knowing_where_the_head_looked_nothing_is_usable():
+    marker = track(10)
+    marker.update(sighting(11, seen_at()), None)
+    assert marker.pose is None
+    assert "where the head looked" in marker.problem
+
+
+def test_noise_is_smoothed():
+    marker, random = MarkerTrack(20, TrackConfig()), np.random.default_rng(1)
+    raw, smooth = [], []
+    for index in range(300):
+        noisy = geometry.add_delta(seen_at(), random.normal(0, 0.002, 6))
+        marker.update(sighting(index, noisy), AHEAD)
+        if index > 50:
+            raw.append(noisy[2, 3])
+            smooth.append(marker.pose[0, 3])
+    assert np.std(smooth) < 0.5 * np.std(raw)
+
+
+def test_a_person_is_followed_in_the_base_s_coordinates():
+    person = HeadTrack(TrackConfig())
+    for index in range(3):
+        person.update(Sighting(index, heads=(HeadDetection((0, 0, 9, 9), (0.1, -0.2, 1.5)),)), AHEAD)
+    assert person.point == pytest.approx([1.5, -0.1, 0.9])
+    person.update(Sighting(4), AHEAD)
+    assert person.point is None
+
+
+def test_where_the_head_was_is_known_between_readings_only():
+    history = JointHistory()
+    history.add(1.0, np.array([0.0, 1.0]))
+    history.add(1.1, np.array([1.0, 0.0]))
+    history.add(1.2, np.array([np.nan, 0.0]))
+    assert history.at(1.025) == pytest.approx([0.25, 0.75])
+    assert history.at(1.12) == pytest.approx([1.0, 0.0])
+    assert history.at(0.5) is None
+    assert history.at(1.5) is None
+
+
+# -- settings ------------------------------------------------------------------------------------
+def test_the_shipped_file_says_what_the_defaults_are():
+    from pathlib import Path
+
+    shipped = Path(__file__).parents[2] / "resources/servo/servo.ini"
+    assert Config.load(shipped) == Config()
+    keys = {line.split()[0] for line in shipped.read_text().splitlines() if line and line[0].isalpha()}
+    assert {"deadband", "fastest_turn", "picture_timeout", "standoff"} <= keys
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("[head]\ngian 3", "did you mean gain?"),
+        ("[legs]\ngain 3", r"\[legs\]"),
+        ("[head]\ngain fast", "not a number"),
+        ("[head]\ngain nan", "finite"),
+        ("[arm]\nfastest -1", "not negative"),
+        ("[head]\nmode jump", "velocity and steps"),
+        ("[head]\nstart 0.01", "never rest"),
+        ("[safety]\npicture_timeout 0.5", "too long"),
+        ("[loop]\nrate 0", "1 to 1000"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_refused(text, complaint):
+    with pytest.raises(UsageError, match=complaint):
+        Config.parse(text)
+
+
+def test_settings_change_what_they_name():
+    config = Config.parse("[arm]\ny_low -0.5\n[marker]\nid 7\ndictionary 5X5_100")
+    assert (config.arm.y_low, config.marker.id, config.marker.dictionary) == (-0.5, 7, "5X5_100")
+    assert config.head == HeadConfig()

@@ -1,0 +1,311 @@
+"""What goes wrong, and that nothing moves for it: loop and gate together, in simulated time."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from robots_for_tests import RecordingRobot, marker, seeing
+
+from grabbergui.driver.sim.rendered_scene import at
+from grabbergui.servo.config import Config
+from grabbergui.servo.control import off_centre
+from grabbergui.servo.detection import Sighting
+from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.state_machine import State
+
+BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
+FACE = (1.35, -0.1, 0.8)
+DT = 0.02
+
+
+class Bench:
+    """A loop, its gate and a recording robot under one clock."""
+
+    def __init__(self, **sections):
+        self.config = Config(**sections)
+        self.robot = RecordingRobot()
+        self.loop = ServoLoop(self.config, self.robot)
+        self.gate = CommandGate(self.robot, self.config)
+        self.now = 0.0
+        self.see = lambda now: seeing(self.robot, now, BOARD)
+        "What each picture shows; None: no picture."
+
+    def run(self, seconds, until=None):
+        for _ in range(round(seconds / DT)):
+            sighting = self.see(self.now)
+            if sighting is not None:
+                self.loop.see(sighting)
+            turn = self.loop.turn(self.now, self.robot.state())
+            if turn.state is State.STOPPED and not self.gate.halted:
+                self.gate.halt(turn.reason)
+            self.gate.send(turn.command, self.now)
+            self.now += DT
+            self.robot.advance(self.now, DT)
+            self.gate.expire(self.now)
+            if turn.state is until:
+                break
+        return turn
+
+    def approaching(self):
+        assert self.run(10, State.APPROACHING).state is State.APPROACHING
+        self.run(0.3)
+        assert self.robot.twist.any()
+        self.robot.moves.clear()
+        return self
+
+
+def test_without_faults_it_gets_there():
+    bench = Bench()
+    assert bench.run(20, State.REACHED).state is State.REACHED
+    assert bench.gate.refused == 0
+
+
+def test_steps_get_there_too():
+    bench = Bench(head=dataclasses.replace(Config().head, mode="steps"))
+    bench.robot.head = np.array([0.3, -0.2])
+    assert bench.run(30, State.REACHED).state is State.REACHED
+    steps = [move for kind, move in bench.robot.moves if kind == "step"]
+    assert steps
+    assert np.abs(np.degrees(steps)).max() <= 2 + 1e-9
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        lambda bench, now: Sighting(now, (marker(None, "two poses explain it"),)),
+        lambda bench, now: Sighting(now, (marker(None, "it is seen edge-on"),)),
+        lambda bench, now: Sighting(now, (marker(np.full((4, 4), np.nan)),)),
+        lambda bench, now: Sighting(now, seeing(bench.robot, now, BOARD).markers * 2),
+        lambda bench, now: seeing(bench.robot, now, at(-0.8, 0, 0.5)),
+        lambda bench, now: seeing(bench.robot, now, BOARD) if round(now / DT) % 3 else Sighting(now),
+        lambda bench, now: seeing(bench.robot, now, at(0.7, 0.3 * (round(now / DT) % 2), 0.4)),
+        lambda bench, now: Sighting(now, (marker(seeing(bench.robot, now, BOARD).markers[0].pose, "", 7),)),
+    ],
+    ids=["ambiguous", "edge-on", "nan", "two", "behind", "flickering", "jumping", "another id"],
+)
+class TestBadSightings:
+    def test_nothing_ever_moves_for_them(self, bad):
+        bench = Bench()
+        bench.see = lambda now: bad(bench, now)
+        bench.run(bench.config.safety.search_after - 0.2)
+        assert bench.robot.moves == []
+
+    def test_an_approach_ends_at_once(self, bad):
+        bench = Bench().approaching()
+        bench.see = lambda now: bad(bench, now)
+        bench.run(0.2)
+        bench.robot.moves.clear()
+        bench.run(1.0)
+        assert [move for move in bench.robot.moves if move[0] == "hand"] == []
+        assert not bench.robot.twist.any()
+        assert bench.loop.machine.state in (State.LOST, State.SEARCHING)
+
+
+def test_commands_cease_within_200_ms_of_the_last_picture():
+    bench = Bench().approaching()
+    last = bench.now
+    bench.see = lambda now: None
+    while bench.robot.moving and bench.now < last + 1:
+        bench.run(DT)
+    assert bench.now - last <= 0.2 + 1e-9
+    bench.robot.moves.clear()
+    assert bench.run(5).state is State.LOST
+    assert bench.robot.moves == []
+
+
+def test_a_picture_that_comes_again_and_again_is_not_fresh():
+    bench = Bench().approaching()
+    same = seeing(bench.robot, bench.now, BOARD)
+    bench.see = lambda now: same
+    assert bench.run(0.3).state is State.LOST
+    assert not bench.robot.moving
+
+
+def test_a_picture_from_the_future_is_not_fresh():
+    bench = Bench()
+    bench.see = lambda now: seeing(bench.robot, now + 5, BOARD)
+    bench.run(1.5)
+    assert bench.robot.moves == []
+
+
+def test_it_goes_on_when_pictures_come_again():
+    bench = Bench().approaching()
+    see, bench.see = bench.see, lambda now: None
+    bench.run(1.0)
+    bench.see = see
+    assert bench.run(20, State.REACHED).state is State.REACHED
+
+
+def test_a_lost_target_is_searched_for_slowly_after_a_while():
+    bench = Bench().approaching()
+    bench.see = Sighting
+    assert bench.run(0.5).state is State.LOST
+    assert not bench.robot.moving
+    assert bench.run(bench.config.safety.search_after + 0.2).state is State.SEARCHING
+    assert np.degrees(np.abs(bench.robot.velocity).max()) <= bench.config.head.search + 1e-6
+    assert not bench.robot.twist.any()
+
+
+def test_a_robot_that_never_answered_is_never_moved():
+    bench = Bench()
+    bench.robot.silent = True
+    turn = bench.run(5)
+    assert turn.state is State.LOST
+    assert "not answered" in turn.reason
+    assert bench.robot.moves == []
+
+
+def test_a_robot_that_falls_silent_is_stopped():
+    bench = Bench().approaching()
+    bench.robot.state = lambda: last
+    last = RecordingRobot.state(bench.robot)
+    turn = bench.run(0.3)
+    assert turn.state is State.LOST
+    assert "old" in turn.reason
+    assert not bench.robot.moving
+
+
+@pytest.mark.parametrize("part", ["hand", "head"])
+def test_encoders_that_freeze_stop_everything_for_good(part):
+    bench = Bench()
+    if part == "hand":
+        bench.approaching()
+    else:
+        bench.see = lambda now: seeing(bench.robot, now, face=(1.2, 0.6, 0.8))
+    bench.robot.frozen = True
+    turn = bench.run(2)
+    assert turn.state is State.STOPPED
+    assert "encoders stand still" in turn.reason
+    bench.robot.moves.clear()
+    bench.run(3)
+    assert bench.robot.moves == []
+    assert not bench.robot.moving
+
+
+def test_readings_that_are_no_numbers_move_nothing():
+    bench = Bench().approaching()
+    bench.robot.hand = np.full((4, 4), np.nan)
+    turn = bench.run(0.1)
+    assert turn.state is State.LOST
+    assert "no numbers" in turn.reason
+    assert not bench.robot.moving
+
+
+def test_a_marker_outside_the_workspace_is_looked_at_but_not_approached():
+    bench = Bench()
+    far = at(1.6, 0.0, 0.5)
+    bench.see = lambda now: seeing(bench.robot, now, far)
+    turn = bench.run(4)
+    assert turn.state is State.WAITING
+    assert "outside the workspace" in turn.reason
+    assert not [move for move in bench.robot.moves if move[0] == "hand"]
+    assert np.abs(off_centre(far[:3, 3], bench.robot.camera_pose(bench.robot.head))).max() < 0.05
+
+
+def test_a_marker_that_moves_away_is_followed():
+    bench = Bench()
+    bench.run(20, State.REACHED)
+    moved = at(0.70, -0.28, 0.40, yaw=4, pitch=-8)
+    bench.see = lambda now: seeing(bench.robot, now, moved)
+    assert bench.run(2, State.APPROACHING).state is State.APPROACHING
+    assert bench.run(20, State.REACHED).state is State.REACHED
+
+
+def test_a_person_is_centred_and_then_the_marker_is_waited_for():
+    bench = Bench()
+    bench.see = lambda now: seeing(bench.robot, now, face=FACE)
+    assert bench.run(5).state is State.WAITING
+    assert not [move for move in bench.robot.moves if move[0] == "hand"]
+
+
+# -- the gate ------------------------------------------------------------------------------------
+def fast(**parts):
+    command = {"head": np.array([0.1, 0.0]), "hand": np.array([0.02, 0, 0, 0, 0, 0.1])}
+    return Command(**(command | parts))
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        fast(head=np.array([math.nan, 0])),
+        fast(hand=np.array([0, 0, math.inf, 0, 0, 0])),
+        fast(head_step=np.array([math.nan, 0])),
+        fast(head_step=np.array([0.5, 0])),
+        fast(head=np.array([3.0, 0])),
+        fast(hand=np.array([0.5, 0, 0, 0, 0, 0])),
+        fast(hand=np.array([0, 0, 0, 0, 3.0, 0])),
+    ],
+    ids=["nan head", "inf hand", "nan step", "long step", "fast head", "fast hand", "fast turn"],
+)
+def test_the_gate_lets_no_bad_command_through_and_stops_what_moves(command):
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    assert gate.send(fast(), 0.0)
+    robot.moves.clear()
+    assert not gate.send(command, 0.02)
+    assert robot.moves == []
+    assert not robot.moving
+    assert gate.refused == 1
+
+
+def test_an_emergency_stop_goes_through_and_holds():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    gate.halt("pressed at rest")
+    assert robot.stops >= 1
+    assert not gate.send(fast(), 0.0)
+    assert robot.moves == []
+    gate.release()
+    assert gate.send(fast(), 0.1)
+    gate.halt("pressed in motion")
+    assert not robot.moving
+
+
+def test_a_stop_is_not_held_up_by_a_command_that_hangs():
+    import threading
+
+    robot = RecordingRobot()
+    entered, leave = threading.Event(), threading.Event()
+
+    def hang(twist):
+        entered.set()
+        leave.wait(10)
+
+    robot.move_hand = hang
+    gate = CommandGate(robot, Config())
+    sender = threading.Thread(target=gate.send, args=(fast(), 0.0))
+    sender.start()
+    assert entered.wait(5)
+    stopper = threading.Thread(target=gate.halt, args=("pressed",))
+    before = robot.stops
+    stopper.start()
+    for _ in range(500):
+        if robot.stops > before:
+            break
+        stopper.join(0.01)
+    assert robot.stops > before
+    leave.set()
+    sender.join(5)
+    stopper.join(5)
+    assert not robot.moving
+
+
+def test_the_watchdog_stops_a_robot_that_hears_nothing_more():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    gate.send(fast(), 1.0)
+    assert not gate.expire(1.1)
+    assert robot.moving
+    assert gate.expire(1.16)
+    assert not robot.moving
+    assert not gate.expire(2.0)
+
+
+def test_a_robot_that_takes_no_commands_is_told_to_stop():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    robot.deaf = True
+    assert not gate.send(fast(), 0.0)
+    assert robot.stops == 1

@@ -1,0 +1,144 @@
+"""Every transition, and none that should not be."""
+
+import itertools
+
+import pytest
+
+from grabbergui.servo.state_machine import Situation, State, StateMachine
+
+GRACE, SEARCH = 0.3, 2.0
+STEP = 0.02
+
+NOTHING = Situation()
+PERSON_ASIDE = Situation(target=True)
+PERSON = Situation(target=True, centred=True)
+MARKER_ASIDE = Situation(target=True, marker=True)
+MARKER = Situation(target=True, centred=True, marker=True)
+ARRIVED = Situation(target=True, centred=True, marker=True, arrived=True)
+BLIND = Situation(pictures=False)
+SILENT = Situation(robot=False)
+
+
+class Run:
+    def __init__(self):
+        self.machine = StateMachine(GRACE, SEARCH)
+        self.now = 100.0
+
+    def feed(self, situation, seconds=STEP):
+        for _ in range(max(1, round(seconds / STEP))):
+            self.now += STEP
+            state = self.machine.step(self.now, situation)
+        return state
+
+
+PATHS = {
+    State.LOST: [],
+    State.SEARCHING: [(NOTHING, SEARCH + 0.1)],
+    State.CENTRING: [(PERSON_ASIDE, STEP)],
+    State.WAITING: [(PERSON_ASIDE, 1.0), (PERSON, STEP)],
+    State.APPROACHING: [(MARKER_ASIDE, 1.0), (MARKER, STEP)],
+    State.REACHED: [(MARKER_ASIDE, 1.0), (MARKER, STEP), (ARRIVED, 1.0)],
+}
+
+
+def in_state(state):
+    run = Run()
+    if state is State.STOPPED:
+        run.machine.stop(run.now, "test")
+        return run
+    for situation, seconds in PATHS[state]:
+        run.feed(situation, seconds)
+    assert run.machine.state is state
+    return run
+
+
+def test_nothing_moves_before_anything_is_known():
+    run = Run()
+    assert run.machine.state is State.LOST
+    assert run.feed(NOTHING) is State.LOST
+
+
+@pytest.mark.parametrize(
+    ("start", "situation", "seconds", "end"),
+    [
+        (State.LOST, NOTHING, SEARCH - 0.5, State.LOST),
+        (State.LOST, NOTHING, SEARCH + 0.1, State.SEARCHING),
+        (State.LOST, PERSON_ASIDE, STEP, State.CENTRING),
+        (State.SEARCHING, NOTHING, 60, State.SEARCHING),
+        (State.SEARCHING, PERSON_ASIDE, STEP, State.CENTRING),
+        (State.CENTRING, PERSON_ASIDE, 60, State.CENTRING),
+        (State.CENTRING, PERSON, STEP, State.WAITING),
+        (State.CENTRING, MARKER_ASIDE, 60, State.CENTRING),
+        (State.CENTRING, MARKER, STEP, State.APPROACHING),
+        (State.CENTRING, NOTHING, GRACE - 0.1, State.CENTRING),
+        (State.CENTRING, NOTHING, GRACE + 0.1, State.LOST),
+        (State.WAITING, PERSON, 60, State.WAITING),
+        (State.WAITING, PERSON_ASIDE, STEP, State.CENTRING),
+        (State.WAITING, MARKER_ASIDE, STEP, State.CENTRING),
+        (State.WAITING, MARKER, STEP, State.APPROACHING),
+        (State.WAITING, NOTHING, GRACE + 0.1, State.LOST),
+        (State.APPROACHING, MARKER, 60, State.APPROACHING),
+        (State.APPROACHING, MARKER_ASIDE, 60, State.APPROACHING),
+        (State.APPROACHING, ARRIVED, StateMachine.HOLD / 2, State.APPROACHING),
+        (State.APPROACHING, ARRIVED, StateMachine.HOLD + 0.1, State.REACHED),
+        (State.APPROACHING, NOTHING, GRACE + 0.1, State.LOST),
+        (State.REACHED, ARRIVED, 60, State.REACHED),
+        (State.REACHED, MARKER, STEP, State.APPROACHING),
+        (State.REACHED, NOTHING, GRACE + 0.1, State.LOST),
+    ],
+)
+def test_transitions(start, situation, seconds, end):
+    assert in_state(start).feed(situation, seconds) is end
+
+
+@pytest.mark.parametrize("start", [State.APPROACHING, State.REACHED])
+def test_a_marker_that_is_gone_is_lost_though_the_person_is_there(start):
+    run = in_state(start)
+    before = len(run.machine.transitions)
+    run.feed(PERSON, GRACE + 0.2)
+    passed = [step.state for step in run.machine.transitions[before:]]
+    assert passed == [State.LOST, State.CENTRING, State.WAITING]
+
+
+@pytest.mark.parametrize("start", [*PATHS])
+@pytest.mark.parametrize("silence", [BLIND, SILENT])
+def test_everything_is_lost_at_once_without_pictures_or_robot(start, silence):
+    run = in_state(start)
+    assert run.feed(silence) is State.LOST
+    assert run.feed(silence, 60) is State.LOST
+    # What comes after a silence is waited for, not searched for at once.
+    assert run.feed(NOTHING, 1.0) is State.LOST
+
+
+@pytest.mark.parametrize("start", [*PATHS])
+def test_a_stop_holds_whatever_is_seen_until_it_is_ended(start):
+    run = in_state(start)
+    run.machine.stop(run.now, "pressed")
+    for situation in (NOTHING, PERSON, MARKER, ARRIVED, BLIND, SILENT):
+        assert run.feed(situation, 5) is State.STOPPED
+    run.machine.resume(run.now)
+    assert run.machine.state is State.LOST
+    assert run.feed(MARKER_ASIDE) is State.CENTRING
+
+
+def test_a_goal_that_is_only_touched_is_not_reached():
+    run = in_state(State.APPROACHING)
+    for _ in range(20):
+        assert run.feed(ARRIVED, StateMachine.HOLD * 0.6) is State.APPROACHING
+        assert run.feed(MARKER) is State.APPROACHING
+
+
+def test_only_an_approach_moves_the_arm_and_nothing_moves_when_lost_or_stopped():
+    assert [state for state in State if state.arm_moves] == [State.APPROACHING]
+    assert {state for state in State if not state.head_moves} == {State.LOST, State.STOPPED}
+
+
+def test_every_change_is_noted_with_its_reason():
+    machine = in_state(State.REACHED).machine
+    assert [step.state for step in machine.transitions] == [
+        State.CENTRING,
+        State.APPROACHING,
+        State.REACHED,
+    ]
+    assert all(step.reason for step in machine.transitions)
+    assert all(a.time <= b.time for a, b in itertools.pairwise(machine.transitions))
