@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup run test lint bench screenshots clean
+.PHONY: setup setup-ros2 run test lint bench screenshots clean
 
 setup: $(STAMP)
 
@@ -14,6 +14,10 @@ $(STAMP): pyproject.toml scripts/system-packages
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	touch $@
+
+# ROS 2 and our interface package, from ROS's own wheels; everything else works without.
+setup-ros2: setup
+	scripts/setup-ros2 $(VENV)
 
 # Without a display the same window runs offscreen for a few seconds and leaves its picture.
 run: setup
@@ -29,6 +33,11 @@ lint: setup
 
 test: setup
 	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+
+# The pictures in docs/, made by the program itself.
+screenshots: setup
+	$(BIN)/grabbergui gui --offscreen --theme light --duration 4 --screenshot docs/images/window.png
+	$(BIN)/grabbergui gui --offscreen --theme dark --duration 4 --screenshot docs/images/window-dark.png
 
 bench: setup
 	$(BIN)/python -m benchmarks

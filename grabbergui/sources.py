@@ -26,6 +26,7 @@ _KINDS: dict[str, str] = {
     "gige": "grabbergui.driver.gige.source",
     "u3v": "grabbergui.driver.u3v.source",
     "yarp": "grabbergui.net.yarp.source",
+    "ros2": "grabbergui.net.ros2.source",
 }
 """Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 

@@ -12,6 +12,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureValueError, UsageError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net import feature_json
 from grabbergui.net.yarp import grabber_tree, image
 from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.client_numbers import NumberFeatures
@@ -197,13 +198,13 @@ def test_the_whole_tree_is_served(wire: Wire, grabber: FrameGrabber) -> None:
         request = Bottle.decode(grabber_tree.request(verb, *arguments).encode(wire.dialect))
         return grabber_tree.read_reply(Bottle.decode(b"".join(wire.service.answer(request))))
 
-    assert grabber_tree.read_category(ask("tree")) == grabber.feature_tree()
+    assert feature_json.read_category(ask("tree")) == grabber.feature_tree()
     names = [description.name for description in grabber.feature_tree().descriptions()]
     volatile = {"DeviceTemperature", "Timestamp", "TimestampLatchValue"}
     for sent, local in zip(ask("feature", *names), grabber.features(), strict=True):  # type: ignore[call-overload]
         if local.name not in volatile:
-            assert grabber_tree.read_feature(sent) == local
-    assert grabber_tree.read_feature(ask("write", "Gain", "3")).value == 3.0
+            assert feature_json.read_feature(sent) == local
+    assert feature_json.read_feature(ask("write", "Gain", "3")).value == 3.0
     command = next(f.name for f in grabber.features() if f.kind is FeatureKind.COMMAND and f.access.writable)
     assert ask("execute", command) is None
     with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):

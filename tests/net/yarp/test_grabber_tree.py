@@ -29,9 +29,10 @@ from grabbergui.core.features import (
     Visibility,
 )
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net import feature_json
+from grabbergui.net.change_log import ChangeLog
 from grabbergui.net.yarp import grabber_changes, grabber_tree
 from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.grabber_changes import ChangeLog
 from grabbergui.net.yarp.values import Vocab
 
 FULL = Feature(
@@ -77,16 +78,16 @@ def carried(result: object) -> Any:
 
 
 def test_features_and_trees_come_back_whole() -> None:
-    assert grabber_tree.read_feature(carried(FULL)) == FULL
-    assert grabber_tree.read_category(carried(TREE)) == TREE
+    assert feature_json.read_feature(carried(FULL)) == FULL
+    assert feature_json.read_category(carried(TREE)) == TREE
     info = DeviceInfo("gige:1", vendor="Acme", serial="7")
-    assert grabber_tree.read_info(carried(info)) == info
+    assert feature_json.read_info(carried(info)) == info
 
 
 @pytest.mark.parametrize("value", [True, 2**63 - 1, 0.1, float("inf"), "ä", None])
 def test_values_keep_their_type(value: object) -> None:
     feature = Feature(name="X", kind=FeatureKind.STRING, access=AccessMode.READ_ONLY, value=value)  # type: ignore[arg-type]
-    again = grabber_tree.read_feature(carried(feature))
+    again = feature_json.read_feature(carried(feature))
     assert (again.value, type(again.value)) == (value, type(value))
 
 
@@ -106,7 +107,7 @@ def test_errors_are_raised_at_the_other_end() -> None:
 
 def test_fields_of_a_newer_peer_are_ignored() -> None:
     data = json.loads(json.dumps(carried(FULL))) | {"colour": "red"}
-    assert grabber_tree.read_feature(data) == FULL
+    assert feature_json.read_feature(data) == FULL
 
 
 @pytest.mark.parametrize(
@@ -122,7 +123,7 @@ def test_fields_of_a_newer_peer_are_ignored() -> None:
 )
 def test_malformed_features_are_refused(data: object) -> None:
     with pytest.raises(RemoteProtocolError):
-        grabber_tree.read_feature(data)
+        feature_json.read_feature(data)
 
 
 def test_endless_categories_are_refused() -> None:
@@ -130,7 +131,7 @@ def test_endless_categories_are_refused() -> None:
     for _ in range(100):
         data = {"name": "X", "members": [data]}
     with pytest.raises(RemoteProtocolError, match="nested"):
-        grabber_tree.read_category(data)
+        feature_json.read_category(data)
 
 
 def test_other_servers_do_not_understand() -> None:
@@ -161,7 +162,7 @@ json_values = st.recursive(
 
 @given(json_values)
 def test_json_of_any_shape_is_read_or_refused(data: object) -> None:
-    for read in (grabber_tree.read_feature, grabber_tree.read_category, grabber_tree.read_info):
+    for read in (feature_json.read_feature, feature_json.read_category, feature_json.read_info):
         with suppress(RemoteProtocolError):
             read(data)
 

@@ -1,0 +1,131 @@
+"""Publishes a grabber's frames as images, each kind only while somebody listens."""
+
+from __future__ import annotations
+
+import array
+import logging
+import threading
+from typing import Any
+
+import cv2
+import numpy as np
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.ros2.camera_info import fill_camera_info
+from grabbergui.net.ros2.encodings import encoding_of, pixels_of
+
+log = logging.getLogger(__name__)
+
+JPEG_QUALITY = 90
+
+
+class PicturePublisher:
+    """`image`, `image_raw`, `image_raw/compressed` and `camera_info` below a name, from a thread of its own.
+
+    A network that is slow loses frames here; the camera and other consumers do not notice.
+    """
+
+    def __init__(self, node: Any, grabber: FrameGrabber, name: str, frame_id: str, qos: Any) -> None:
+        from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+        self.calibration: Calibration | None = None
+        "Sent with each picture, scaled to its size; any thread may set another."
+        self._info_type = CameraInfo
+        self.published = 0
+        self._frame_id = frame_id
+        self._image_type, self._compressed_type = Image, CompressedImage
+        self._images = [
+            node.create_publisher(Image, f"{name}/{topic}", qos) for topic in ("image", "image_raw")
+        ]
+        self._compressed = node.create_publisher(CompressedImage, f"{name}/image_raw/compressed", qos)
+        self._info = node.create_publisher(CameraInfo, f"{name}/camera_info", qos)
+        self._queue = grabber.open_queue(2)
+        self._refused = ""
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"ros2 {name} pictures", daemon=True)
+
+    @property
+    def dropped(self) -> int:
+        """Frames that came while the one before was still being published."""
+        return self._queue.dropped
+
+    def start(self) -> None:
+        """Publish from now on."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread. May be called twice."""
+        self._stopping.set()
+        self._queue.close()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                frame = self._queue.get(0.5)
+            except FrameTimeoutError:
+                continue
+            try:
+                self._publish(frame)
+            except PixelFormatError as error:
+                if str(error) != self._refused:
+                    self._refused = str(error)
+                    log.warning("ROS 2: %s", error)
+
+    def _publish(self, frame: Frame) -> None:
+        stamp = divmod(frame.received_ns, 1_000_000_000)
+        wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]
+        if wanted:
+            message = self._image(frame)
+            self._stamp(message.header, stamp)
+            for publisher in wanted:
+                publisher.publish(message)
+            self.published += 1
+        if self._compressed.get_subscription_count():
+            message = self._jpeg(frame)
+            self._stamp(message.header, stamp)
+            self._compressed.publish(message)
+        if self._info.get_subscription_count():
+            message = self._camera_info(frame)
+            self._stamp(message.header, stamp)
+            self._info.publish(message)
+
+    def _image(self, frame: Frame) -> Any:
+        pixels = pixels_of(frame)
+        message = self._image_type()
+        message.encoding = encoding_of(frame.pixel_format)
+        message.height, message.width = frame.height, frame.width
+        message.is_bigendian = 0
+        message.step = pixels.nbytes // frame.height
+        # rclpy takes an array of bytes as it is; anything else it checks and copies byte by byte.
+        data = array.array("B")
+        data.frombytes(np.ascontiguousarray(pixels).data.cast("B"))
+        message.data = data
+        return message
+
+    def _jpeg(self, frame: Frame) -> Any:
+        message = self._compressed_type()
+        mono = frame.pixel_format.name.startswith("Mono")
+        picture = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
+        done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        if not done:
+            raise PixelFormatError(f"a picture of {frame.width}×{frame.height} cannot be written as JPEG")
+        message.format = f"{encoding_of(frame.pixel_format)}; jpeg compressed {'mono8' if mono else 'bgr8'}"
+        message.data = array.array("B", encoded.tobytes())
+        return message
+
+    def _camera_info(self, frame: Frame) -> Any:
+        """Without a calibration the matrices are zero, which is how ROS says "uncalibrated"."""
+        message = self._info_type(width=frame.width, height=frame.height)
+        calibration = self.calibration
+        if calibration is not None:
+            fill_camera_info(message, calibration.scaled_to(frame.width, frame.height))
+        return message
+
+    def _stamp(self, header: Any, stamp: tuple[int, int]) -> None:
+        header.stamp.sec, header.stamp.nanosec = stamp
+        header.frame_id = self._frame_id

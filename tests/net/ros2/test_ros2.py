@@ -1,0 +1,270 @@
+"""With real rclpy: our server seen by an independent node, our client, and somebody else's driver."""
+
+import os
+import queue as queue_module
+import random
+import time
+
+import numpy as np
+import pytest
+
+from grabbergui import sources
+from grabbergui.core.errors import FeatureNotFoundError, FeatureValueError, SourceNotFoundError, UsageError
+from grabbergui.core.grabber import ConnectionState
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+pytestmark = [pytest.mark.ros2, pytest.mark.filterwarnings("default")]
+
+# Nobody else's nodes, and none of ours beyond this machine.
+os.environ["ROS_DOMAIN_ID"] = str(random.randrange(1, 100))
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+from grabber_interfaces import srv  # noqa: E402
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
+from sensor_msgs.srv import SetCameraInfo  # noqa: E402
+
+from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+
+SENSOR = quality_of_service("sensor_data")
+
+
+@pytest.fixture
+def camera():
+    grabber = sources.create("sim:?width=320&height=240&fps=50&pixel_format=BayerRG8")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+@pytest.fixture
+def server(camera, tmp_path):
+    with Ros2GrabberServer(camera, "/cam", calibration=tmp_path / "cam.yaml") as server:
+        yield server
+
+
+class Probe:
+    """A node that knows nothing of our client."""
+
+    def __init__(self):
+        self.ros = Ros2Node("probe")
+        self.ros.start()
+
+    def subscribe(self, kind, topic):
+        received = queue_module.Queue()
+        self.ros.node.create_subscription(kind, topic, received.put, SENSOR)
+        return received
+
+    def call(self, kind, service, /, **request):
+        client = self.ros.node.create_client(kind, service)
+        assert client.wait_for_service(10), f"no service {service}"
+        future = client.call_async(kind.Request(**request))
+        until(future.done)
+        return future.result()
+
+
+@pytest.fixture
+def probe():
+    probe = Probe()
+    yield probe
+    probe.ros.close()
+
+
+@pytest.fixture
+def remote(server):
+    grabber = sources.create("ros2:/cam")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+def until(condition, seconds=10.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def test_images_and_camera_info_at_the_cameras_rate(server, probe):
+    images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
+    images.get(timeout=10)
+    infos.get(timeout=10)
+
+    some = [images.get(timeout=5) for _ in range(50)]
+
+    message = some[-1]
+    assert (message.encoding, message.width, message.height, message.step) == ("bayer_rggb8", 320, 240, 320)
+    assert len(message.data) == 320 * 240 and message.header.frame_id == "camera"
+    stamps = [m.header.stamp.sec + m.header.stamp.nanosec / 1e9 for m in some]
+    assert (stamps[-1] - stamps[0]) / 49 == pytest.approx(1 / 50, rel=0.1)
+    assert abs(time.time() - stamps[-1]) < 2
+    assert infos.get(timeout=5).width == 320
+
+
+def test_nothing_is_published_while_nobody_listens(server, camera):
+    queue = camera.open_queue(30)
+    for _ in range(10):
+        queue.get(5)
+
+    assert server.published == 0
+
+
+def test_compressed_pictures_can_be_read(server, probe):
+    import cv2
+
+    message = probe.subscribe(CompressedImage, "/cam/image_raw/compressed").get(timeout=10)
+
+    assert message.format == "bayer_rggb8; jpeg compressed bgr8"
+    assert cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR).shape == (240, 320, 3)
+
+
+def test_the_five_services(server, probe, camera):
+    assert probe.call(srv.HasFeature, "/cam/has_feature", feature=8).has_auto
+    assert not probe.call(srv.HasFeature, "/cam/has_feature", name="Warp").has_feature
+    answer = probe.call(srv.SetFeature, "/cam/set_feature", feature=8, value=5.0)
+    assert (answer.success, answer.value) == (True, 5.0) and camera.feature("Gain").value == 5
+    assert probe.call(srv.SetFeature, "/cam/set_feature", name="PixelFormat", text="Mono12").text == "Mono12"
+    answer = probe.call(srv.GetFeature, "/cam/get_feature", name="Gain")
+    assert (answer.value, answer.unit, answer.mode) == (5.0, "dB", srv.GetFeature.Response.MODE_MANUAL)
+    answer = probe.call(srv.GetFeatureRange, "/cam/get_feature_range", name="ExposureAuto")
+    assert answer.entries == ["Off", "Once", "Continuous"] and answer.writable
+    assert probe.call(srv.SetMode, "/cam/set_mode", feature=8, mode=2).success
+    assert camera.feature("GainAuto").value == "Continuous"
+
+
+def test_failures_are_replies(server, probe):
+    answer = probe.call(srv.SetFeature, "/cam/set_feature", name="Gain", value=99.0)
+    assert not answer.success and "allowed is 0 … 24 dB" in answer.message
+    answer = probe.call(srv.GetFeature, "/cam/get_feature", name="Gian")
+    assert not answer.success and "did you mean Gain" in answer.message
+    assert not probe.call(srv.GetFeature, "/cam/get_feature", feature=4711).success
+    assert not probe.call(srv.SetMode, "/cam/set_mode", name="Gain", mode=9).success
+
+
+def test_features_are_parameters_with_ranges(server, probe, camera):
+    (gain,) = probe.call(DescribeParameters, "/cam/describe_parameters", names=["Gain"]).descriptors
+    assert (gain.floating_point_range[0].to_value, "dB" in gain.description) == (24.0, True)
+    (result,) = probe.call(
+        SetParameters, "/cam/set_parameters", parameters=[Parameter("Gain", value=7.5).to_parameter_msg()]
+    ).results
+    assert result.successful and camera.feature("Gain").value == 7.5
+    (result,) = probe.call(
+        SetParameters, "/cam/set_parameters", parameters=[Parameter("Width", value=17).to_parameter_msg()]
+    ).results
+    assert not result.successful and result.reason
+
+
+def test_what_the_camera_does_is_seen_in_its_parameters(server, probe, camera):
+    def exposure():
+        answer = probe.call(GetParameters, "/cam/get_parameters", names=["ExposureTime"])
+        return answer.values[0].double_value
+
+    exposure()
+    started = time.monotonic()
+    camera.write_feature("ExposureTime", 4321)
+    until(lambda: exposure() == 4321)
+
+    assert time.monotonic() - started < 1
+
+
+def test_a_calibration_is_kept_and_scaled(server, probe, camera, tmp_path):
+    info = CameraInfo(width=640, height=480, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    info.k = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
+    assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=info).success
+    assert not probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=CameraInfo()).success
+
+    infos = probe.subscribe(CameraInfo, "/cam/camera_info")
+    until(lambda: infos.get(timeout=5).k[0] == 250.0)
+    assert "cam" in (tmp_path / "cam.yaml").read_text()
+
+
+def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
+    assert remote.feature_tree() == camera.feature_tree()
+    assert remote.info.model == "Simulated camera"
+    queue = remote.open_queue()
+    remote.start()
+    frame = queue.get(10)
+    assert (frame.pixel_format.name, frame.rgb().shape) == ("BayerRG8", (240, 320, 3))
+    assert remote.write_feature("Gain", 3).value == 3 and camera.feature("Gain").value == 3
+    with pytest.raises(FeatureValueError, match="allowed is 0 … 24 dB"):
+        remote.write_feature("Gain", 100)
+    with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):
+        remote.feature("Gian")
+    remote.execute("TimestampLatch")
+
+
+def test_others_changes_are_told(remote, camera):
+    told = queue_module.Queue()
+    remote.features_changed.connect(told.put)
+    time.sleep(0.5)  # the first look only finds out where the numbering stands
+
+    camera.write_feature("Gain", 2)
+
+    until(lambda: "Gain" in told.get(timeout=5))
+
+
+def test_a_server_that_vanishes_and_comes_back(camera):
+    states = queue_module.Queue()
+    server = Ros2GrabberServer(camera, "/cam")
+    server.start()
+    remote = sources.create("ros2:/cam")
+    remote.open()
+    remote.connection_changed.connect(lambda state, why: states.put(state))
+
+    server.stop()
+    assert states.get(timeout=15) is ConnectionState.LOST
+    with Ros2GrabberServer(camera, "/cam"):
+        assert states.get(timeout=15) is ConnectionState.OPEN
+    remote.close()
+
+
+def test_somebody_elses_driver_by_its_parameters(probe):
+    from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+
+    driver = Ros2Node("driver")
+    span = FloatingPointRange(from_value=1.0, to_value=9.0, step=0.0)
+    descriptor = ParameterDescriptor(description="how bright", floating_point_range=[span])
+    driver.node.declare_parameter("exposure", 2.0, descriptor)
+    images = driver.node.create_publisher(Image, "/other/image_raw", 10)
+    message = Image(width=4, height=2, encoding="mono8", step=8, data=bytes(range(16)))
+    driver.node.create_timer(0.02, lambda: images.publish(message))
+    driver.start()
+
+    remote = sources.create("ros2:/other")
+    remote.open()
+    exposure = remote.feature("exposure")
+    assert (exposure.value, exposure.minimum, exposure.maximum, exposure.tooltip) == (
+        2.0,
+        1.0,
+        9.0,
+        "how bright",
+    )
+    assert remote.write_feature("exposure", "4.5").value == 4.5
+    with pytest.raises(FeatureValueError, match="allowed is 1 … 9"):
+        remote.write_feature("exposure", 10)
+    queue = remote.open_queue()
+    remote.start()
+    assert queue.get(10).raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
+    remote.close()
+    driver.close()
+
+
+def test_image_topics_are_listed(server):
+    from grabbergui.net.ros2 import source
+
+    assert "ros2:/cam" in [info.uri for info in source.discover(1.0)]
+
+
+def test_a_topic_that_is_not_there():
+    with pytest.raises(SourceNotFoundError, match="nobody publishes images at /nowhere/image_raw"):
+        sources.create("ros2:/nowhere").open()
+    with pytest.raises(UsageError, match="which topic"):
+        sources.create("ros2:")
+
+
+def test_a_bad_name_is_refused(camera):
+    with pytest.raises(UsageError, match="names are of letters"):
+        Ros2GrabberServer(camera, "/left camera")
