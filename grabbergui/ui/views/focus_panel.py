@@ -36,7 +36,7 @@ class FocusPanel(QWidget):
         )
         self.plot.addItem(self._best)
         self.plot.setXRange(-HISTORY_SECONDS / 2, 0, padding=0)
-        self.plot.setLabel("bottom", "seconds")
+        self.plot.setToolTip(self.tr("Sharpness over the last seconds; dashed: the best"))
         self.regionButton.clicked.connect(self.regionRequested)
         self.wholeButton.clicked.connect(self.wholeRequested)
         self.resetButton.clicked.connect(self.resetRequested)

@@ -31,6 +31,9 @@ from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
 
+TOOLS_HEIGHT = 210
+"Of the panels below the picture at first."
+
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, log."""
 
@@ -128,6 +131,7 @@ class MainWindow(QMainWindow):
         for dock in tools:
             if dock is not self.histogramDock:
                 self.tabifyDockWidget(self.histogramDock, dock)
+        self.resizeDocks([self.histogramDock], [TOOLS_HEIGHT], Qt.Orientation.Vertical)
         # The sides go down to the status bar, so that the features keep their height.
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)

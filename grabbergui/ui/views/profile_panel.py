@@ -26,7 +26,7 @@ class ProfilePanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("profile_panel", self)
-        self.plot.setLabel("bottom", "pixels along the line")
+        self.plot.setToolTip(self.tr("The sensor's values over the pixels along the line"))
         self.lineButton.clicked.connect(self.lineRequested)
         self.setLine(None)
 

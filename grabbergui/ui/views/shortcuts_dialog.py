@@ -25,6 +25,7 @@ class ShortcutsDialog(QDialog):
         self.leftLabel.setText(tables[0])
         self.rightLabel.setText("".join(tables[1:]))
         self.closeButton.clicked.connect(self.accept)
+        self.setMinimumHeight(self.heightForWidth(self.width()))
 
 
 def _table(menu: QMenu | None) -> str:

@@ -45,12 +45,16 @@ class AutoButton(QToolButton):
     def changeEvent(self, event: QEvent | None) -> None:
         """Follow the desktop from light to dark."""
         super().changeEvent(event)
-        if event is not None and event.type() == QEvent.Type.ApplicationPaletteChange:
+        if event is not None and event.type() in (
+            QEvent.Type.ApplicationPaletteChange,
+            QEvent.Type.StyleChange,
+        ):
             self._light()
 
     def _light(self) -> None:
-        palette = QPalette(QApplication.palette(self))
+        palette = QPalette()  # nothing of its own: whatever the window has
         if self.isChecked():
+            palette = QApplication.palette()
             palette.setBrush(QPalette.ColorRole.Button, palette.highlight())
             palette.setBrush(QPalette.ColorRole.ButtonText, palette.highlightedText())
         self.setPalette(palette)
