@@ -50,7 +50,11 @@ def screen(desk):
     image = canvas.grab().toImage().convertToFormat(13)  # RGB888
     bits = image.constBits()
     bits.setsize(image.sizeInBytes())
-    return np.frombuffer(bits, np.uint8).reshape(image.height(), image.bytesPerLine())[:, : image.width() * 3].copy()
+    return (
+        np.frombuffer(bits, np.uint8)
+        .reshape(image.height(), image.bytesPerLine())[:, : image.width() * 3]
+        .copy()
+    )
 
 
 def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_frame(desk):
@@ -265,3 +269,17 @@ def test_what_is_drawn_is_clipped_to_the_picture(desk):
     drag(desk, (1100, 900), (5000, 5000))
     (region,) = drawn
     assert region == Region(region.x, region.y, 1224 - region.x, 1024 - region.y)
+
+
+def test_single_pixels_show_their_values_once_they_are_large_enough(desk):
+    canvas = desk.window.picture.canvas
+    desk.watch()
+    assert not canvas.values.texts
+    desk.window.actionStop.trigger()
+    desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
+    canvas.zoomBy(1000)
+    desk.until(lambda: canvas.values.texts)
+    frame = desk.program.picture.frame
+    assert all(text == str(frame.raw()[y, x]) for (x, y), text in canvas.values.texts.items())
+    canvas.fit()
+    desk.until(lambda: not canvas.values.texts)

@@ -12,11 +12,13 @@ from grabbergui.core.grabber import StreamStatistics
 from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection, LinkState, OpenSource
 from grabbergui.models.diagnosis import CameraFacts, Observation, Stage, diagnose
-from grabbergui.models.picture import PictureModel
+from grabbergui.models.picture import Picture, PictureModel
+from grabbergui.models.pixel_texts import value_texts
 from grabbergui.models.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.widgets.pixel_values import LEGIBLE_ZOOM
 from grabbergui.ui.widgets.status_strip import StateTone
 
 STATUS_INTERVAL_MS = 200
@@ -95,8 +97,16 @@ class AcquisitionController(QObject):
         if picture is None or self._shown is None:
             return
         self._view.setPicture(picture.image, picture.width, picture.height)
+        self._show_values(picture)
         # Every tenth line and column is plenty to tell black from not black.
         self._mean = float(picture.image.pixels[::10, ::10].mean())
+
+    def _show_values(self, picture: Picture) -> None:
+        """Write the sensor's values on pixels that have room for them."""
+        canvas, texts = self._view.canvas, {}
+        if canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
+            texts = value_texts(picture.frame, picture.image.region, self._picture.settings.orientation)
+        canvas.values.setTexts(texts)
 
     def _on_view_painted(self) -> None:
         self._painted += 1

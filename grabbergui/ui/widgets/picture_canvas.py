@@ -13,6 +13,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.ui.widgets.picture_item import PictureItem
 from grabbergui.ui.widgets.picture_marks import PictureMarks
+from grabbergui.ui.widgets.pixel_values import PixelValues
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."
@@ -49,8 +50,11 @@ class PictureCanvas(pg.GraphicsView):
         self.setCentralItem(self._box)
         self.marks = PictureMarks()
         """Lines over the picture."""
+        self.values = PixelValues()
+        """Text on its pixels."""
         self._box.addItem(self._item, ignoreBounds=True)
         self._box.addItem(self.marks, ignoreBounds=True)
+        self._box.addItem(self.values, ignoreBounds=True)
         self._box.disableAutoRange()
         self._box.sigRangeChanged.connect(self._announce)
         self._box.sigRangeChangedManually.connect(self._on_box_moved_by_hand)
@@ -77,6 +81,7 @@ class PictureCanvas(pg.GraphicsView):
         self._item.setPicture(image, width, height)
         self._item.show()
         self.marks.setSize(width, height)
+        self.values.setSize(width, height)
         if other_size or self._empty:
             self._empty = False
             self._limit()
@@ -90,6 +95,7 @@ class PictureCanvas(pg.GraphicsView):
         self._item.hide()
         self._item.clear()
         self.marks.setSize(0, 0)
+        self.values.setTexts({})
         self._empty = True
 
     def fit(self) -> None:
