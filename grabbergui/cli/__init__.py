@@ -13,14 +13,28 @@ import sys
 from collections.abc import Sequence
 
 from grabbergui import __version__
-from grabbergui.cli import doctor, features, grab, gui, serve, simulate, sources, terminal, yarp_server
+from grabbergui.cli import (
+    doctor,
+    features,
+    grab,
+    gui,
+    serve,
+    servo,
+    settings,
+    simulate,
+    sources,
+    terminal,
+    yarp_server,
+)
 from grabbergui.core.errors import GrabberError, UsageError
 
 EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 
-_FAMILIES = (gui, sources, features, grab, terminal, serve, simulate, yarp_server, doctor)
+_FAMILIES = (
+    gui, sources, features, settings, grab, terminal, serve, simulate, servo, yarp_server, doctor,
+)  # fmt: skip
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -28,8 +42,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     parser, commands = _parser()
     # A bare source, or only options of the window, mean the window.
-    if not arguments or (arguments[0] not in commands and arguments[0] not in ("-h", "--help", "--version")):
-        arguments.insert(_command_place(arguments), "gui")
+    place = _command_place(arguments)
+    first = arguments[place] if place < len(arguments) else ""
+    if first not in commands and first not in ("-h", "--help", "--version"):
+        arguments.insert(place, "gui")
     options = parser.parse_args(arguments)
     logging.basicConfig(
         level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import fields
+from pathlib import Path
 from typing import Any
 
 from grabbergui import sources
@@ -54,6 +55,9 @@ def add_commands(commands: Any) -> None:
 
     ros2 = parser.add_argument_group("ROS 2")
     ros2.add_argument("--ros2", metavar="/NAME", help="the node and prefix of its topics")
+    ros2.add_argument("--frame-id", metavar="FRAME", help="of the pictures' headers (camera)")
+    ros2.add_argument("--calibration", metavar="FILE", help="camera_info's YAML; set_camera_info writes it")
+    ros2.add_argument("--qos", choices=("sensor_data", "reliable"), help="of the pictures (sensor_data)")
     parser.set_defaults(run=_run)
 
 
@@ -151,7 +155,13 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
 def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
-    server = Ros2GrabberServer(grabber, options.ros2)
+    server = Ros2GrabberServer(
+        grabber,
+        options.ros2,
+        frame_id=options.frame_id,
+        calibration=Path(options.calibration) if options.calibration else None,
+        qos=options.qos,
+    )
     server.start()
     try:
         yield

@@ -1,4 +1,4 @@
-"""`grabbergui servo`: a robot's head follows, its arm reaches for a marker. `grabbergui calibrate`."""
+"""`grabbergui servo`: a robot's head follows what the camera sees, its arm reaches for a marker."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grabbergui.cli import calibrate
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
 from grabbergui.core.errors import UsageError
 
@@ -36,7 +37,8 @@ EXIT_NOT_REACHED = 1
 
 
 def add_commands(commands: Any) -> None:
-    """Add the parsers of this family."""
+    """Add the parsers of this family: servoing, and the calibration that it needs."""
+    calibrate.add_commands(commands)
     parser = commands.add_parser(
         "servo",
         help="a robot's head follows what the camera sees, its arm reaches for a marker",

@@ -8,10 +8,9 @@ from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models import feature_set_files
 from grabbergui.models.feature_set import FeatureSet, Selectors, capture, compare
-from grabbergui.models.feature_set_loading import SETTLED, LoadReport, Outcome, load_onto, roll_back
+from grabbergui.models.feature_set_loading import SETTLED, load_onto, roll_back
 
 EXIT_DIFFERENT = 1
 
@@ -38,24 +37,13 @@ def add_commands(commands: Any) -> None:
     differing.set_defaults(run=_diff)
 
 
-def save(grabber: FrameGrabber, path: Path) -> str:
-    """Save a camera's settings; what came of it, for people."""
-    features = capture(grabber)
-    feature_set_files.save(features, path)
-    return "\n".join(
-        [f"saved {len(features)} settings to {path}", *(f"left out {t}" for t in features.left_out)]
-    )
-
-
-def lines(report: LoadReport) -> list[str]:
-    """A report of loading: all that is not equal, and a summary."""
-    told = [str(setting) for setting in report.settings if setting.outcome is not Outcome.EQUAL]
-    return [*told, *([report.problem] if report.problem else []), report.summary()]
-
-
 def _save(options: argparse.Namespace) -> int:
     with opened(options.source, reading=True) as grabber:
-        print(save(grabber, options.file))
+        features = capture(grabber)
+    feature_set_files.save(features, options.file)
+    for text in features.left_out:
+        print(f"left out {text}")
+    print(f"saved {len(features)} settings to {options.file}")
     return 0
 
 
@@ -63,7 +51,7 @@ def _load(options: argparse.Namespace) -> int:
     with opened(options.source) as grabber:
         features = feature_set_files.load(options.file, Selectors(grabber).of)
         report = load_onto(grabber, features, dry_run=options.dry_run)
-        print("\n".join(lines(report)))
+        print("\n".join(report.lines()))
         if options.all_or_nothing and not report.settled and not options.dry_run:
             print(f"rolled back: {roll_back(grabber, report).summary()}")
     unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]

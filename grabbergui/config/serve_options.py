@@ -38,6 +38,12 @@ class ServeOptions:
     "The image port's name; empty: not on YARP."
     ros2: str = ""
     "The node's name; empty: not on ROS 2."
+    frame_id: str = "camera"
+    "Of the headers of ROS 2 pictures."
+    calibration: str = ""
+    "A camera_info YAML file; `set_camera_info` writes it."
+    qos: str = "sensor_data"
+    "Of ROS 2 pictures: sensor_data or reliable."
     with_name_server: bool = False
     "Run a YARP name server too."
     nameserver: str = ""

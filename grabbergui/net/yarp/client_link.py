@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net.tree_client import TIMEOUT as TREE_TIMEOUT
+from grabbergui.net.tree_client import TreeFeatures
 from grabbergui.net.yarp import grabber_tree
+from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.client_tree import TreeFeatures
 from grabbergui.net.yarp.grabber_rpc import (
     Call,
     Operation,
@@ -70,7 +72,7 @@ class GrabberLink:
 
     def features(self) -> Features:
         """All the server lets us know and set. Asks it many things."""
-        return TreeFeatures(self._rpc) if self.ours else NumberFeatures(self.ask)
+        return TreeFeatures(self._ask_tree) if self.ours else NumberFeatures(self.ask)
 
     def info(self, info: DeviceInfo) -> DeviceInfo:
         """`info` with what the server tells of its camera."""
@@ -94,6 +96,10 @@ class GrabberLink:
     def is_grabber(self) -> bool:
         """Whether the server answers as a frame grabber does."""
         return self.ours or self.ask(Operation.WIDTH).ok
+
+    def _ask_tree(self, verb: str, *arguments: str) -> Any:
+        reply = self._rpc.call(grabber_tree.request(verb, *arguments), TREE_TIMEOUT)
+        return grabber_tree.read_reply(reply or Bottle())
 
     def check(self) -> None:
         """Raise TransportError where the server is gone."""

@@ -20,9 +20,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
+from grabbergui.net.tree_service import TreeService
 from grabbergui.net.yarp import grabber_tree
 from grabbergui.net.yarp.bottle import Bottle, Buffer
-from grabbergui.net.yarp.grabber_changes import ChangeLog
 from grabbergui.net.yarp.grabber_features import NumberedFeatures
 from grabbergui.net.yarp.grabber_ids import BusType, CropType
 from grabbergui.net.yarp.grabber_pictures import Capability
@@ -61,23 +61,14 @@ class GrabberService:
     def __init__(self, grabber: FrameGrabber, *, normalised: bool = False) -> None:
         self._grabber = grabber
         self._features = NumberedFeatures(grabber, normalised=normalised)
-        self._changes = ChangeLog(grabber)
+        self._tree = TreeService(grabber)
         self._queue: FrameQueue | None = None
         self._image_lock = threading.Lock()
         self._actions = self._make_actions()
-        self._verbs: dict[str, tuple[int, Callable[..., object]]] = {
-            "hello": (0, self._hello),
-            "tree": (0, grabber.feature_tree),
-            "feature": (-1, lambda *names: [grabber.feature(name) for name in names]),
-            "write": (2, grabber.write_feature),
-            "execute": (1, grabber.execute),
-            "changes": (1, self._changes_since),
-        }
-        # Verb: how many arguments (-1: any number), and what it does.
 
     def close(self) -> None:
         """Let go of the grabber. May be called twice."""
-        self._changes.close()
+        self._tree.close()
         if self._queue is not None:
             self._queue.close()
 
@@ -198,29 +189,9 @@ class GrabberService:
     def _answer_tree(self, request: Bottle) -> Bottle:
         verb, *arguments = [str(item) for item in request[1:]] or [""]
         try:
-            if verb not in self._verbs:
-                known = ", ".join(self._verbs)
-                raise UsageError(f"'{verb}' is no verb of {grabber_tree.WORD}, use one of {known}")
-            count, action = self._verbs[verb]
-            if count not in (-1, len(arguments)):
-                raise UsageError(f"{grabber_tree.WORD} {verb} takes {count} arguments, not {len(arguments)}")
-            return grabber_tree.success(action(*arguments))
+            return grabber_tree.success(self._tree.perform(verb, *arguments))
         except GrabberError as error:
             return grabber_tree.failure(error)
-
-    def _hello(self) -> dict[str, object]:
-        grabber = self._grabber
-        return {
-            "version": grabber_tree.VERSION,
-            "info": grabber.info,
-            "access": grabber.access,
-        }
-
-    def _changes_since(self, revision: str) -> dict[str, object]:
-        if not revision.isdecimal():
-            raise UsageError(f"revision '{revision}' is no number")
-        number, names = self._changes.since(int(revision))
-        return {"revision": number, "names": names}
 
 
 def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:

@@ -1,20 +1,9 @@
-"""The whole GenICam tree over a frame grabber's RPC port: a vocabulary of our own beside YARP's.
+"""The vocabulary of `net.tree_service` over a frame grabber's RPC port, beside YARP's.
 
 A request is a Bottle of strings, ``genicam VERB ARGUMENT…``; the reply is ``genicam ok JSON`` or
 ``genicam error KIND MESSAGE FEATURE``. Other servers answer the word they do not know with ``[nak]`` (3.x)
 or ``[fail]`` (4.0), so asking costs nothing, and people can use it too: ``genicam write Gain 5`` typed into
 ``yarp rpc``.
-
-=====================  ==============================================  =====================================
-request                result                                          errors
-=====================  ==============================================  =====================================
-hello                  version, device info, access
-tree                   categories with the features' descriptions
-feature NAME…          the features as they are now, in order           FeatureNotFoundError
-write NAME VALUE       the feature as it is after                       any FeatureError
-execute NAME           null                                            any FeatureError
-changes REVISION       revision, and the names changed since            (names null: anything may have)
-=====================  ==============================================  =====================================
 """
 
 from __future__ import annotations
@@ -24,23 +13,11 @@ from typing import Any
 
 from grabbergui.core.errors import GrabberError, RemoteProtocolError
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.net.feature_json import (
-    dumps,
-    error_of,
-    loads,
-    read_category,
-    read_feature,
-    read_info,
-    table_of,
-)
+from grabbergui.net.feature_json import dumps, error_of, loads, read_info, table_of
 from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.values import Item, word
 
 WORD = "genicam"
-VERSION = 1
-
-__all__ = ["read_category", "read_feature", "read_info"]
-
 
 def request(verb: str, *arguments: str) -> Bottle:
     """The message that asks for `verb`."""

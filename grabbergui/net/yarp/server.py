@@ -7,14 +7,17 @@ import threading
 import time
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
+from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.envelope import Stamp
 from grabbergui.net.yarp.grabber_pictures import Capability
 from grabbergui.net.yarp.grabber_service import GrabberService
 from grabbergui.net.yarp.inputs import Reply, Request
 from grabbergui.net.yarp.name_client import NameClient
 from grabbergui.net.yarp.ports import OutputPort, RpcServer
+from grabbergui.terminal.interpreter import Interpreter, answer
 
 log = logging.getLogger(__name__)
 
@@ -52,6 +55,7 @@ class YarpGrabberServer:
         self._grabber = grabber
         self._service = GrabberService(grabber, normalised=normalised)
         self._rpc = RpcServer(f"{name}/rpc", self._answer, names, bind=bind)
+        self._terminal = RpcServer(f"{name}/terminal", self._run_line, names, bind=bind)
         images = OutputPort(name, names, handler=self._answer, bind=bind)
         self._publishers = [_Publisher(grabber, images, capabilities, period)]
         if also_raw:
@@ -67,6 +71,7 @@ class YarpGrabberServer:
         """
         try:
             self._rpc.open()
+            self._terminal.open()
             for publisher in self._publishers:
                 publisher.start()
             if not self._grabber.streaming:
@@ -82,6 +87,7 @@ class YarpGrabberServer:
         for publisher in self._publishers:
             publisher.stop()
         self._rpc.close()
+        self._terminal.close()
         self._service.close()
         if self._started_stream:
             self._started_stream = False
@@ -99,7 +105,7 @@ class YarpGrabberServer:
 
     def places(self) -> list[str]:
         """Each port's name and address, for people: ``/grabber at tcp://127.0.0.1:10003/``."""
-        ports = [*(publisher.port for publisher in self._publishers), self._rpc]
+        ports = [*(publisher.port for publisher in self._publishers), self._rpc, self._terminal]
         return [f"{port.name} at {port.place()}" for port in ports]
 
     @property
@@ -114,6 +120,12 @@ class YarpGrabberServer:
 
     def _answer(self, request: Request) -> Reply:
         return self._service.answer(request.bottle())
+
+    def _run_line(self, request: Request) -> Reply:
+        """A line of the terminal, as `yarp rpc` sends it; the answer's lines are the reply's items."""
+        words = [format_value(item) for item in request.bottle() if isinstance(item, (bool, int, float, str))]
+        worked, text = answer(Interpreter(self._grabber), " ".join(words))
+        return Bottle(text.splitlines() or ["ok"]) if worked else Bottle(["fail", text])
 
 
 class _Publisher:

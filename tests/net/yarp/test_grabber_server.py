@@ -177,3 +177,13 @@ def test_without_a_name_server_nothing_is_left(scene: Stage) -> None:
             YarpGrabberServer(scene.grabber, names=scene.names, bind="203.0.113.7").start()
     wait_for(lambda: threading.active_count() <= threads, "the threads' end")
     assert not scene.grabber.streaming
+
+
+def test_the_terminal_by_requests(scene: Stage, server: YarpGrabberServer) -> None:
+    with RpcClient("/grabber/terminal", scene.names) as terminal:
+        reply = terminal.call(Bottle(["set_feature", "Gain", 2]), 5)
+        assert reply and str(reply[0]).startswith("Gain = 2 dB")
+        refused = terminal.call(Bottle(["get_feature", "Warp"]), 5)
+        assert refused and refused[0] == "fail" and "no feature Warp" in str(refused[1])
+        listed = terminal.call(Bottle(["list_features", "Gain"]), 5)
+        assert listed and len(listed) > 1

@@ -1,25 +1,28 @@
-"""The features of a remote frame grabber that is ours as well: the whole GenICam tree."""
+"""The features of a remote grabber that speaks the verbs of `net.tree_service`: the whole GenICam tree."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
-from grabbergui.net.yarp import grabber_tree
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.feature_json import read_category, read_feature
 
 TIMEOUT = 7.0
 """Seconds for one request; a command may take five in the camera."""
 
 
 class TreeFeatures:
-    """Features of a server that knows our vocabulary. One thread at a time."""
+    """Features of a server that knows our verbs. One thread at a time.
 
-    def __init__(self, rpc: RpcClient) -> None:
-        self._rpc = rpc
-        self.tree: Category = grabber_tree.read_category(self._ask("tree"))
+    `ask` carries a verb and its arguments over, and gives the result as plain data or raises what the server
+    reported.
+    """
+
+    def __init__(self, ask: Callable[..., Any]) -> None:
+        self._ask = ask
+        self.tree: Category = read_category(self._ask("tree"))
         "What there is; asked of the server once."
         self._names = frozenset(description.name for description in self.tree.descriptions())
         self._revision = 0
@@ -33,11 +36,11 @@ class TreeFeatures:
         found = self._ask("feature", name)
         if not isinstance(found, list) or len(found) != 1:
             raise RemoteProtocolError(f"the server did not describe {name}")
-        return grabber_tree.read_feature(found[0])
+        return read_feature(found[0])
 
     def write(self, name: str, value: FeatureValue) -> Feature:
         """Set it; the server says what it is then."""
-        return grabber_tree.read_feature(self._ask("write", name, format_value(value)))
+        return read_feature(self._ask("write", name, format_value(value)))
 
     def execute(self, name: str) -> None:
         """Run a command."""
@@ -55,7 +58,3 @@ class TreeFeatures:
         if names is None:
             return frozenset() if first else self._names
         return self._names.intersection(map(str, names))
-
-    def _ask(self, verb: str, *arguments: str) -> Any:
-        reply = self._rpc.call(grabber_tree.request(verb, *arguments), TIMEOUT)
-        return grabber_tree.read_reply(reply or Bottle())

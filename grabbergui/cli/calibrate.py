@@ -1,0 +1,92 @@
+"""`grabbergui calibrate`: a camera's calibration from views of a printed board."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from grabbergui.cli.opening import add_source, opened
+from grabbergui.core.errors import FrameTimeoutError, UsageError
+
+if TYPE_CHECKING:
+    from grabbergui.servo.calibration import Board, Collector
+
+_PAUSE_S = 0.3
+"Between two looks: the board must be held elsewhere anyway."
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser(
+        "calibrate",
+        help="calibrate a camera with a printed board; writes a camera_info file",
+        description="Hold the board still, then elsewhere: near and far, in every corner, tilted.",
+    )
+    add_source(parser)
+    parser.add_argument("--board", choices=("charuco", "chessboard"), default="charuco", help="(charuco)")
+    parser.add_argument("--columns", type=int, default=8, help="fields across (8)")
+    parser.add_argument("--rows", type=int, default=6, help="fields down (6)")
+    parser.add_argument("--square", type=float, default=0.03, metavar="M", help="edge of a field (0.03)")
+    parser.add_argument("--marker", type=float, default=0.022, metavar="M", help="edge of a marker (0.022)")
+    parser.add_argument("--dictionary", default="5X5_100", metavar="NAME", help="of the markers (5X5_100)")
+    parser.add_argument("--views", type=int, default=20, help="how many different views (20)")
+    parser.add_argument("--seconds", type=float, default=180.0, metavar="S", help="give up after (180)")
+    parser.add_argument("--out", type=Path, default=Path("camera.yaml"), metavar="FILE", help="(camera.yaml)")
+    parser.add_argument("--name", default="camera", help="the camera's name in the file (camera)")
+    parser.set_defaults(run=_run)
+
+
+def board(options: argparse.Namespace) -> Board:
+    """The board that was chosen. Raises UsageError."""
+    from grabbergui.servo.calibration import CharucoBoard, Chessboard
+
+    if options.board == "chessboard":
+        return Chessboard(options.columns, options.rows, options.square)
+    return CharucoBoard(options.columns, options.rows, options.square, options.marker, options.dictionary)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from grabbergui.servo.calibration import Collector
+
+    if not options.out.parent.is_dir():
+        raise UsageError(f"there is no folder {options.out.parent} for the calibration")
+    collector = Collector(board(options), options.views)
+    _collect(collector, options)
+    result = collector.solve(options.name)
+    for number, error in enumerate(result.errors, 1):
+        print(f"view {number:3}: {'left out' if math.isnan(error) else f'{error:.3f} px'}")
+    matrix, spread = result.calibration.matrix, result.uncertainty
+    print(f"focal lengths {matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px")
+    print(f"centre {matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px")
+    print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage:.0f} %")
+    result.calibration.save(options.out)
+    print(f"saved as {options.out}")
+    return 0
+
+
+def _collect(collector: Collector, options: argparse.Namespace) -> None:
+    """Look at the source until there are enough views, or the time is up."""
+    deadline = time.monotonic() + options.seconds
+    with opened(options.source) as grabber:
+        queue = grabber.open_queue(1)
+        grabber.start()
+        try:
+            while not collector.complete and time.monotonic() < deadline:
+                frame = queue.get(min(5.0, max(0.1, deadline - time.monotonic())))
+                if frame.complete and collector.add(frame.mono()):
+                    hint = collector.missing()
+                    print(
+                        f"view {len(collector.views)} of {collector.wanted}, "
+                        f"coverage {100 * collector.coverage:.0f} %{f'; next: {hint}' if hint else ''}",
+                        flush=True,
+                    )
+                    time.sleep(_PAUSE_S)
+        except FrameTimeoutError:
+            if time.monotonic() < deadline:
+                raise
+        finally:
+            queue.close()
+            grabber.stop()

@@ -1,0 +1,101 @@
+"""`grabbergui record`: a camera's frames into files that can be played back."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+from grabbergui.cli.features import assignment
+from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import Role
+from grabbergui.models.recorder import Recorder
+from grabbergui.models.recording_writers import RecordingKind, create_writer, kind_of
+
+_POLL = 0.1
+"Seconds between looks at whether it shall end."
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser("record", help="record frames; play them back with file:PATH")
+    add_source(parser)
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="movie.mp4, messages.mcap, or a folder of pictures (no ending)",
+    )
+    parser.add_argument("-n", "--frames", type=int, metavar="FRAMES", help="end after so many")
+    parser.add_argument("-t", "--seconds", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--lossless", action="store_true", help="of a movie: FFV1, larger")
+    parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", dest="assignments", help="set it first"
+    )
+    parser.add_argument(
+        "--timeout", type=float, default=5.0, metavar="S", help="longest wait for the first frame (5)"
+    )
+    parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_record)
+
+
+def _record(options: argparse.Namespace) -> int:
+    if options.frames is not None and options.frames < 1:
+        raise UsageError(f"-n {options.frames}: at least one frame, please")
+    if options.seconds is not None and not options.seconds > 0:
+        raise UsageError(f"-t {options.seconds:g}: more than no time, please")
+    assignments = [assignment(text) for text in options.assignments]
+    kind = kind_of(options.out, lossless=options.lossless)
+    if options.tiff and kind is not RecordingKind.PNG:
+        raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
+    kind = RecordingKind.TIFF if options.tiff else kind
+    with opened(options.source) as grabber, stop_on_signals() as stop:
+        for name, value in assignments:
+            grabber.write_feature(name, value)
+        writer = create_writer(kind, options.out, grabber.info, frame_rate(grabber))
+        recorder = Recorder(grabber, writer, frames=options.frames, seconds=options.seconds)
+        recorder.start()
+        try:
+            grabber.start(keep_trigger=options.keep_trigger)
+            begun = time.monotonic()
+            while not recorder.wait(_POLL) and not stop.is_set():
+                if not recorder.progress.frames and time.monotonic() - begun > options.timeout:
+                    raise FrameTimeoutError(
+                        f"{grabber.info.title}: no frame within {options.timeout:g} s; "
+                        "see whether it waits for a trigger, and whether a firewall drops its packets"
+                    )
+        finally:
+            recorder.stop()
+            recorder.wait()
+        grabber.stop()
+    progress = recorder.progress
+    summary = {"frames": progress.frames, "dropped": progress.dropped, "seconds": progress.seconds}
+    if options.json:
+        print(json.dumps({**summary, "bytes": progress.size, "path": str(options.out)}))
+    else:
+        megabytes = progress.size / 1e6
+        print(
+            f"{options.out}: {progress.frames} frames in {progress.seconds:.2f} s, {megabytes:.1f} MB; "
+            f"{progress.dropped} dropped"
+        )
+    if progress.reason:
+        raise GrabberError(progress.reason)
+    return 0
+
+
+def frame_rate(grabber: FrameGrabber) -> float:
+    """What the camera says of its frames per second; 0 where it says nothing."""
+    name = Role.FRAME_RATE.find(grabber.has_feature)
+    try:
+        value = grabber.feature(name).value if name is not None else None
+    except FeatureError:
+        return 0.0
+    return float(value) if isinstance(value, int | float) else 0.0

@@ -1,0 +1,67 @@
+"""The whole GenICam tree of a grabber by verbs, for any network that carries text both ways.
+
+=====================  ==============================================  =====================================
+request                result                                          errors
+=====================  ==============================================  =====================================
+hello                  version, device info, access
+tree                   categories with the features' descriptions
+feature NAME…          the features as they are now, in order          FeatureNotFoundError
+write NAME VALUE       the feature as it is after                      any FeatureError
+execute NAME           null                                            any FeatureError
+changes REVISION       revision, and the names changed since           (names null: anything may have)
+terminal LINE          what the terminal prints                        any
+=====================  ==============================================  =====================================
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.change_log import ChangeLog
+from grabbergui.terminal.interpreter import Interpreter
+
+VERSION = 1
+_ANY = -1
+
+
+class TreeService:
+    """Answers verbs about one grabber. Any thread; each call may take as long as the camera."""
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+        self._changes = ChangeLog(grabber)
+        self._verbs: dict[str, tuple[int, Callable[..., object]]] = {
+            "hello": (0, self._hello),
+            "tree": (0, grabber.feature_tree),
+            "feature": (_ANY, lambda *names: [grabber.feature(name) for name in names]),
+            "write": (2, grabber.write_feature),
+            "execute": (1, grabber.execute),
+            "changes": (1, self._changes_since),
+            "terminal": (1, lambda line: Interpreter(grabber).execute(line)),
+        }
+        # Verb: how many arguments, and what it does.
+
+    def perform(self, verb: str, *arguments: str) -> object:
+        """Carry out a verb; the result is for `feature_json.dumps`. Raises GrabberError."""
+        if verb not in self._verbs:
+            known = ", ".join(self._verbs)
+            raise UsageError(f"'{verb}' is no verb, use one of {known}")
+        count, action = self._verbs[verb]
+        if count not in (_ANY, len(arguments)):
+            raise UsageError(f"{verb} takes {count} arguments, not {len(arguments)}")
+        return action(*arguments)
+
+    def close(self) -> None:
+        """Let go of the grabber. May be called twice."""
+        self._changes.close()
+
+    def _hello(self) -> dict[str, object]:
+        return {"version": VERSION, "info": self._grabber.info, "access": self._grabber.access}
+
+    def _changes_since(self, revision: str) -> dict[str, object]:
+        if not revision.isdecimal():
+            raise UsageError(f"revision '{revision}' is no number")
+        number, names = self._changes.since(int(revision))
+        return {"revision": number, "names": names}
