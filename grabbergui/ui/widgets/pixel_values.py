@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pyqtgraph as pg
-from PyQt5.QtCore import QPointF, QRectF, Qt
+from PyQt5.QtCore import QRectF, Qt
 from PyQt5.QtGui import QColor, QFont, QPainter
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
@@ -11,6 +11,8 @@ LEGIBLE_ZOOM = 40.0
 "Screen pixels for one of the picture from which on its value has room."
 _LINE = 12
 "Height of a line of text, pixels."
+_BEHIND = QColor(0, 0, 0, 150)
+"White text must stand out from white pixels too."
 
 
 class PixelValues(pg.GraphicsObject):
@@ -46,7 +48,7 @@ class PixelValues(pg.GraphicsObject):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Write each text in the middle of its pixel, dark around light."""
+        """Write each text in the middle of its pixel."""
         if not self._texts:
             return
         to_screen = painter.worldTransform()
@@ -54,8 +56,9 @@ class PixelValues(pg.GraphicsObject):
         font = QFont(painter.font())
         font.setPixelSize(_LINE - 1)
         painter.setFont(font)
+        painter.setPen(QColor(255, 255, 255))
         for (x, y), text in self._texts.items():
             pixel = to_screen.mapRect(QRectF(x, y, 1, 1))
-            for shift, colour in ((QPointF(1, 1), QColor(0, 0, 0)), (QPointF(), QColor(255, 255, 255))):
-                painter.setPen(colour)
-                painter.drawText(pixel.translated(shift), Qt.AlignmentFlag.AlignCenter, text)
+            place = painter.boundingRect(pixel, Qt.AlignmentFlag.AlignCenter, text)
+            painter.fillRect(place.adjusted(-3, -1, 3, 1), _BEHIND)
+            painter.drawText(pixel, Qt.AlignmentFlag.AlignCenter, text)
