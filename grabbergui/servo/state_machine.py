@@ -119,6 +119,8 @@ class StateMachine:
                 self._enter(now, State.CENTRING, "a target is seen")
             elif now - (self._since or now) >= self._search_after:
                 self._enter(now, State.SEARCHING, "nothing to be seen")
+            else:
+                self.reason = situation.problem or self.reason
         elif state is State.SEARCHING:
             if situation.target:
                 self._enter(now, State.CENTRING, "a target is seen")

@@ -1,0 +1,138 @@
+"""Calibration from rendered views of a board, against the camera that drew them."""
+
+import argparse
+
+import cv2
+import numpy as np
+import pytest
+
+from grabbergui.cli import calibrate
+from grabbergui.core.errors import UsageError
+from grabbergui.driver.sim.rendered_scene import at
+from grabbergui.driver.sim.rendered_world import Panel, draw
+from grabbergui.servo.calibration import CharucoBoard, Chessboard, Collector
+
+WIDTH, HEIGHT = 640, 480
+CAMERA = np.array([[560.0, 0, 331], [0, 552.0, 228], [0, 0, 1]])
+VIEW = np.linalg.inv(np.array([[0, 0, 1.0, 0], [-1.0, 0, 0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1]]))
+CHARUCO = CharucoBoard(8, 6, 0.03, 0.022, "5X5_100")
+
+
+def texture(kind):
+    if kind == "charuco":
+        drawn = CHARUCO.pattern.generateImage((960, 720))
+        drawn = cv2.copyMakeBorder(drawn, 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=255)
+    else:
+        fields = (np.indices((6, 8)).sum(axis=0) % 2 * 255).astype(np.uint8)
+        drawn = np.kron(fields, np.ones((120, 120), np.uint8))
+        drawn = cv2.copyMakeBorder(drawn, 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=255)
+    grey = 0.05 + 0.9 * drawn.astype(np.float32) / 255
+    return np.dstack((grey, grey, grey, np.ones_like(grey)))
+
+
+def picture(pattern, pose):
+    out = np.full((HEIGHT, WIDTH, 3), 3000, np.uint16)
+    panel = Panel(pose, 0.27, 0.21, pattern, fine=True)
+    draw(panel, out, VIEW, CAMERA)
+    return np.clip(out[..., 1] / 8192 * 255, 0, 255).astype(np.uint8)
+
+
+def poses():
+    random = np.random.default_rng(3)
+    for index in range(24):
+        across, down = (-0.1, 0, 0.1)[index % 3], (-0.07, 0, 0.07)[index // 3 % 3]
+        x = random.uniform(0.35, 0.6)
+        yield at(x, across * x / 0.4, down * x / 0.4, *random.uniform(-35, 35, 2), random.uniform(-15, 15))
+
+
+@pytest.mark.parametrize("kind", ["charuco", "chessboard"])
+def test_the_camera_that_drew_the_views_is_found(kind):
+    board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
+    collector, pattern = Collector(board), texture(kind)
+    for pose in poses():
+        collector.add(picture(pattern, pose))
+    result = collector.solve("test")
+    assert result.rms < 0.3
+    matrix = result.calibration.matrix
+    assert matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert matrix[1, 1] == pytest.approx(552, rel=0.01)
+    assert matrix[:2, 2] == pytest.approx([331, 228], abs=5)
+    assert len(result.errors) == len(collector.views)
+    assert abs(matrix[0, 0] - 560) < 6 * result.uncertainty[0] + 2
+    assert collector.coverage > 0.5
+
+
+def test_a_view_is_kept_once_and_the_same_again_is_not():
+    collector, view = Collector(CHARUCO), picture(texture("charuco"), at(0.45, 0, 0, yaw=20))
+    assert collector.add(view)
+    assert not collector.add(view)
+    assert len(collector.views) == 1
+    assert 0 < collector.coverage < 1
+    assert collector.missing() == "top left"
+
+
+def test_pictures_without_a_board_are_no_views():
+    collector = Collector(CHARUCO)
+    assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
+    assert not collector.add(picture(texture("charuco"), at(2.5, 0, 0)))
+    with pytest.raises(UsageError, match="0 different views"):
+        collector.solve()
+
+
+def test_a_view_that_fits_badly_is_left_out():
+    collector, pattern = Collector(CHARUCO), texture("charuco")
+    for pose in poses():
+        collector.add(picture(pattern, pose))
+    spoilt = collector.views[4]
+    spoilt.picture[:] += np.random.default_rng(1).normal(0, 8, spoilt.picture.shape)
+    result = collector.solve()
+    assert np.isnan(result.errors[4])
+    assert np.isnan(result.errors).sum() == 1
+    assert result.calibration.matrix[0, 0] == pytest.approx(560, rel=0.01)
+
+
+def test_pictures_of_another_size_are_refused():
+    collector = Collector(CHARUCO)
+    collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
+    with pytest.raises(UsageError, match="begin again"):
+        collector.add(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
+
+
+def options(*arguments):
+    parser = argparse.ArgumentParser()
+    calibrate.add_commands(parser.add_subparsers(required=True))
+    return parser.parse_args(("calibrate", *arguments))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("--columns", "2"), "2×6"),
+        (("--square", "0"), "0 m"),
+        (("--marker", "0.05"), "does not fit"),
+        (("--columns", "30", "--rows", "30"), "has 100 markers"),
+        (("--views", "1"), "1 views"),
+        (("--out", "/nowhere/at/all.yaml"), "no folder"),
+        (("--seconds", "0.5"), "different views"),
+    ],
+)
+def test_the_command_says_what_is_wrong(arguments, complaint):
+    chosen = options("sim:?width=640&height=480", *arguments)
+    with pytest.raises(UsageError, match=complaint):
+        chosen.run(chosen)
+
+
+def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
+    pictures = [picture(texture("charuco"), pose) for pose in poses()]
+
+    def collect(collector, chosen):
+        for grey in pictures:
+            collector.add(grey)
+
+    monkeypatch.setattr(calibrate, "_collect", collect)
+    chosen = options("sim:", "--out", str(tmp_path / "left.yaml"), "--name", "left")
+    assert chosen.run(chosen) == 0
+    from grabbergui.core.calibration import Calibration
+
+    assert Calibration.load(tmp_path / "left.yaml").matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert "coverage" in capsys.readouterr().out
