@@ -1,0 +1,1 @@
+"""Recordings: how frames lie in files, and recordings as sources (`file:`)."""

@@ -1,0 +1,186 @@
+"""ROS 2's image message as bytes: `sensor_msgs/msg/Image` and `TimeReference` in CDR, little-endian.
+
+OMG CDR (XCDR1) behind a four-byte encapsulation header: primitives aligned to their size, counted from
+behind that header; strings and sequences behind a 32-bit count, strings with a zero at their end.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.pfnc import PixelFormat
+
+_CDR_LE = b"\x00\x01\x00\x00"
+_HEADER = "std_msgs/Header header\n"
+_SEPARATOR = "=" * 80 + "\n"
+_HEADER_DEFINITION = (
+    f"{_SEPARATOR}MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+    f"{_SEPARATOR}MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+)
+IMAGE_NAME = "sensor_msgs/msg/Image"
+IMAGE_DEFINITION = (
+    f"{_HEADER}uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n"
+    + _HEADER_DEFINITION
+)
+TIME_NAME = "sensor_msgs/msg/TimeReference"
+TIME_DEFINITION = f"{_HEADER}builtin_interfaces/Time time_ref\nstring source\n" + _HEADER_DEFINITION
+
+_BAYER = {"RG": "rggb", "BG": "bggr", "GB": "gbrg", "GR": "grbg"}
+_ENCODINGS = {
+    "RGB8": "rgb8",
+    "BGR8": "bgr8",
+    "RGBa8": "rgba8",
+    "BGRa8": "bgra8",
+    "YUV422_8": "yuv422_yuy2",
+    "YCbCr422_8": "yuv422_yuy2",
+    "YUV422_8_UYVY": "yuv422",
+    "YCbCr422_8_CbYCrY": "yuv422",
+}
+_FORMATS = {
+    "mono8": "Mono8",
+    "8UC1": "Mono8",
+    "mono16": "Mono16",
+    "16UC1": "Mono16",
+    "rgb8": "RGB8",
+    "8UC3": "BGR8",
+    "bgr8": "BGR8",
+    "rgba8": "RGBa8",
+    "bgra8": "BGRa8",
+    "yuv422": "YUV422_8_UYVY",
+    "yuv422_yuy2": "YUV422_8",
+    **{f"bayer_{ros}{bits}": f"Bayer{order}{bits}" for order, ros in _BAYER.items() for bits in (8, 16)},
+}
+
+
+@dataclass(frozen=True)
+class RosImage:
+    """The fields of a `sensor_msgs/msg/Image`."""
+
+    stamp_ns: int
+    frame_id: str
+    height: int
+    width: int
+    encoding: str
+    is_bigendian: int
+    step: int
+    "Bytes of a line."
+    data: bytes | memoryview
+
+    def encode(self) -> bytes:
+        """The message, its encapsulation header included."""
+        writer = _Writer()
+        writer.header(self.stamp_ns, self.frame_id)
+        writer.numbers("II", self.height, self.width)
+        writer.text(self.encoding)
+        writer.numbers("B", self.is_bigendian)
+        writer.numbers("II", self.step, len(self.data))
+        return b"".join((_CDR_LE, writer.content, self.data))
+
+    @classmethod
+    def decode(cls, message: bytes | memoryview) -> RosImage:
+        """Read a message; `data` is a view of it. Raises RemoteProtocolError."""
+        reader = _Reader(message)
+        stamp, frame_id = reader.header()
+        height, width = reader.number("I"), reader.number("I")
+        encoding = reader.text()
+        big = reader.number("B")
+        step = reader.number("I")
+        data = reader.bytes(reader.number("I"))
+        if step * height > len(data):
+            raise RemoteProtocolError(
+                f"an image of {height} lines of {step} bytes has {len(data)} bytes only"
+            )
+        return cls(stamp, frame_id, height, width, encoding, big, step, data)
+
+
+def encode_time_reference(stamp_ns: int, frame_id: str, time_ns: int, source: str) -> bytes:
+    """`TimeReference`: what the camera's own clock said when the host's said `stamp_ns`."""
+    writer = _Writer()
+    writer.header(stamp_ns, frame_id)
+    writer.time(time_ns)
+    writer.text(source)
+    return _CDR_LE + bytes(writer.content)
+
+
+def decode_time_reference(message: bytes | memoryview) -> int:
+    """The camera's time in nanoseconds. Raises RemoteProtocolError."""
+    reader = _Reader(message)
+    reader.header()
+    return reader.time()
+
+
+def encoding_of(pixel_format: PixelFormat) -> str | None:
+    """ROS's name of an unpacked format; None where there is none."""
+    if pixel_format.name in _ENCODINGS:
+        return _ENCODINGS[pixel_format.name]
+    bits = 8 if pixel_format.bits_per_pixel == 8 else 16
+    if pixel_format.name.startswith("Mono") and pixel_format.convertible:
+        return f"mono{bits}"
+    if pixel_format.order in _BAYER:
+        return f"bayer_{_BAYER[pixel_format.order]}{bits}"
+    return None
+
+
+def format_name_of(encoding: str) -> str | None:
+    """PFNC's name of a ROS encoding; None where it is not known."""
+    return _FORMATS.get(encoding)
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.content = bytearray()
+
+    def numbers(self, codes: str, *values: int) -> None:
+        for code, value in zip(codes, values, strict=True):
+            size = struct.calcsize(f"<{code}")
+            self.content += bytes(-len(self.content) % size) + struct.pack(f"<{code}", value)
+
+    def text(self, text: str) -> None:
+        encoded = text.encode() + b"\0"
+        self.numbers("I", len(encoded))
+        self.content += encoded
+
+    def time(self, ns: int) -> None:
+        # int32 seconds: a camera that counts from somewhere else must not break the message.
+        self.numbers("iI", min(ns // 10**9, 2**31 - 1), ns % 10**9)
+
+    def header(self, stamp_ns: int, frame_id: str) -> None:
+        self.time(stamp_ns)
+        self.text(frame_id)
+
+
+class _Reader:
+    def __init__(self, message: bytes | memoryview) -> None:
+        view = memoryview(message)
+        if len(view) < 4 or view[0] != 0 or view[1] not in (0, 1):
+            raise RemoteProtocolError("a ROS message without the header of CDR")
+        self._order = "<" if view[1] else ">"
+        self._view = view[4:]
+        self._at = 0
+
+    def number(self, code: str) -> int:
+        size = struct.calcsize(f"<{code}")
+        at = self._at + -self._at % size
+        if at + size > len(self._view):
+            raise RemoteProtocolError(f"a ROS message ends after {len(self._view)} bytes, in a number")
+        self._at = at + size
+        return int(struct.unpack_from(f"{self._order}{code}", self._view, at)[0])
+
+    def bytes(self, count: int) -> memoryview:
+        if self._at + count > len(self._view):
+            raise RemoteProtocolError(
+                f"a ROS message has {len(self._view) - self._at} bytes where {count} belong"
+            )
+        self._at += count
+        return self._view[self._at - count : self._at]
+
+    def text(self) -> str:
+        return str(bytes(self.bytes(self.number("I"))), "utf-8", "replace").rstrip("\0")
+
+    def time(self) -> int:
+        return self.number("i") * 10**9 + self.number("I")
+
+    def header(self) -> tuple[int, str]:
+        return self.time(), self.text()
