@@ -47,8 +47,11 @@ class SettingsFileError(GrabberError):
 def save(features: FeatureSet, path: Path) -> None:
     """Write a set: `.yaml` and `.yml` as YAML, anything else in GenICam's format.
 
-    The file appears whole or not at all. Raises SettingsFileError.
+    The file appears whole or not at all; one that is there and holds something else is not overwritten.
+    Raises SettingsFileError, UsageError.
     """
+    if path.is_file() and path.stat().st_size:
+        load(path)
     text = to_yaml(features) if path.suffix.lower() in YAML_SUFFIXES else to_persistence(features)
     try:
         descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
@@ -183,7 +186,7 @@ def to_yaml(features: FeatureSet) -> str:
 def _from_yaml(text: str, where: str) -> FeatureSet:
     settings: dict[SettingKey, FeatureValue] = {}
     device, inside = "", False
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.split("\n"), 1):
         if not line.strip() or line.lstrip().startswith("#") or line.rstrip() in ("---", "..."):
             continue
         match = _YAML_LINE.fullmatch(line.rstrip())
@@ -229,7 +232,7 @@ def _to_scalar(value: FeatureValue) -> str:
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
     if _PLAIN.fullmatch(value) and value.lower() not in _YAML_WORDS:
         return value
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=not value.isprintable())
 
 
 def _scalar(text: str, where: str, number: int) -> FeatureValue:

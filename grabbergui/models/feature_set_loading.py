@@ -91,6 +91,11 @@ class LoadReport:
         """Whether the camera is as the set wants it."""
         return not self.problem and all(report.outcome in SETTLED for report in self.settings)
 
+    def lines(self) -> list[str]:
+        """All that was not equal, a line each, and the summary."""
+        told = [str(report) for report in self.settings if report.outcome is not Outcome.EQUAL]
+        return [*told, *([self.problem] if self.problem else []), self.summary()]
+
     def summary(self) -> str:
         """One line for people: `3 written, 36 equal, 1 refused`."""
         counts = ((self.count(outcome), outcome.value) for outcome in Outcome)

@@ -16,7 +16,8 @@ from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageErro
 from grabbergui.core.features import Feature, FeatureKind, Visibility, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models import snapshot
+from grabbergui.models import feature_set, feature_set_files, snapshot
+from grabbergui.models.feature_set_loading import load_onto
 
 _FRAME_TIMEOUT = 5.0
 
@@ -59,6 +60,8 @@ class Interpreter:
             "snapshot": Command(
                 "[FOLDER]", "save the next frame, as PNG, or TIFF for more than 8 bits", self._snapshot
             ),
+            "save": Command("FILE", "save all settings: .yaml, or GenICam's own format", self._save),
+            "load": Command("FILE", "load settings; what became of each", self._load),
             "stats": Command("", "frames, losses and rates since the stream was started", self._stats),
             "help": Command("", "this list", self._help),
             "exit": Command("", "leave; a server ends", self._exit),
@@ -141,6 +144,18 @@ class Interpreter:
             queue.close()
         path = snapshot.save(frame, self._folder / Path(folder).expanduser(), self._grabber.info)
         return f"saved {path}"
+
+    def _save(self, file: str) -> str:
+        path = self._folder / Path(file).expanduser()
+        features = feature_set.capture(self._grabber)
+        feature_set_files.save(features, path)
+        left_out = [f"left out {text}" for text in features.left_out]
+        return "\n".join([*left_out, f"saved {len(features)} settings to {path}"])
+
+    def _load(self, file: str) -> str:
+        path = self._folder / Path(file).expanduser()
+        features = feature_set_files.load(path, feature_set.Selectors(self._grabber).of)
+        return "\n".join(load_onto(self._grabber, features).lines())
 
     def _stats(self) -> str:
         counters = self._grabber.statistics().as_dict()

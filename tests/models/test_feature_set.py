@@ -233,6 +233,17 @@ def test_binary_and_huge_files_are_refused(tmp_path):
         files.save(FeatureSet({}), tmp_path / "nowhere" / "x.yaml")
 
 
+def test_only_settings_are_overwritten(tmp_path):
+    path = tmp_path / "x.yaml"
+    for value in (1, 2):
+        files.save(FeatureSet({SettingKey("Width"): value}), path)
+    assert files.load(path).settings == {SettingKey("Width"): 2}
+    path.write_text("my diary\n")
+    with pytest.raises(UsageError):
+        files.save(FeatureSet({}), path)
+    assert path.read_text() == "my diary\n"
+
+
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,12}", fullmatch=True)
 ENTRIES = st.from_regex(r"[A-Za-z0-9_]{1,12}", fullmatch=True)
 VALUES = st.one_of(
