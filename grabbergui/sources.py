@@ -25,6 +25,7 @@ _KINDS: dict[str, str] = {
     "sim": "grabbergui.driver.sim.source",
     "gige": "grabbergui.driver.gige.source",
     "u3v": "grabbergui.driver.u3v.source",
+    "gentl": "grabbergui.driver.gentl.source",
     "yarp": "grabbergui.net.yarp.source",
     "ros2": "grabbergui.net.ros2.source",
 }

@@ -1,0 +1,147 @@
+"""A camera of a GenTL producer as a `Device`."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from genicam import gentl
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    DeviceLostError,
+    LocalProtocolError,
+    SourceNotFoundError,
+)
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.gentl.failures import answering, opening
+from grabbergui.driver.gentl.producer import FoundCamera, Producer
+from grabbergui.driver.gentl.stream import GentlStream
+from grabbergui.driver.gige.description import fetch_description
+
+_ACCESS = {
+    Access.CONTROL: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_CONTROL,
+    Access.MONITOR: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_READONLY,
+}
+
+
+class GentlDevice(Device):
+    """One camera of one producer, by its GenTL id, serial number or name; empty: the first."""
+
+    def __init__(self, producer: Path, name: str, info: DeviceInfo) -> None:
+        self.info = info
+        self._path = producer
+        self._name = name
+        self._producer: Producer | None = None
+        self._device: Any = None
+        self._stream: GentlStream | None = None
+        self._statistics = StreamStatistics()
+        self._writable = False
+        self._told_lost = threading.Event()
+
+    # -- connection ------------------------------------------------------------------------------
+    def open(self, access: Access) -> Access:
+        """See Device."""
+        self.close()
+        producer = Producer.acquire(self._path)
+        try:
+            found = self._find(producer)
+            with opening(f"opening {found.device.title}"):
+                device = found.info.create_device()
+                device.open(_ACCESS[access])
+        except BaseException:
+            producer.release()
+            raise
+        self._producer, self._device = producer, device
+        self._writable = access is Access.CONTROL
+        self._told_lost.clear()
+        self.info = replace(found.device, uri=self.info.uri if self._name else found.device.uri)
+        return access
+
+    def close(self) -> None:
+        """See Device."""
+        self.close_stream()
+        device, self._device = self._device, None
+        producer, self._producer = self._producer, None
+        if device is not None:
+            with suppress(gentl.GenericException):  # it may be away already
+                device.close()
+        if producer is not None:
+            producer.release()
+
+    def _find(self, producer: Producer) -> FoundCamera:
+        cameras = producer.cameras()
+        for camera in cameras:
+            if camera.answers_to(self._name):
+                return camera
+        known = ", ".join(camera.device.uri for camera in cameras) or "none"
+        raise SourceNotFoundError(
+            f"{self._path.name} lists no camera '{self._name}'; found: {known}. Check cable and power"
+        )
+
+    # -- registers -------------------------------------------------------------------------------
+    def read(self, address: int, length: int) -> bytes:
+        """See Device."""
+        with self._watched(), answering(f"reading {length} bytes at 0x{address:X}"):
+            count, data = self._opened().remote_port.read(address, length)
+        if count != length:
+            raise DeviceLostError(f"the producer read {count} of {length} bytes at 0x{address:X}")
+        return bytes(data)
+
+    def write(self, address: int, data: bytes) -> None:
+        """See Device."""
+        device = self._opened()
+        if not self._writable:
+            raise AccessDeniedError("the camera is open for reading only; another application may control it")
+        with self._watched(), answering(f"writing {len(data)} bytes at 0x{address:X}"):
+            device.remote_port.write(address, data)
+
+    def description(self) -> bytes:
+        """See Device."""
+        with answering("reading where the description is"):
+            urls = [info.url for info in self._opened().remote_port.url_info_list]
+        return fetch_description(urls, self.read)
+
+    # -- stream ----------------------------------------------------------------------------------
+    def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        """See Device."""
+        if self._stream is not None:
+            raise LocalProtocolError("the stream is open already")
+        self._stream = GentlStream(self._opened(), request, deliver)
+
+    def close_stream(self) -> None:
+        """See Device."""
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.close()
+            self._statistics = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
+
+    def stream_statistics(self) -> StreamStatistics:
+        """See Device."""
+        stream = self._stream
+        return stream.statistics() if stream is not None else replace(self._statistics)
+
+    # -- inside ----------------------------------------------------------------------------------
+    def _opened(self) -> Any:
+        device = self._device
+        if device is None:
+            raise DeviceLostError(f"{self.info.title} is not open")
+        return device
+
+    @contextmanager
+    def _watched(self) -> Iterator[None]:
+        """A camera that went away is told of once, by whoever notices."""
+        try:
+            yield
+        except DeviceLostError as error:
+            if self._device is not None and not self._told_lost.is_set():
+                self._told_lost.set()
+                if self.on_lost is not None:
+                    self.on_lost(str(error))
+            raise

@@ -1,0 +1,165 @@
+"""GenTL sources on the simulated producer that the `genicam` package ships: three cameras, 400×400."""
+
+import gc
+import json
+import threading
+import time
+from pathlib import Path
+
+import genicam
+import numpy as np
+import pytest
+
+from grabbergui import sources
+from grabbergui.cli import main
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    DeviceLostError,
+    DeviceStatusError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    UsageError,
+)
+from grabbergui.core.grabber import Access
+from grabbergui.driver.gentl import producer, source
+from grabbergui.driver.gentl.stream import BUFFERS
+
+VIKY = Path(genicam.__file__).parent / "viky.cti"
+pytestmark = pytest.mark.skipif(not VIKY.is_file(), reason="this build of genicam ships no viky.cti")
+
+
+@pytest.fixture
+def grabber():
+    camera = sources.create(f"gentl:{VIKY}")
+    camera.open()
+    yield camera
+    camera.close()
+
+
+def test_grab_counts_frames(capsys):
+    assert main(["grab", f"gentl:{VIKY}", "-n", "40", "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert (summary["frames"], summary["incomplete"], summary["lost"]) == (40, 0, 0)
+    assert (summary["width"], summary["height"], summary["pixel_format"]) == (400, 400, "RGBa8")
+
+
+def test_without_the_environment_variable_no_producer_is_loaded(monkeypatch):
+    monkeypatch.delenv(producer.SEARCH_PATH, raising=False)
+    assert source.discover(0.1) == []
+    assert not producer.Producer._open
+
+
+def test_discovery_lists_each_camera_under_a_uri_that_opens_it(monkeypatch):
+    monkeypatch.setenv(producer.SEARCH_PATH, str(VIKY.parent))
+    found = source.discover(0.2)
+    assert [info.address for info in found] == [f"VikyTL_DEV_{name}" for name in ("red", "green", "blue")]
+    camera = sources.create(found[1].uri)
+    camera.open()
+    try:
+        assert camera.info == found[1]
+    finally:
+        camera.close()
+    assert not producer.Producer._open
+
+
+def test_a_producer_that_cannot_be_loaded_hinders_no_other(monkeypatch, tmp_path, caplog):
+    broken = tmp_path / "broken.cti"
+    broken.write_bytes(b"no library")
+    monkeypatch.setenv(producer.SEARCH_PATH, f"{tmp_path}:/nowhere:{VIKY}")
+    assert len(source.discover(0.2)) == 3
+    assert "broken.cti" in caplog.text
+    with pytest.raises(SourceUnavailableError, match=r"broken\.cti"):
+        sources.create(f"gentl:{broken}").open()
+
+
+@pytest.mark.parametrize("name", ["VikyTL_DEV_blue", "2"])
+def test_a_camera_is_named_by_its_id_or_serial_number(monkeypatch, name):
+    monkeypatch.setenv(producer.SEARCH_PATH, str(VIKY.parent))
+    camera = sources.create(f"gentl:viky.cti#{name}")
+    camera.open()
+    try:
+        assert camera.info.address == "VikyTL_DEV_blue"
+        assert camera.info.uri == f"gentl:viky.cti#{name}"
+    finally:
+        camera.close()
+
+
+def test_wrong_names_say_what_there_is(monkeypatch):
+    monkeypatch.delenv(producer.SEARCH_PATH, raising=False)
+    with pytest.raises(SourceNotFoundError, match=r"nix\.cti.*GENICAM_GENTL64_PATH"):
+        sources.create("gentl:nix.cti")
+    with pytest.raises(UsageError, match="no options"):
+        sources.create(f"gentl:{VIKY}?fps=3")
+    with pytest.raises(SourceNotFoundError, match=r"'9'.*VikyTL_DEV_red"):
+        sources.create(f"gentl:{VIKY}#9").open()
+
+
+def test_features_are_read_and_written(grabber):
+    assert grabber.feature("AcquisitionFrameRate").value == pytest.approx(20)
+    rate = grabber.feature("AcquisitionFrameRate")
+    assert grabber.write_feature("AcquisitionFrameRate", rate.value / 2).value == pytest.approx(10)
+
+
+def test_two_cameras_of_one_producer_stream_at_once(grabber):
+    other = sources.create(f"gentl:{VIKY}#VikyTL_DEV_blue")
+    other.open()
+    try:
+        queues = [camera.open_queue(8) for camera in (grabber, other)]
+        for camera in (grabber, other):
+            camera.start()
+        pictures = [queue.get(5).rgb() for queue in queues]
+    finally:
+        other.close()
+    assert not np.array_equal(*pictures)
+    assert queues[0].get(5).complete  # the other's end did not end this one's
+
+
+def test_frames_keep_their_memory_and_give_it_back(grabber):
+    queue = grabber.open_queue(2 * BUFFERS)
+    grabber.start()
+    held = [queue.get(5) for _ in range(3)]
+    copies = [frame.raw().copy() for frame in held]
+    for _ in range(BUFFERS + 2):
+        queue.get(5)
+    grabber.close()
+    gc.collect()
+    for frame, copy in zip(held, copies, strict=True):
+        assert np.array_equal(frame.raw(), copy)
+        assert not frame.payload.flags.writeable
+
+
+def test_a_wait_for_frames_leaves_the_interpreter_to_others(grabber):
+    """The binding keeps the GIL while it waits; other threads must not notice."""
+    queue = grabber.open_queue()
+    grabber.start()
+    queue.get(5)
+    longest, last, until = 0.0, time.monotonic(), time.monotonic() + 0.4
+    idle = threading.Event()
+    while last < until:
+        idle.wait(0.001)
+        now = time.monotonic()
+        longest, last = max(longest, now - last), now
+    assert longest < 0.045  # a frame's period is 0.05
+
+
+def test_only_one_controls_a_camera_at_a_time(grabber):
+    second = sources.create(f"gentl:{VIKY}")
+    with pytest.raises(AccessDeniedError):
+        second.open()
+    assert grabber.feature("Width").value == 400
+
+
+def test_refused_registers_and_a_closed_camera_say_so(grabber):
+    device = grabber.device
+    with pytest.raises(DeviceStatusError) as refusal:
+        device.read(0x99999999, 4)
+    assert refusal.value.status == -1005
+    grabber.close()
+    with pytest.raises(DeviceLostError, match="not open"):
+        device.read(0, 4)
+
+
+def test_what_a_producer_does_not_offer_is_told_in_its_own_words():
+    with pytest.raises(DeviceStatusError, match="Read-only device access not implemented"):
+        sources.create(f"gentl:{VIKY}").open(Access.MONITOR)
+    assert not producer.Producer._open
