@@ -133,13 +133,14 @@ def test_a_wait_for_frames_leaves_the_interpreter_to_others(grabber):
     queue = grabber.open_queue()
     grabber.start()
     queue.get(5)
-    longest, last, until = 0.0, time.monotonic(), time.monotonic() + 0.4
-    idle = threading.Event()
-    while last < until:
+    before = grabber.statistics().frames
+    idle, long_pauses, last = threading.Event(), 0, time.monotonic()
+    while (frames := grabber.statistics().frames - before) < 16:
         idle.wait(0.001)
         now = time.monotonic()
-        longest, last = max(longest, now - last), now
-    assert longest < 0.045  # a frame's period is 0.05
+        long_pauses, last = long_pauses + (now - last > 0.03), now
+    # A waiting call would take most of every frame's 50 ms; a busy machine takes some.
+    assert long_pauses < frames / 2
 
 
 def test_only_one_controls_a_camera_at_a_time(grabber):
