@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import partial
 
 from psygnal import Signal
@@ -20,7 +20,7 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.sfnc import FAVOURITES
 from grabbergui.models.feature_throttle import WriteThrottle
 from grabbergui.models.feature_worker import FeatureWorker
@@ -216,7 +216,7 @@ class FeatureTreeModel:
 
     def _read(self, name: str, tell: bool) -> None:
         try:
-            self._publish(self._grabber.feature(name), tell)
+            self._publish(self._as_granted(self._grabber.feature(name)), tell)
         except TransportError as error:
             if isinstance(error, DeviceLostError):
                 with self._lock:
@@ -229,6 +229,13 @@ class FeatureTreeModel:
             # One odd node must not take the others with it.
             log.exception("%s could not be read", name)
             self._publish(self._broken(name, f"{type(error).__name__}: {error}"), tell)
+
+    def _as_granted(self, feature: Feature) -> Feature:
+        """Beside the program that has control nothing can be written, and no command be run."""
+        if self._grabber.access is Access.CONTROL or not feature.access.writable:
+            return feature
+        readable = feature.access.readable
+        return replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
 
     def _broken(self, name: str, problem: str) -> Feature:
         known = self._descriptions.get(name) or FeatureDescription(name=name, kind=FeatureKind.STRING)

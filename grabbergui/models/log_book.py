@@ -87,5 +87,8 @@ class LogBook(logging.Handler):
             self._telling.on = True
             try:
                 self.added.emit(line)
+            except Exception:
+                # Whoever logs must not suffer from whoever reads.
+                self.handleError(record)
             finally:
                 self._telling.on = False

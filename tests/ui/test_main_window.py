@@ -279,7 +279,8 @@ class HeldElsewhere(ScriptedGrabber):
 def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(window_desk):
     gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
                    maximum=24.0)  # fmt: skip
-    grabber = HeldElsewhere([gain])
+    reset = Feature(name="Reset", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY, category="Other")
+    grabber = HeldElsewhere([gain, reset])
     link, window = window_desk.program.connection, window_desk.window
     link._create = lambda uri: grabber
     window_desk.program.sources.connect_to("fake:")
@@ -288,6 +289,10 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(window
     rows = window.favourites.rows
     window_desk.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].editor is not None)
     assert isinstance(rows.rows("Gain")[0].editor, ReadingLabel)
+    window.features.filterEdit.setText("reset")
+    panel = window.features.rows
+    window_desk.until(lambda: panel.rows("Reset") and panel.rows("Reset")[0].editor is not None)
+    assert not panel.rows("Reset")[0].editor.isEnabled(), "nor is a command"
     window_desk.until(lambda: "goes to the program" in window.picture.note.summaryLabel.text())
     assert "Read only" in window.status.stateLabel.text()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 
 from PyQt5.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, Qt, pyqtSignal
@@ -98,9 +99,10 @@ class DrawingTool(QObject):
             self.lineDrawn.emit(purpose, Line(int(start.x()), int(start.y()), int(end.x()), int(end.y())))
             return
         box = QRectF(start, end).normalized()
-        region = Region(
-            int(box.left()), int(box.top()), max(1, round(box.width())), max(1, round(box.height()))
-        )
+        # Every pixel that the box touches.
+        left, top = math.floor(box.left()), math.floor(box.top())
+        right, bottom = math.ceil(box.right()), math.ceil(box.bottom())
+        region = Region(left, top, max(1, right - left), max(1, bottom - top))
         self.regionDrawn.emit(purpose, region.clipped(*self._canvas.pictureSize))
 
     def _end(self) -> None:
