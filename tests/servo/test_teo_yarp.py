@@ -1,0 +1,192 @@
+"""TEO over YARP: messages, and both ends on a name server of our own."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.errors import GrabberError, RemoteProtocolError, SourceNotFoundError
+from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.yarp.values import Vocab
+from grabbergui.servo import desk, geometry
+from grabbergui.servo import teo_messages as messages
+from grabbergui.servo.session import ServoSession
+from grabbergui.servo.sim_teo import SimTeo
+from grabbergui.servo.state_machine import State
+from grabbergui.servo.teo_ports import TeoPorts
+from grabbergui.servo.teo_yarp import TeoOverYarp
+
+
+# -- messages ------------------------------------------------------------------------------------
+def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
+    """A list of two: the vocab's list, then the doubles', each of one type; the layout of PortablePair."""
+    wire = messages.velocity_moves(np.radians([1.0, -2.0])).encode()
+    assert wire.hex() == (
+        "00010000" "02000000"
+        "09010000" "01000000" "766d6f73"
+        "0a010000" "02000000" "000000000000f03f" "00000000000000c0"
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        (messages.relative_moves(np.radians([2.0, 0.0])), "[set] [rels] (2.0 0.0)"),
+        (messages.control_modes(messages.VELOCITY_MODE, 2), "[set] [icmd] [cmds] ([vel] [vel])"),
+        (messages.expect_twists(), "[set] [cpsc] [twst]"),
+        (messages.stop_control(), "[stop]"),
+        (messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
+    ],
+)
+def test_requests_read_as_the_controllers_document_them(message, text):
+    assert message.to_text() == text
+
+
+def test_what_is_written_is_read():
+    values = np.array([0.1, -0.2])
+    through = Bottle.decode(messages.velocity_moves(values).encode())
+    assert messages.read_velocity_moves(through, 2) == pytest.approx(values)
+    assert messages.read_encoders(messages.encoders(values), 2) == pytest.approx(values)
+    hand = geometry.pose_from_vector([0.3, -0.2, 0.4, 0.5, 1.0, -0.3])
+    assert messages.read_status(messages.status(Vocab("ccnc"), hand, 1.5)) == pytest.approx(hand)
+    assert messages.read_status(messages.status(Vocab("ccnc"), hand, 1.5)[:7]) == pytest.approx(hand)
+    assert messages.read_twist(messages.twist(np.arange(6.0))).tolist() == list(range(6))
+
+
+items = st.recursive(
+    st.one_of(
+        st.integers(-9, 9), st.floats(), st.text(max_size=4), st.just(Vocab("twst")), st.just(Vocab("vmos"))
+    ),
+    lambda inner: st.lists(inner, max_size=8),
+    max_leaves=12,
+)
+
+
+@given(st.lists(items, max_size=9))
+def test_no_message_does_worse_than_be_refused(content):
+    for read in (
+        messages.read_status,
+        messages.read_twist,
+        lambda bottle: messages.read_encoders(bottle, 2),
+        lambda bottle: messages.read_velocity_moves(bottle, 2),
+    ):
+        try:
+            result = read(Bottle(content))
+        except RemoteProtocolError:
+            continue
+        assert result is None or np.isfinite(result).all()
+
+
+# -- both ends -----------------------------------------------------------------------------------
+@pytest.fixture
+def names():
+    server = NameServer("127.0.0.1", 0)
+    server.open()
+    yield NameClient(server.contact)
+    server.close()
+
+
+@pytest.fixture
+def simulated(names):
+    robot = SimTeo()
+    ports = TeoPorts(robot, names)
+    ports.open()
+    yield robot
+    ports.close()
+
+
+@pytest.fixture
+def robot(names, simulated):
+    client = TeoOverYarp(names)
+    client.open()
+    wait_for(lambda: client.state() is not None)
+    yield client
+    client.close()
+
+
+def wait_for(condition, seconds=20.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.005)
+
+
+def test_readings_arrive_as_they_are(robot, simulated):
+    truth, seen = simulated.state(), robot.state()
+    assert seen.head == pytest.approx(truth.head, abs=1e-9)
+    assert seen.hand == pytest.approx(truth.hand, abs=1e-9)
+    assert time.monotonic() - seen.time < 0.5
+
+
+def test_head_and_hand_move_as_told_and_stop(robot, simulated):
+    start = simulated.state().hand
+
+    def moved():
+        robot.move_head(np.array([0.3, 0.0]))
+        robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+        return robot.state().head[0] > 0.05 and robot.state().hand[0, 3] > start[0, 3] + 0.01
+
+    wait_for(moved)
+    robot.stop()
+    wait_for(lambda: simulated.speed < 1e-3, 1.0)
+    # After a stop the stream has to be announced again, and is.
+    wait_for(lambda: robot.move_hand(np.array([0, 0, 0.05, 0, 0, 0])) or simulated.speed > 0.02)
+
+
+def test_steps_go_by_request(robot, simulated):
+    robot.step_head(np.radians([2.0, -2.0]))
+    wait_for(lambda: np.allclose(np.degrees(robot.state().head), [2, -2], atol=0.05))
+
+
+def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):
+    ports = TeoPorts(SimTeo(), names)
+    ports.open()
+    client = TeoOverYarp(names)
+    client.open()
+    wait_for(lambda: client.state() is not None)
+    ports.close()
+    wait_for(lambda: time.monotonic() - client.state().time > 0.2)
+    began = time.monotonic()
+    client.stop()
+    assert time.monotonic() - began < 2
+    with pytest.raises(GrabberError):
+        client.step_head(np.radians([2.0, 0.0]))
+    client.close()
+
+
+def test_a_robot_that_is_not_there_is_said_not_to_be(names):
+    client = TeoOverYarp(names, "/nobody")
+    with pytest.raises(SourceNotFoundError, match="/nobody/head"):
+        client.open()
+
+
+@pytest.mark.parametrize("text", ["stat", "help me", "set cpsc pose", "()", "set rels (1 nan)"])
+def test_the_ports_answer_whatever_is_asked(names, simulated, text):
+    for port in ("/teoSim/head/rpc:i", "/teoSim/rightArm/CartesianControl/rpc:s"):
+        client = RpcClient(port, names)
+        try:
+            assert client.call(Bottle.from_text(text))
+        finally:
+            client.close()
+
+
+def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated):
+    camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
+    camera.open()
+    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    try:
+        session.start()
+        wait_for(lambda: session.loop.machine.state is State.REACHED, 40)
+    finally:
+        session.stop()
+        camera.close()
+    goal = session.loop.arm.goal(desk.rendered_scene.board_pose())
+    hand = simulated.state().hand
+    assert geometry.distance(hand, goal) < 0.010
+    assert math.degrees(geometry.angle_between(hand, goal)) < 2
