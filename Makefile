@@ -9,7 +9,7 @@ STAMP  := $(VENV)/.installed
 setup: $(STAMP)
 
 $(STAMP): pyproject.toml scripts/system-packages
-	scripts/system-packages
+	scripts/system-packages window
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
@@ -32,6 +32,7 @@ lint: setup
 	$(BIN)/mypy
 
 test: setup
+	scripts/system-packages tests
 	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
 
 # The pictures in docs/, made by the program itself.
