@@ -128,6 +128,12 @@ def test_a_drawn_region_is_scored_for_focus(desk):
     desk.until(lambda: "best" in window.focus.scoreLabel.text())
     desk.qtbot.mouseClick(window.focus.wholeButton, Qt.LeftButton)
     assert desk.program.measuring.wanted.focus_region is None
+    desk.qtbot.mouseClick(window.focus.regionButton, Qt.LeftButton)
+    drag(desk, (200, 200), (500, 400))
+    assert desk.program.measuring.wanted.focus_region is not None
+    desk.until(window.actionFullSensor.isEnabled)
+    window.actionFullSensor.trigger()
+    desk.until(lambda: desk.program.measuring.wanted.focus_region is None)
     assert window.picture.canvas.marks.shape_of(Mark.FOCUS) is None
 
 

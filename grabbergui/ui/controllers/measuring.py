@@ -34,6 +34,8 @@ class MeasuringController(QObject):
         self._history = FocusHistory()
         self._focus_region: Region | None = None
         self._line: Line | None = None
+        self._size = (0, 0)
+        "Of the frames that region and line were drawn on."
         bridge = Bridge(self)
         bridge.bind(measuring.measured, self._on_measured)
         bridge.bind(connection.opened, lambda _: self._forget())
@@ -82,13 +84,14 @@ class MeasuringController(QObject):
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
         frame = self._picture.frame
         if purpose is Purpose.FOCUS_REGION and frame is not None:
+            self._size = (frame.width, frame.height)
             self._focus_on(self._orientation.to_frame(region, frame.width, frame.height))
 
     def _on_line_drawn(self, purpose: Purpose, line: Line) -> None:
         frame = self._picture.frame
         if purpose is not Purpose.PROFILE_LINE or frame is None:
             return
-        size = (frame.width, frame.height)
+        size = self._size = (frame.width, frame.height)
         line = line.clipped(*self._orientation.view_size(*size))
         first = self._orientation.pixel(line.x0, line.y0, *size)
         self._line = Line(*first, *self._orientation.pixel(line.x1, line.y1, *size))
@@ -107,7 +110,7 @@ class MeasuringController(QObject):
         self._window.focus.clear()
 
     def _forget(self) -> None:
-        """Another camera: its picture has another size."""
+        """Another picture: what was drawn on the one before means nothing there."""
         self._line = None
         self._window.profile.setLine(None)
         self._window.profile.clear()
@@ -117,7 +120,10 @@ class MeasuringController(QObject):
 
     # -- what was measured ---------------------------------------------------------------------------
     def _on_measured(self, measured: Measurement) -> None:
-        window = self._window
+        window, size = self._window, (measured.frame.width, measured.frame.height)
+        if size != self._size and (self._focus_region is not None or self._line is not None):
+            self._forget()
+            return
         if measured.histogram is not None:
             if self._seen_docks[window.histogramDock]:
                 window.histogram.setHistogram(measured.histogram)
