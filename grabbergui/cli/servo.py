@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import calibrate
+from grabbergui.cli import calibrate, simulate_teo
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
 from grabbergui.core.errors import UsageError
 
@@ -37,15 +37,30 @@ EXIT_NOT_REACHED = 1
 
 
 def add_commands(commands: Any) -> None:
-    """Add the parsers of this family: servoing, and the calibration that it needs."""
+    """Add the parsers of this family: servoing, the calibration that it needs, a robot to try it on."""
     calibrate.add_commands(commands)
+    simulate_teo.add_commands(commands)
     parser = commands.add_parser(
         "servo",
         help="a robot's head follows what the camera sees, its arm reaches for a marker",
         description="While it runs: Enter is the emergency stop, r resumes, q ends.",
     )
-    parser.add_argument("--robot", choices=("sim-teo",), default="sim-teo", help="which robot (sim-teo)")
+    parser.add_argument(
+        "--robot",
+        choices=("sim-teo", "teo"),
+        default="sim-teo",
+        help="sim-teo: simulated in this process (default); teo: on YARP",
+    )
+    parser.add_argument("--remote", default="/teoSim", metavar="/PREFIX", help="teo's ports (/teoSim)")
+    parser.add_argument("--nameserver", default="", metavar="HOST:PORT", help="(YARP's configuration)")
     parser.add_argument("--source", metavar="SOURCE", help="the camera; by default that of a simulated robot")
+    parser.add_argument(
+        "--publish",
+        nargs="?",
+        const="/grabbergui/servo",
+        metavar="/PREFIX",
+        help="on YARP: heads, markers and state, and a stop at PREFIX/rpc:s",
+    )
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
     parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
@@ -94,6 +109,8 @@ def _run(options: argparse.Namespace) -> int:
             return desk.detector(config, calibration(frame.width, frame.height))
 
         session = ServoSession(grabber, robot, detector, config)
+        if options.publish:
+            _publish(session, options, stack)
         return _follow(session, options, calibration, truth)
 
 
@@ -108,6 +125,8 @@ def _parts(
     from grabbergui.servo.control import ArmController
     from grabbergui.servo.sim_teo import SimTeo
 
+    if options.robot == "teo":
+        return *_on_yarp(options, stack), None
     robot = SimTeo()
     robot.open()
     stack.callback(robot.close)
@@ -133,6 +152,32 @@ def _parts(
         }
 
     return robot, grabber, _calibration(options) if given else desk.calibration().scaled_to, truth
+
+
+def _on_yarp(options: argparse.Namespace, stack: ExitStack) -> tuple[Robot, FrameGrabber, CalibrationFor]:
+    """TEO on a YARP network and its camera, both opened."""
+    from grabbergui.cli.opening import opened
+    from grabbergui.net.yarp.name_client import NameClient
+    from grabbergui.servo.teo_yarp import TeoOverYarp
+
+    server = f"?nameserver={options.nameserver}" if options.nameserver else ""
+    options.source = options.source or f"yarp:{options.remote}/camera{server}"
+    calibration = _calibration(options)
+    robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote)
+    robot.open()
+    stack.callback(robot.close)
+    return robot, stack.enter_context(opened(options.source)), calibration
+
+
+def _publish(session: ServoSession, options: argparse.Namespace, stack: ExitStack) -> None:
+    from grabbergui.net.yarp.name_client import NameClient
+    from grabbergui.net.yarp.names import check_port_name
+    from grabbergui.servo.publisher_yarp import YarpPublisher
+
+    names = NameClient.find(options.nameserver)
+    publisher = YarpPublisher(session, names, check_port_name(options.publish))
+    publisher.open()
+    stack.callback(publisher.close)
 
 
 def _calibration(options: argparse.Namespace) -> CalibrationFor:

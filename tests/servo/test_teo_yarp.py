@@ -2,20 +2,25 @@
 
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, SourceNotFoundError
 from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.name_client import NameClient
 from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.ports import InputPort
 from grabbergui.net.yarp.rpc_client import RpcClient
 from grabbergui.net.yarp.values import Vocab
 from grabbergui.servo import desk, geometry
 from grabbergui.servo import teo_messages as messages
+from grabbergui.servo.detection import MarkerDetection, Sighting
+from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
 from grabbergui.servo.session import ServoSession
 from grabbergui.servo.sim_teo import SimTeo
 from grabbergui.servo.state_machine import State
@@ -190,3 +195,46 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated):
     hand = simulated.state().hand
     assert geometry.distance(hand, goal) < 0.010
     assert math.degrees(geometry.angle_between(hand, goal)) < 2
+
+
+# -- what others see -----------------------------------------------------------------------------
+def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated):
+    camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
+    camera.open()
+    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    publisher = YarpPublisher(session, names, "/servo")
+    reader, caller = InputPort("/reader", names, depth=50), RpcClient("/servo/rpc:s", names)
+    try:
+        publisher.open()
+        reader.open()
+        assert caller.call(Bottle(["state"]))[0] == Vocab("fail")
+        session.start()
+        reader.connect("/servo/markers:o")
+        marker = dict(Bottle.decode(reader.read(10)[0])[0])
+        assert marker["id"] == 20
+        assert marker["z"] == pytest.approx(0.75, abs=0.3)
+        wait_for(lambda: simulated.speed > 0.02)
+        assert caller.call(Bottle(["stop"])) == [Vocab("ok")]
+        wait_for(lambda: simulated.speed < 1e-3, 2)
+        wait_for(lambda: caller.call(Bottle(["state"]))[0] == "stopped")
+        assert caller.call(Bottle(["resume"])) == [Vocab("ok")]
+        wait_for(lambda: simulated.speed > 0.01)
+        assert caller.call(Bottle(["dance"]))[0] == Vocab("fail")
+    finally:
+        caller.close()
+        session.stop()
+        publisher.close()
+        reader.close()
+        camera.close()
+
+
+def test_a_marker_without_a_pose_is_published_with_the_reason():
+    square = np.zeros((4, 2))
+    sighting = Sighting(0.0, (MarkerDetection(7, square, None, "two poses explain it"),))
+    assert markers_bottle(sighting) == [[["id", 7], ["problem", "two poses explain it"]]]
+
+
+def test_the_shipped_calibration_is_that_of_the_simulated_camera():
+    shipped = Calibration.load(Path(__file__).parents[2] / "resources/servo/teo-sim-camera.yaml")
+    assert np.array_equal(shipped.matrix, desk.calibration().matrix)
+    assert (shipped.width, shipped.height) == (desk.WIDTH, desk.HEIGHT)
