@@ -313,7 +313,8 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(wi
     window_desk.qtbot.keyClicks(view.addressEdit, "sim:?pixel_format=Mono12p")
     window_desk.qtbot.keyClick(view.addressEdit, Qt.Key_Return)
     window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
-    window_desk.until(lambda: view.sourceList.count() == 1)
+    window_desk.until(lambda: view.sourceList.item(0).data(SOURCE_ROLE).connected)
+    assert view.sourceList.count() == 1
     line = view.sourceList.item(0).data(SOURCE_ROLE)
     assert line.connected and line.manual and line.info.model == "Simulated camera"
     assert window_desk.preferences.typed == ["sim:?pixel_format=Mono12p"]
