@@ -15,6 +15,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
 from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
 from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.genapi.chunk_reader import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.settings_memory import SettingsMemory
 
@@ -45,6 +46,8 @@ class Camera(FrameGrabber):
         "The transport, for what only it knows (its address, its stream's port)."
         self._deliver_incomplete = deliver_incomplete
         self._nodes: CameraNodeMap | None = None
+        self._xml = b""
+        self._chunks: ChunkReader | None = None
         self._access = Access.MONITOR
         self._streaming = False
         self._keep_trigger = False
@@ -78,7 +81,8 @@ class Camera(FrameGrabber):
 
     def _connect(self, access: Access) -> None:
         self._access = self.device.open(access)
-        self._nodes = CameraNodeMap(self.device, self.device.description(), self._on_features_changed)
+        self._xml = self.device.description()
+        self._nodes = CameraNodeMap(self.device, self._xml, self._on_features_changed)
         self.info = self.device.info
         self._automatic = self._automatic_modes(self._nodes)
 
@@ -207,6 +211,7 @@ class Camera(FrameGrabber):
     def _start_stream(self) -> None:
         request = StreamRequest(self._payload_size(), self._deliver_incomplete)
         self._fanout.clear()
+        self._chunks = self._chunk_reader()
         self.device.open_stream(request, self._deliver)
         try:
             if self._access is Access.CONTROL:
@@ -290,7 +295,15 @@ class Camera(FrameGrabber):
         except GrabberError as error:
             log.info("%s: TLParamsLocked=%d: %s", self.info.uri, locked, error)
 
+    def _chunk_reader(self) -> ChunkReader | None:
+        nodes, layout = self._opened(), self.device.chunk_layout
+        if layout is None or not nodes.has("ChunkModeActive") or not nodes.feature("ChunkModeActive").value:
+            return None
+        return ChunkReader(self._xml, nodes.root, layout)
+
     def _deliver(self, frame: Frame) -> None:
+        if self._chunks is not None and frame.complete:
+            frame.chunks.update(self._chunks.read(frame.payload))
         self._fanout.put(frame)
 
     # -- changes ---------------------------------------------------------------------------------

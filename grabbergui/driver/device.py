@@ -9,9 +9,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import Enum
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+
+
+class ChunkLayout(Enum):
+    """How chunks lie behind a picture in the payload."""
+
+    GIGE_VISION = "GigE Vision"
+    USB3_VISION = "USB3 Vision"
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,9 @@ class Device(ABC):
 
     on_event: Callable[[int, bytes], None] | None = None
     """Called with (event id, event data as GenApi's event adapters expect it) for each device event."""
+
+    chunk_layout: ChunkLayout | None = None
+    """Of the payloads it delivers; None where it has no chunks, or reads them itself."""
 
     @abstractmethod
     def open(self, access: Access) -> Access:

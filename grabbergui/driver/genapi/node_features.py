@@ -101,7 +101,7 @@ def snapshot(value: Any, description: FeatureDescription, auto: str | None) -> F
             return Feature(**known)
         known.update(_READERS[description.kind](value))
         if known["access"].readable and description.kind is not FeatureKind.COMMAND:
-            known["value"] = _read_value(value, description.kind)
+            known["value"] = read_value(value, description.kind)
         return Feature(**known)
     # SWIG lets through what C++ threw and what our port raised; both make this one row unusable.
     except (genapi.GenericException, RuntimeError, ValueError, OverflowError) as error:
@@ -121,7 +121,8 @@ def reason_of(error: BaseException) -> str:
     return str(error).split(" : ", 1)[0].strip().rstrip(".")
 
 
-def _read_value(value: Any, kind: FeatureKind) -> FeatureValue:
+def read_value(value: Any, kind: FeatureKind) -> FeatureValue:
+    """A readable node's value. Raises GenApi's exceptions."""
     if kind is FeatureKind.INTEGER:
         return int(value.value)
     if kind is FeatureKind.FLOAT:

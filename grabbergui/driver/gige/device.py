@@ -20,7 +20,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
-from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.device import ChunkLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap, discovery
 from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
@@ -56,6 +56,8 @@ class GigeOptions:
 
 class GigeDevice(Device):
     """One camera, named by IP address, serial number, MAC address or user name; empty: the first found."""
+
+    chunk_layout = ChunkLayout.GIGE_VISION
 
     def __init__(self, name: str = "", options: GigeOptions | None = None) -> None:
         self.name = name

@@ -1,0 +1,86 @@
+"""Chunks behind pictures: the layout alone, and through the whole driver on the simulated camera's wire."""
+
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui import sources
+from grabbergui.driver.device import ChunkLayout
+from grabbergui.driver.genapi.chunk_reader import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
+from grabbergui.driver.sim.gige_server import GigeCamera
+
+GEV = ChunkLayout.GIGE_VISION
+
+
+def payload_of(*chunks):
+    """Chunks as GigE Vision lays them out: data, id, length."""
+    laid_out = (data + struct.pack(">II", key, len(data)) for key, data in chunks)
+    return np.frombuffer(b"".join(laid_out), np.uint8)
+
+
+def test_a_picture_is_cut_down_to_its_tag():
+    whole = payload_of((1, bytes(LARGEST_CHUNK + 1)), (2, b"eight by"))
+    assert without_pictures(whole, GEV) == payload_of((1, b""), (2, b"eight by")).tobytes()
+
+
+def test_lengths_that_lead_out_of_the_payload_give_nothing():
+    assert without_pictures(payload_of((1, b"data"))[1:], GEV) == b""
+    assert without_pictures(np.frombuffer(struct.pack(">II", 1, 0xFFFFFFFF), np.uint8), GEV) == b""
+    assert without_pictures(np.zeros(8 * (MOST_CHUNKS + 1), np.uint8), GEV) == b""
+
+
+@given(st.binary(max_size=200), st.sampled_from(list(ChunkLayout)))
+def test_any_bytes_give_no_more_than_went_in(data, layout):
+    assert len(without_pictures(np.frombuffer(data, np.uint8), layout)) <= len(data)
+
+
+@given(st.lists(st.tuples(st.integers(0, 0xFFFFFFFF), st.binary(max_size=40)), max_size=20))
+def test_small_chunks_pass_as_they_are(chunks):
+    payload = payload_of(*chunks)
+    assert without_pictures(payload, GEV) == payload.tobytes()
+
+
+@pytest.fixture
+def camera():
+    """Ours on the wire, opened through the whole driver."""
+    simulated = GigeCamera("127.0.81.1")
+    grabber = sources.create("gige:127.0.81.1")
+    try:
+        grabber.open()
+        grabber.write_feature("Width", 320)
+        grabber.write_feature("Height", 240)
+        yield grabber
+    finally:
+        grabber.close()
+        simulated.close()
+
+
+def test_frames_of_a_gige_camera_carry_their_chunks(camera):
+    camera.write_feature("ExposureTime", 1500)
+    camera.write_feature("ChunkModeActive", True)
+    for chunk in ("FrameID", "Timestamp", "ExposureTime", "Gain"):
+        camera.write_feature("ChunkSelector", chunk)
+        camera.write_feature("ChunkEnable", True)
+    queue = camera.open_queue()
+    camera.start()
+    frame = queue.get(5)
+    assert frame.raw().shape == (240, 320)
+    assert frame.chunks["ChunkExposureTime"] == pytest.approx(1500)
+    assert frame.chunks["ChunkTimestamp"] == frame.timestamp_ns
+    assert frame.chunks.keys() == {"ChunkFrameID", "ChunkTimestamp", "ChunkExposureTime", "ChunkGain"}
+    first = frame.chunks["ChunkFrameID"]
+    assert queue.get(5).chunks["ChunkFrameID"] > first
+
+
+def test_only_enabled_chunks_come_and_none_once_they_are_off(camera):
+    camera.write_feature("ChunkModeActive", True)
+    camera.write_feature("ChunkSelector", "Gain")
+    camera.write_feature("ChunkEnable", True)
+    queue = camera.open_queue()
+    camera.start()
+    assert "ChunkGain" in queue.get(5).chunks
+    camera.write_feature("ChunkModeActive", False)  # while streaming: the stream is started anew
+    assert queue.get(5).chunks == {}
