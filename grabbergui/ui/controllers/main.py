@@ -24,6 +24,7 @@ from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.controllers.keeping import KeepingController
 from grabbergui.ui.controllers.log import LogController
 from grabbergui.ui.controllers.looking import LookingController
 from grabbergui.ui.controllers.measuring import MeasuringController
@@ -67,6 +68,7 @@ class MainController(QObject):
             window, self.connection, self.picture, self.snapshots, preferences
         )
         self.features = FeatureController(window.features, window.favourites, self)
+        self.keeping = KeepingController(window.recordingBar, self.connection, preferences)
         self.looking = LookingController(window, self.connection, self.picture)
         self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
         self.pausing = PauseController(window, self.connection, self.picture, self.history)
@@ -96,6 +98,7 @@ class MainController(QObject):
             self.picture.detach,
             self.history.detach,
             self.measuring.close,
+            self.keeping.shut_down,
             self.connection.wait_closed,
             self.snapshots.wait,
             self.source_list.stop,
@@ -114,6 +117,14 @@ class MainController(QObject):
         self.looking.orientationChanged.connect(self.measures.show_marks)
         for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
             controller.failed.connect(window.messages.showError)
+        self.keeping.failed.connect(window.messages.showError)
+        self.keeping.noticed.connect(window.messages.showNotice)
+        self.keeping.playRequested.connect(self.sources.connect_to)
+        self.keeping.accept_drops(window)
+        window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
+        window.actionSaveSettings.triggered.connect(self.keeping.ask_save)
+        window.actionLoadSettings.triggered.connect(self.keeping.ask_load)
+        window.actionCompareSettings.triggered.connect(self.keeping.ask_compare)
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
         window.actionConnect.triggered.connect(window.sources.requestConnect)

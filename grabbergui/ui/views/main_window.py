@@ -27,6 +27,7 @@ from grabbergui.ui.views.histogram_panel import HistogramPanel
 from grabbergui.ui.views.log_panel import LogPanel
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.profile_panel import ProfilePanel
+from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
@@ -50,6 +51,7 @@ class MainWindow(QMainWindow):
     messages: MessageStack
     favourites: FavouritesStrip
     picture: PictureView
+    recordingBar: RecordingBar
     sources: SourceListView
     features: FeaturePanel
     histogram: HistogramPanel
@@ -73,6 +75,10 @@ class MainWindow(QMainWindow):
     actionSnapshot: QAction
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
+    actionRecord: QAction
+    actionSaveSettings: QAction
+    actionLoadSettings: QAction
+    actionCompareSettings: QAction
     actionQuit: QAction
     actionPause: QAction
     actionStepBack: QAction

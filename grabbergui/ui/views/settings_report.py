@@ -1,0 +1,76 @@
+"""What became of settings that were loaded, or what would change."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QLabel,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from grabbergui.core.features import format_value
+from grabbergui.models.feature_set_loading import SETTLED, LoadReport, Outcome
+from grabbergui.ui.loader import load_form
+
+
+class SettingsReport(QDialog):
+    """Lists settings; offers to apply what was only compared, or to roll back what was written."""
+
+    applyRequested = pyqtSignal()
+    rollBackRequested = pyqtSignal()
+
+    headline: QLabel
+    table: QTreeWidget
+    equalBox: QCheckBox
+    applyButton: QPushButton
+    rollBackButton: QPushButton
+    closeButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("settings_report", self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.equalBox.toggled.connect(self._show_equal)
+        self.closeButton.clicked.connect(self.reject)
+        self.applyButton.clicked.connect(self._on_apply_clicked)
+        self.rollBackButton.clicked.connect(self._on_roll_back_clicked)
+
+    def setReport(self, title: str, report: LoadReport) -> None:
+        """Show a report; of a dry run, what would be written, with a button to do so."""
+        self.setWindowTitle(title)
+        self.headline.setText(". ".join(part for part in (report.summary(), report.problem) if part))
+        self.applyButton.setVisible(report.count(Outcome.WOULD_WRITE) > 0)
+        self.rollBackButton.setVisible(report.count(Outcome.WRITTEN, Outcome.DIFFERENT) > 0)
+        self.table.clear()
+        for setting in report.settings:
+            texts = (format_value(setting.before), format_value(setting.wanted))
+            row = QTreeWidgetItem([str(setting.key), *texts, setting.outcome.value, setting.reason])
+            row.setToolTip(4, setting.reason)
+            row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
+            if setting.outcome not in SETTLED:
+                font = row.font(3)
+                font.setBold(True)
+                row.setFont(3, font)
+            self.table.addTopLevelItem(row)
+        self._show_equal(self.equalBox.isChecked())
+        for column in range(4):
+            self.table.resizeColumnToContents(column)
+
+    def _show_equal(self, shown: bool) -> None:
+        for index in range(self.table.topLevelItemCount()):
+            row = self.table.topLevelItem(index)
+            if row is not None:
+                row.setHidden(bool(row.data(0, Qt.ItemDataRole.UserRole)) and not shown)
+
+    def _on_apply_clicked(self) -> None:
+        self.applyRequested.emit()
+        self.close()
+
+    def _on_roll_back_clicked(self) -> None:
+        self.rollBackRequested.emit()
+        self.close()
