@@ -1,0 +1,72 @@
+"""`save`, `load`, `diff` and `record` as one types them."""
+
+import argparse
+
+import pytest
+
+from grabbergui.cli import record, settings
+from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.driver.playback.recording import open_recording
+
+SMALL = "sim:?width=64&height=48&fps=100"
+
+
+def run(*arguments):
+    parser = argparse.ArgumentParser()
+    commands = parser.add_subparsers(required=True)
+    settings.add_commands(commands)
+    record.add_commands(commands)
+    options = parser.parse_args([str(argument) for argument in arguments])
+    return options.run(options)
+
+
+@pytest.mark.parametrize("name", ["a.yaml", "a.pfs"])
+def test_settings_are_saved_compared_and_loaded(tmp_path, capsys, name):
+    path = tmp_path / name
+    assert run("save", SMALL + "&exposure=2000", path) == 0
+    assert "saved" in capsys.readouterr().out
+    assert run("diff", SMALL + "&exposure=2000", path) == 0
+    assert run("diff", SMALL + "&exposure=3000", path) == 1
+    assert capsys.readouterr().out == "ExposureTime: 3000 → 2000\n"
+    assert run("load", SMALL + "&exposure=3000", path, "--dry-run") == 0
+    assert "would write ExposureTime: 3000 → 2000" in capsys.readouterr().out
+    assert run("load", SMALL + "&exposure=3000", path) == 0
+    assert "written     ExposureTime: 3000 → 2000" in capsys.readouterr().out
+
+
+def test_files_of_both_kinds_compare(tmp_path, capsys):
+    colour = SMALL + "&pixel_format=BayerRG8"
+    run("save", colour, tmp_path / "a.yaml")
+    run("save", colour, tmp_path / "b.pfs")
+    capsys.readouterr()
+    assert run("diff", tmp_path / "a.yaml", tmp_path / "b.pfs") == 0
+    assert run("diff", tmp_path / "b.pfs", tmp_path / "a.yaml") == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_a_set_that_does_not_fit_fails_and_can_be_rolled_back(tmp_path, capsys):
+    (tmp_path / "a.yaml").write_text("features:\n  Gain: 3\n  Flavour: vanilla\n")
+    with pytest.raises(GrabberError, match="1 of 2"):
+        run("load", SMALL, tmp_path / "a.yaml", "--all-or-nothing")
+    told = capsys.readouterr().out
+    assert "unknown     Flavour" in told
+    assert "rolled back: 1 written" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [("m.mcap", []), ("m.mp4", []), ("m.mp4", ["--lossless"]), ("m", []), ("m", ["--tiff"])],
+)
+def test_frames_are_recorded(tmp_path, capsys, name, options):
+    assert run("record", SMALL, "--out", tmp_path / name, "-n", 5, *options) == 0
+    assert "5 frames" in capsys.readouterr().out
+    recording = open_recording(tmp_path / name)
+    assert len(recording) == 5
+    recording.close()
+
+
+def test_what_makes_no_sense_is_refused(tmp_path):
+    for wrong in (["-n", "0"], ["-t", "0"], ["--tiff"]):
+        with pytest.raises(UsageError):
+            run("record", SMALL, "--out", tmp_path / "m.mcap", *wrong)
+    assert not (tmp_path / "m.mcap").exists()
