@@ -1,0 +1,192 @@
+"""The processes around `both_networks`: one that serves a camera, and readers that know nothing of it.
+
+Each end obeys messages on its pipe, so that one set of processes serves every measurement. Times are
+nanoseconds of the system's clock, which all of them share.
+"""
+
+from __future__ import annotations
+
+import resource
+import threading
+import time
+from contextlib import ExitStack
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from grabbergui import sources
+from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.net.yarp.envelope import Stamp
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.ports import InputPort
+from grabbergui.net.yarp.server import YarpGrabberServer
+
+YARP_NAME, ROS2_NAME = "/benchmark", "/benchmark"
+SENSOR_THREAD = "simulated camera"
+
+
+# -- the server ----------------------------------------------------------------------------------------
+def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
+    """Share a camera on both networks until told to end.
+
+    Answers `("size", width, height)` with what it became, `"begin"` with nothing, and `"end"` with the stamps
+    of all frames since, and the CPU seconds of the process, of its sensor, and its memory in bytes.
+    """
+    with ExitStack() as stack:
+        names = NameServer("127.0.0.1", 0)
+        names.open()
+        stack.callback(names.close)
+        address = f"127.0.0.1:{names.port_number}"
+        grabber = sources.create(uri)
+        grabber.open()
+        stack.callback(grabber.close)
+        grabber.start()
+        stack.enter_context(YarpGrabberServer(grabber, YARP_NAME, names=NameClient.find(address)))
+        if with_ros2:
+            from grabbergui.net.ros2.server import Ros2GrabberServer
+
+            stack.enter_context(Ros2GrabberServer(grabber, ROS2_NAME))
+        pipe.send(address)
+        stamps = _Stamps(grabber.open_queue(16))
+        stack.callback(stamps.stop)
+        while (order := pipe.recv()) is not None:
+            if order == "begin":
+                stamps.clear()
+                cpu, sensor_cpu = cpu_seconds(), thread_cpu_seconds(SENSOR_THREAD)
+                pipe.send(None)
+            elif order == "end":
+                used = cpu_seconds() - cpu, thread_cpu_seconds(SENSOR_THREAD) - sensor_cpu
+                pipe.send((stamps.taken(), *used, resident_bytes()))
+            else:
+                grabber.stop()
+                for name, value in zip(("Width", "Height"), order[1:], strict=True):
+                    grabber.write_feature(name, value)
+                grabber.start()
+                pipe.send(tuple(int(str(grabber.feature(name).value)) for name in ("Width", "Height")))
+
+
+class _Stamps:
+    """Notes when each frame was exposed, whoever reads it."""
+
+    def __init__(self, queue: FrameQueue) -> None:
+        self._queue = queue
+        self._stamps: list[int] = []
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def clear(self) -> None:
+        self._stamps = []
+
+    def taken(self) -> list[int]:
+        return list(self._stamps)
+
+    def stop(self) -> None:
+        self._queue.close()
+        self._thread.join()
+
+    def _run(self) -> None:
+        while not self._queue.closed:
+            try:
+                self._stamps.append(self._queue.get(0.5).received_ns)
+            except FrameTimeoutError:
+                continue
+
+
+# -- the readers ---------------------------------------------------------------------------------------
+Arrivals = list[tuple[int, int]]
+"""Each picture's stamp and arrival."""
+
+
+def read_yarp(pipe: Connection, number: int, nameserver: str) -> None:
+    """Read pictures as any YARP program does; see `_obey`."""
+    arrivals: Arrivals = []
+    names = NameClient.find(nameserver)
+    ended = threading.Event()
+    port = InputPort(f"/benchmark/reader{number}", names, depth=2)
+    with port:
+
+        def take() -> None:
+            while not ended.is_set():
+                try:
+                    _, envelope = port.read(0.2)
+                except FrameTimeoutError:
+                    continue
+                stamp = Stamp.decode(envelope)
+                assert stamp is not None
+                arrivals.append((round(stamp.time * 1e9), time.time_ns()))
+
+        thread = threading.Thread(target=take)
+        thread.start()
+        _obey(pipe, arrivals, lambda: port.connect(YARP_NAME), lambda: port.disconnect(YARP_NAME))
+        ended.set()
+        thread.join()
+
+
+def read_ros2(pipe: Connection, number: int, nameserver: str) -> None:
+    """Read pictures as any rclpy program does, with the transport's profile; see `_obey`."""
+    from sensor_msgs.msg import Image
+
+    from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service
+
+    arrivals: Arrivals = []
+    ros = Ros2Node(f"benchmark_reader{number}")
+    quality = quality_of_service("sensor_data")
+    subscriptions: list[Any] = []
+
+    def take(message: Image) -> None:
+        stamp = message.header.stamp
+        arrivals.append((stamp.sec * 1_000_000_000 + stamp.nanosec, time.time_ns()))
+
+    ros.start()
+    _obey(
+        pipe,
+        arrivals,
+        lambda: subscriptions.append(
+            ros.node.create_subscription(Image, f"{ROS2_NAME}/image_raw", take, quality)
+        ),
+        lambda: ros.node.destroy_subscription(subscriptions.pop()),
+    )
+    ros.close()
+
+
+def _obey(pipe: Connection, arrivals: Arrivals, join: Any, leave: Any) -> None:
+    """`"join"` is answered when the first picture came, `"leave"` with all arrivals; None ends."""
+    pipe.send(None)
+    while (order := pipe.recv()) is not None:
+        if order == "join":
+            arrivals.clear()
+            join()
+            deadline = time.monotonic() + 20
+            while not arrivals and time.monotonic() < deadline:
+                time.sleep(0.005)
+            pipe.send(None)
+        else:
+            leave()
+            pipe.send(list(arrivals))
+
+
+# -- what a process uses -------------------------------------------------------------------------------
+def cpu_seconds() -> float:
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
+
+
+def thread_cpu_seconds(name: str) -> float:
+    """What threads whose name begins so have used; those that ended are forgotten."""
+    used = 0.0
+    for thread in threading.enumerate():
+        if thread.name.startswith(name) and thread.native_id is not None:
+            used += time.clock_gettime(_thread_clock(thread.native_id))
+    return used
+
+
+def _thread_clock(native_id: int) -> int:
+    """Linux' number for the CPU clock of a thread of this process (MAKE_THREAD_CPUCLOCK, CPUCLOCK_SCHED)."""
+    return (~native_id << 3) | 6
+
+
+def resident_bytes() -> int:
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize()
