@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import calibrate, simulate_teo
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.core.frame import Frame
@@ -206,12 +206,19 @@ def _follow(
         if recorder is not None:
             recorder.add(turn, frame, session.loop.sighting)
 
+    window = None if options.headless else _window()
     session.turned.connect(turned)
     session.failed.connect(outcome.fail)
     session.start()
     began = time.monotonic()
     try:
-        while session.running and (options.seconds is None or time.monotonic() - began < options.seconds):
+        if window is not None:
+            window(session, calibration, options.seconds)
+        while (
+            options.headless
+            and session.running
+            and (options.seconds is None or time.monotonic() - began < options.seconds)
+        ):
             if _typed(0.1, session) == "q":
                 break
     except KeyboardInterrupt:
@@ -227,6 +234,14 @@ def _follow(
     if outcome.failure:
         print(f"grabbergui: {outcome.failure}", file=sys.stderr)
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
+
+
+def _window() -> Any:
+    try:
+        from grabbergui.ui.views import servo_run
+    except ImportError as error:
+        raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
+    return servo_run.run
 
 
 class _Outcome:

@@ -1,0 +1,117 @@
+"""Runs the servoing window on a session."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable
+from types import FrameType
+
+from PyQt5.QtCore import QObject, QTimer
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.frame import Frame
+from grabbergui.servo import overlay, report
+from grabbergui.servo.loop import Turn
+from grabbergui.servo.session import ServoSession
+from grabbergui.servo.state_machine import State
+from grabbergui.ui.views.servo_window import ServoWindow
+
+PICTURE_MS, PLOTS_MS = 66, 300
+KEPT_TURNS = 1000
+"Of the curves: about fifteen seconds."
+
+
+class ServoPresenter(QObject):
+    """Shows the newest of a session at the pace of the eye, whatever the loop's."""
+
+    def __init__(
+        self,
+        window: ServoWindow,
+        session: ServoSession,
+        calibration: Callable[[int, int], Calibration],
+    ) -> None:
+        """Make it on the GUI thread; `close` it before the session is gone."""
+        super().__init__(window)
+        self._window, self._session, self._calibration = window, session, calibration
+        self._turns: deque[Turn] = deque(maxlen=KEPT_TURNS)
+        self._newest: tuple[Turn, Frame] | None = None
+        # The loop's thread only leaves things here; appending and replacing need no lock.
+        session.turned.connect(self._on_turned)
+        window.stopPressed.connect(lambda: session.emergency_stop("stopped in the window"))
+        window.resumePressed.connect(session.resume)
+        self._timers = [self._every(PICTURE_MS, self._show_picture), self._every(PLOTS_MS, self._show_plots)]
+
+    def close(self) -> None:
+        """Let go of the session. May be called twice."""
+        self._session.turned.disconnect(self._on_turned, missing_ok=True)
+        for timer in self._timers:
+            timer.stop()
+
+    def _every(self, milliseconds: int, slot: Callable[[], None]) -> QTimer:
+        timer = QTimer(self)
+        timer.timeout.connect(slot)
+        timer.start(milliseconds)
+        return timer
+
+    def _on_turned(self, turn: Turn, frame: Frame | None) -> None:
+        self._turns.append(turn)
+        if frame is not None:
+            self._newest = turn, frame
+
+    def _show_picture(self) -> None:
+        if self._turns:
+            turn = self._turns[-1]
+            self._window.setState(turn.state.value, turn.reason)
+            self._window.setStopped(turn.state is State.STOPPED)
+        newest, self._newest = self._newest, None
+        if newest is not None:
+            turn, frame = newest
+            calibration = self._calibration(frame.width, frame.height)
+            self._window.setPicture(overlay.draw(frame.rgb(), turn, self._session.loop.sighting, calibration))
+
+    def _show_plots(self) -> None:
+        turns = list(self._turns)
+        if len(turns) > 1:
+            self._window.setPlots(report.plot(turns))
+
+
+def run(
+    session: ServoSession,
+    calibration: Callable[[int, int], Calibration],
+    seconds: float | None,
+) -> None:
+    """Show a running session until the window is closed, the loop ends, or the time is up."""
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    window = ServoWindow()
+    presenter = ServoPresenter(window, session, calibration)
+
+    def close() -> None:
+        window.close()
+
+    def close_when_ended() -> None:
+        if not session.running:
+            window.close()
+
+    ended = QTimer()
+    ended.timeout.connect(close_when_ended)
+    ended.start(200)
+    if seconds is not None:
+        QTimer.singleShot(round(seconds * 1000), close)
+    # An exception out of a slot would end the process without a stop: Ctrl-C stops, then closes.
+    before = signal.getsignal(signal.SIGINT)
+
+    def interrupted(number: int, frame: FrameType | None) -> None:
+        session.emergency_stop("interrupted")
+        window.close()
+
+    signal.signal(signal.SIGINT, interrupted)
+    try:
+        window.show()
+        app.exec_()
+    finally:
+        signal.signal(signal.SIGINT, before)
+        ended.stop()
+        presenter.close()
