@@ -19,6 +19,7 @@ from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.uri import SourceUri
 
 log = logging.getLogger(__name__)
 
@@ -173,4 +174,8 @@ def _show_window(grabber: FrameGrabber, stop: threading.Event) -> int:
     from grabbergui.core.shared import SharedGrabber
     from grabbergui.ui import app
 
-    return app.run(grabber.info.uri, create=lambda _: SharedGrabber(grabber), stop=stop)
+    def create(uri: SourceUri) -> FrameGrabber:
+        """The camera that is served, or another that is picked in the list."""
+        return SharedGrabber(grabber) if str(uri) == grabber.info.uri else sources.create(uri)
+
+    return app.run(grabber.info.uri, create=create, stop=stop)

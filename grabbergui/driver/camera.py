@@ -127,8 +127,11 @@ class Camera(FrameGrabber):
         nodes = self._opened()
         self._require(name)
         feature = nodes.feature(name)
-        if self._access is Access.MONITOR and feature.access is AccessMode.READ_WRITE:
-            feature = replace(feature, access=AccessMode.READ_ONLY)
+        if self._access is Access.MONITOR and feature.access.writable:
+            readable = feature.access.readable
+            feature = replace(
+                feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE
+            )
         return feature
 
     def write_feature(self, name: str, value: FeatureValue) -> Feature:

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 import pytest
+from gige_transcripts import lines
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from transcripts import lines
 
 from grabbergui.core.buffers import BufferPool
 from grabbergui.driver.gige.block import ResendPolicy, distance

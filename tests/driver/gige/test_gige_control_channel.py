@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from gige_transcripts import lines
 from hypothesis import given
 from hypothesis import strategies as st
-from transcripts import lines
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp

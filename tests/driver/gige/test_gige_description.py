@@ -7,9 +7,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from gige_transcripts import lines
 from hypothesis import given
 from hypothesis import strategies as st
-from transcripts import lines
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
 from grabbergui.driver.gige import description

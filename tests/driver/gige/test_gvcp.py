@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from gige_transcripts import CAPTURES, NAMES, lines
 from hypothesis import given
 from hypothesis import strategies as st
-from transcripts import CAPTURES, NAMES, lines
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp

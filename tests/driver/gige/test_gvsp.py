@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from gige_transcripts import NAMES, lines
 from hypothesis import given
 from hypothesis import strategies as st
-from transcripts import NAMES, lines
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.gige.gvsp import (

@@ -1,7 +1,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from transcripts import read, streams
+from yarp_transcripts import read, streams
 
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import carrier as wire

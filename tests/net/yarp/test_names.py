@@ -1,5 +1,5 @@
 import pytest
-from transcripts import read
+from yarp_transcripts import read
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
 from grabbergui.net.yarp import configuration
