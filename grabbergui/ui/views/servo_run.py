@@ -19,7 +19,7 @@ from grabbergui.servo.session import ServoSession
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.views.servo_window import ServoWindow
 
-PICTURE_MS, PLOTS_MS = 66, 300
+PICTURE_MS, PLOTS_MS = 66, 500
 KEPT_TURNS = 1000
 "Of the curves: about fifteen seconds."
 
@@ -73,7 +73,8 @@ class ServoPresenter(QObject):
             self._window.setPicture(overlay.draw(frame.rgb(), turn, self._session.loop.sighting, calibration))
 
     def _show_plots(self) -> None:
-        turns = list(self._turns)
+        # Every fourth turn is finer than the screen; drawing must not hold up the loop's thread.
+        turns = list(self._turns)[::4]
         if len(turns) > 1:
             self._window.setPlots(report.plot(turns))
 
