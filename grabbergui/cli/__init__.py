@@ -16,8 +16,10 @@ from grabbergui import __version__
 from grabbergui.cli import (
     doctor,
     features,
+    gige,
     grab,
     gui,
+    record,
     serve,
     servo,
     settings,
@@ -33,7 +35,7 @@ EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 
 _FAMILIES = (
-    gui, sources, features, settings, grab, terminal, serve, simulate, servo, yarp_server, doctor,
+    gui, sources, features, settings, grab, record, terminal, serve, simulate, gige, servo, yarp_server, doctor,
 )  # fmt: skip
 
 

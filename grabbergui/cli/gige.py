@@ -1,0 +1,166 @@
+"""`grabbergui force-ip` and `grabbergui trigger-group`: what concerns GigE Vision cameras alone."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from contextlib import ExitStack
+from typing import Any
+
+from grabbergui.cli.opening import opened
+from grabbergui.core.errors import FeatureError, FrameTimeoutError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
+
+PTP_WAIT = 15.0
+"""Seconds that clocks may take to find their master."""
+PTP_SETTLED = ("Slave", "Master")
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser("force-ip", help="give a GigE Vision camera an address until it restarts")
+    parser.add_argument("mac", metavar="MAC", help="as `grabbergui list` or the camera's label has it")
+    parser.add_argument("ip", metavar="IP")
+    parser.add_argument("mask", metavar="MASK", nargs="?", default="255.255.255.0")
+    parser.add_argument("gateway", metavar="GATEWAY", nargs="?", default="0.0.0.0")
+    parser.set_defaults(run=_force_ip)
+
+    parser = commands.add_parser("trigger-group", help="expose several GigE Vision cameras at one moment")
+    parser.add_argument("group_key", metavar="GROUP_KEY", type=_number, help="of the action, e.g. 1 or 0x10")
+    parser.add_argument("sources", metavar="SOURCE", nargs="+", help="gige: sources; all take part")
+    parser.add_argument("-n", "--frames", type=int, default=1, help="how many actions (1)")
+    parser.add_argument("--device-key", type=_number, default=1, metavar="KEY", help="(1)")
+    parser.add_argument("--group-mask", type=_number, default=1, metavar="MASK", help="(1)")
+    parser.add_argument("--ahead", type=float, default=0.2, metavar="S", help="schedule so far ahead (0.2)")
+    parser.add_argument("--no-ptp", action="store_true", help="act on arrival, clocks as they are")
+    parser.add_argument(
+        "--timeout", type=float, default=5.0, metavar="S", help="longest wait for a frame (5)"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_trigger_group)
+
+
+def _number(text: str) -> int:
+    """A 32-bit key, decimal or hexadecimal."""
+    try:
+        value = int(text, 0)
+    except ValueError:
+        value = -1
+    if not 0 <= value <= 0xFFFFFFFF:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number from 0 to 0xFFFFFFFF")
+    return value
+
+
+def _force_ip(options: argparse.Namespace) -> int:
+    from grabbergui.driver.gige.gvcp_device import ForceIp
+    from grabbergui.driver.gige.network_commands import force_ip
+
+    force_ip(ForceIp(options.mac, options.ip, options.mask, options.gateway))
+    print(f"{options.mac} has the address {options.ip} until it restarts; open it as gige:{options.ip}")
+    return 0
+
+
+def _trigger_group(options: argparse.Namespace) -> int:
+    if options.frames < 1:
+        raise UsageError(f"-n {options.frames}: at least one action, please")
+    with ExitStack() as stack:
+        cameras = [stack.enter_context(opened(source)) for source in options.sources]
+        for camera in cameras:
+            if not camera.info.bus.startswith("GigE"):
+                raise UsageError(f"{camera.info.uri} is no GigE Vision camera, so it knows no actions")
+            _prepare(camera, options)
+        if not options.no_ptp:
+            _await_clocks(cameras)
+        queues = [camera.open_queue(4) for camera in cameras]
+        for camera in cameras:
+            camera.start(keep_trigger=True)
+        spreads = [_fire(cameras, queues, options) for _ in range(options.frames)]
+    clock, largest = "host" if options.no_ptp else "PTP", max(spreads) / 1000
+    if options.json:
+        print(
+            json.dumps(
+                {
+                    "cameras": len(cameras),
+                    "actions": len(spreads),
+                    "clock": clock,
+                    "spread_us": [spread / 1000 for spread in spreads],
+                    "largest_spread_us": largest,
+                }
+            )
+        )
+    else:
+        print(
+            f"{len(spreads)} actions at {len(cameras)} cameras; their frames' timestamps ({clock} clock) lie"
+            f" at most {largest:.1f} µs apart"
+        )
+    return 0
+
+
+def _prepare(camera: FrameGrabber, options: argparse.Namespace) -> None:
+    """Let each action expose one frame."""
+    if not options.no_ptp:
+        if not camera.has_feature("PtpEnable"):
+            raise FeatureError(
+                f"{camera.info.title} has no PtpEnable, so nothing can be scheduled; use --no-ptp",
+                "PtpEnable",
+            )
+        camera.write_feature("PtpEnable", True)
+    settings = {
+        "ActionDeviceKey": options.device_key,
+        "ActionGroupKey": options.group_key,
+        "ActionGroupMask": options.group_mask,
+        "TriggerSelector": "FrameStart",
+        "TriggerMode": "On",
+        "TriggerSource": "Action1",
+    }
+    for name, value in settings.items():
+        camera.write_feature(name, value)
+
+
+def _await_clocks(cameras: list[FrameGrabber]) -> None:
+    deadline = time.monotonic() + PTP_WAIT
+    for camera in cameras:
+        while camera.has_feature("PtpStatus"):
+            if camera.has_feature("PtpDataSetLatch"):
+                camera.execute("PtpDataSetLatch")
+            status = camera.feature("PtpStatus").value
+            if status in PTP_SETTLED:
+                break
+            if time.monotonic() > deadline:
+                raise FeatureError(
+                    f"{camera.info.title}: PtpStatus is {status} after {PTP_WAIT:g} s; is there a PTP"
+                    " master in the network? --no-ptp does without",
+                    "PtpStatus",
+                )
+            time.sleep(0.1)
+
+
+def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argparse.Namespace) -> int:
+    """One action; nanoseconds between the earliest and the latest of its frames."""
+    from grabbergui.driver.gige.gvcp_messages import Action
+    from grabbergui.driver.gige.network_commands import send_action
+
+    at = None if options.no_ptp else _clock_of(cameras[0]) + int(options.ahead * 1e9)
+    action = Action(options.device_key, options.group_key, options.group_mask, at)
+    send_action(action, {camera.info.address for camera in cameras})
+    frames = [_frame_of(*pair, options.timeout) for pair in zip(cameras, queues, strict=True)]
+    times = [frame.received_ns if options.no_ptp else frame.timestamp_ns for frame in frames]
+    return max(times) - min(times)
+
+
+def _clock_of(camera: FrameGrabber) -> int:
+    camera.execute("TimestampLatch")
+    now = camera.feature("TimestampLatchValue").value
+    if not isinstance(now, int):
+        raise FeatureError(f"{camera.info.title} does not tell its time", "TimestampLatchValue")
+    return now
+
+
+def _frame_of(camera: FrameGrabber, queue: FrameQueue, timeout: float) -> Frame:
+    try:
+        return queue.get(timeout)
+    except FrameTimeoutError as error:
+        raise FrameTimeoutError(f"{camera.info.title} ({camera.info.uri}): {error} of the action") from error
