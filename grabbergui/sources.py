@@ -28,6 +28,7 @@ _KINDS: dict[str, str] = {
     "gentl": "grabbergui.driver.gentl.source",
     "yarp": "grabbergui.net.yarp.source",
     "ros2": "grabbergui.net.ros2.source",
+    "file": "grabbergui.driver.playback.source",
 }
 """Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 

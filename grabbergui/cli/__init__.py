@@ -35,7 +35,8 @@ EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 
 _FAMILIES = (
-    gui, sources, features, settings, grab, record, terminal, serve, simulate, gige, servo, yarp_server, doctor,
+    gui, sources, features, settings, grab, record, terminal,
+    serve, simulate, gige, servo, yarp_server, doctor,
 )  # fmt: skip
 
 

@@ -39,7 +39,7 @@ class TreeService:
             "write": (2, grabber.write_feature),
             "execute": (1, grabber.execute),
             "changes": (1, self._changes_since),
-            "terminal": (1, lambda line: Interpreter(grabber).execute(line)),
+            "terminal": (1, lambda line: Interpreter(grabber, remote=True).execute(line)),
         }
         # Verb: how many arguments, and what it does.
 

@@ -20,6 +20,7 @@ from grabbergui.models import feature_set, feature_set_files, snapshot
 from grabbergui.models.feature_set_loading import load_onto
 
 _FRAME_TIMEOUT = 5.0
+_ON_FILES = {"snapshot", "save", "load", "grab"}
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,13 @@ class Command:
 
 
 class Interpreter:
-    """Runs one line at a time. Any thread, but one line at once."""
+    """Runs one line at a time. Any thread, but one line at once.
 
-    def __init__(self, grabber: FrameGrabber, *, folder: Path | None = None) -> None:
+    A `remote` one has no commands that read or write files: who may set a gain over the network may not yet
+    write to this machine's disk.
+    """
+
+    def __init__(self, grabber: FrameGrabber, *, folder: Path | None = None, remote: bool = False) -> None:
         self._grabber = grabber
         self._folder = folder or Path.cwd()
         self.finished = False
@@ -67,6 +72,9 @@ class Interpreter:
             "exit": Command("", "leave; a server ends", self._exit),
         }
         "By name, for completion too."
+        if remote:
+            for name in _ON_FILES & self.commands.keys():
+                del self.commands[name]
         self._aliases = {"list": "list_features", "get": "get_feature", "set": "set_feature", "quit": "exit"}
 
     def execute(self, line: str) -> str:

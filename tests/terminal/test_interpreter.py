@@ -119,3 +119,13 @@ def test_lines_from_a_pipe():
     assert result.returncode == 0
     assert result.stdout.startswith("Gain = 3 dB") and result.stdout.count("\n") == 1
     assert "no feature Nonsense" in result.stderr
+
+
+def test_over_a_network_no_file_is_touched(grabber):
+    remote = Interpreter(grabber, remote=True)
+
+    assert "snapshot" not in remote.execute("help")
+    for line in ("snapshot /etc", "save /etc/passwd", "load /etc/passwd"):
+        with pytest.raises(UsageError, match="there is no command"):
+            remote.execute(line)
+    assert remote.execute("get Width").startswith("Width")

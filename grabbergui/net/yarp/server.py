@@ -124,7 +124,7 @@ class YarpGrabberServer:
     def _run_line(self, request: Request) -> Reply:
         """A line of the terminal, as `yarp rpc` sends it; the answer's lines are the reply's items."""
         words = [format_value(item) for item in request.bottle() if isinstance(item, (bool, int, float, str))]
-        worked, text = answer(Interpreter(self._grabber), " ".join(words))
+        worked, text = answer(Interpreter(self._grabber, remote=True), " ".join(words))
         return Bottle(text.splitlines() or ["ok"]) if worked else Bottle(["fail", text])
 
 

@@ -41,7 +41,7 @@ def test_real_bottles_are_read_and_written_byte_for_byte(name, dialect):
 
 def test_real_bottles_print_as_yarp_prints_them():
     name = "bottle_types_tcp_312"
-    from transcripts import DATA
+    from yarp_transcripts import DATA
 
     printed = [
         line[4:] for line in (DATA / f"{name}.txt").read_text().splitlines() if line.startswith("#   ")
