@@ -10,11 +10,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.ros2.camera_info import fill_camera_info
+from grabbergui.net.ros2.camera_info import FittedCalibration, fill_camera_info
 from grabbergui.net.ros2.encodings import encoding_of, pixels_of
 
 log = logging.getLogger(__name__)
@@ -31,8 +30,8 @@ class PicturePublisher:
     def __init__(self, node: Any, grabber: FrameGrabber, name: str, frame_id: str, qos: Any) -> None:
         from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-        self.calibration: Calibration | None = None
-        "Sent with each picture, scaled to its size; any thread may set another."
+        self.fitted = FittedCalibration(grabber)
+        "Its calibration is sent with each picture, as it holds for that."
         self._info_type = CameraInfo
         self.published = 0
         self._frame_id = frame_id
@@ -62,6 +61,7 @@ class PicturePublisher:
         self._queue.close()
         if self._thread.is_alive():
             self._thread.join()
+        self.fitted.close()
 
     def _run(self) -> None:
         while not self._stopping.is_set():
@@ -71,7 +71,7 @@ class PicturePublisher:
                 continue
             try:
                 self._publish(frame)
-            except PixelFormatError as error:
+            except GrabberError as error:
                 if str(error) != self._refused:
                     self._refused = str(error)
                     log.warning("ROS 2: %s", error)
@@ -121,9 +121,9 @@ class PicturePublisher:
     def _camera_info(self, frame: Frame) -> Any:
         """Without a calibration the matrices are zero, which is how ROS says "uncalibrated"."""
         message = self._info_type(width=frame.width, height=frame.height)
-        calibration = self.calibration
+        calibration = self.fitted.of(frame)
         if calibration is not None:
-            fill_camera_info(message, calibration.scaled_to(frame.width, frame.height))
+            fill_camera_info(message, calibration)
         return message
 
     def _stamp(self, header: Any, stamp: tuple[int, int]) -> None:

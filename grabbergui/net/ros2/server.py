@@ -98,7 +98,7 @@ class Ros2GrabberServer:
         from sensor_msgs.srv import SetCameraInfo
 
         if self._calibration_file is not None and self._calibration_file.is_file():
-            self._pictures.calibration = Calibration.load(self._calibration_file)
+            self._pictures.fitted.calibration = Calibration.load(self._calibration_file)
         node.create_service(SetCameraInfo, f"{self.name}/set_camera_info", self._on_set_camera_info)
 
     def _on_set_camera_info(self, request: Any, answer: Any) -> Any:
@@ -106,7 +106,7 @@ class Ros2GrabberServer:
             calibration = read_camera_info(request.camera_info, self.name.rpartition("/")[2])
             if self._calibration_file is not None:
                 calibration.save(self._calibration_file)
-            self._pictures.calibration = calibration
+            self._pictures.fitted.calibration = calibration
             answer.success = True
             where = self._calibration_file or "memory only; start with --calibration FILE to keep it"
             answer.status_message = f"kept in {where}"

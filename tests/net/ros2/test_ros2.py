@@ -170,15 +170,36 @@ def test_what_the_camera_does_is_seen_in_its_parameters(server, probe, camera):
     assert time.monotonic() - started < 1
 
 
+def whole_sensor():
+    """What a calibration of the simulated camera's whole sensor says."""
+    info = CameraInfo(width=2448, height=2048, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    info.k = [1500.0, 0.0, 1223.5, 0.0, 1500.0, 1023.5, 0.0, 0.0, 1.0]
+    return info
+
+
 def test_a_calibration_is_kept_and_scaled(server, probe, camera, tmp_path):
-    info = CameraInfo(width=640, height=480, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
-    info.k = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
-    assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=info).success
+    assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor()).success
     assert not probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=CameraInfo()).success
 
     infos = probe.subscribe(CameraInfo, "/cam/camera_info")
-    until(lambda: infos.get(timeout=5).k[0] == 250.0)
+    until(lambda: infos.get(timeout=5).k[0] == 1500)
+    camera.write_feature("BinningHorizontal", 2)
+    camera.write_feature("BinningVertical", 2)
+    until(lambda: infos.get(timeout=5).k[0] == 750)
     assert "cam" in (tmp_path / "cam.yaml").read_text()
+
+
+def test_a_region_leaves_pictures_and_calibration_right(server, probe, camera):
+    assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor()).success
+    images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
+    before = camera.feature("OffsetX").value
+    until(lambda: infos.get(timeout=5).k[2] == 1223.5 - before)
+
+    camera.write_feature("Height", 200)  # other proportions than the calibration's
+    camera.write_feature("OffsetX", 64)
+
+    until(lambda: infos.get(timeout=5).k[2] == 1223.5 - 64)
+    until(lambda: images.get(timeout=5).height == 200)
 
 
 def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
