@@ -132,8 +132,10 @@ class ServoSession:
 
     def _turn(self, now: float, captured: float | None, frame: Frame | None) -> None:
         self._follow_stop(now)
+        stopped_before = self.loop.machine.state is State.STOPPED
         turn = self.loop.turn(now, self._reading())
-        if turn.state is State.STOPPED and not self.gate.halted:
+        # Only a stop of this very turn: one that was there before may have been ended in the meantime.
+        if turn.state is State.STOPPED and not stopped_before:
             self.gate.halt(turn.reason)
         self.gate.send(turn.command, time.monotonic())
         if captured is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PyQt5.QtCore import Qt, pyqtSignal
@@ -57,11 +58,10 @@ class ServoWindow(QWidget):
 
 
 def _show(label: QLabel, pixels: NDArray[np.uint8]) -> None:
-    height, width = pixels.shape[:2]
+    scale = min(label.width() / pixels.shape[1], label.height() / pixels.shape[0])
+    width, height = (max(1, int(side * scale)) for side in (pixels.shape[1], pixels.shape[0]))
+    # Not by Qt, which would keep the loop's thread waiting for the interpreter meanwhile.
+    scaled = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
     # QImage only borrows the bytes; they live until the pixmap has its own copy.
-    data = pixels.tobytes()
-    image = QImage(data, width, height, 3 * width, QImage.Format.Format_RGB888)
-    scaled = QPixmap.fromImage(image).scaled(
-        label.size(), Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
-    )
-    label.setPixmap(scaled)
+    data = scaled.tobytes()
+    label.setPixmap(QPixmap.fromImage(QImage(data, width, height, 3 * width, QImage.Format.Format_RGB888)))
