@@ -1,6 +1,7 @@
 """force-ip and trigger-group on simulated cameras on the wire."""
 
 import json
+import os
 
 import pytest
 
@@ -14,7 +15,9 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige_registers import GVCP_CONFIGURATION
 from grabbergui.driver.sim.gige_server import GigeCamera
 
-ADDRESSES = ("127.0.85.1", "127.0.85.2")
+NET = f"127.85.{os.getpid() % 250 + 1}"
+"Of this test run alone, as others may run beside it."
+ADDRESSES = (f"{NET}.1", f"{NET}.2")
 
 
 @pytest.fixture
@@ -66,15 +69,15 @@ def test_an_action_of_the_past_is_refused(cameras):
 
 def test_force_ip_moves_a_camera_wherever_it_is(cameras, capsys):
     mac = discovery.ask(ADDRESSES[1], 2).identity.mac
-    assert main(["force-ip", mac, "127.0.85.7", "255.0.0.0"]) == 0
-    assert "gige:127.0.85.7" in capsys.readouterr().out
-    assert discovery.ask("127.0.85.7", 2).identity.mac == mac
+    assert main(["force-ip", mac, f"{NET}.7", "255.0.0.0"]) == 0
+    assert f"gige:{NET}.7" in capsys.readouterr().out
+    assert discovery.ask(f"{NET}.7", 2).identity.mac == mac
     assert discovery.ask(ADDRESSES[0], 2).identity.mac != mac
 
 
 def test_force_ip_says_when_nobody_listens_or_the_address_is_none(capsys):
-    assert main(["force-ip", "02:00:00:00:00:01", "127.0.85.9"]) == 1
+    assert main(["force-ip", "02:00:00:00:00:01", f"{NET}.9"]) == 1
     assert "02:00:00:00:00:01" in capsys.readouterr().err
-    assert main(["force-ip", "02:00", "127.0.85.9"]) == 2
+    assert main(["force-ip", "02:00", f"{NET}.9"]) == 2
     assert "no MAC address" in capsys.readouterr().err
     assert main(["force-ip", "02:00:00:00:00:01", "somewhere"]) == 2

@@ -1,5 +1,6 @@
 """Chunks behind pictures: the layout alone, and through the whole driver on the simulated camera's wire."""
 
+import os
 import struct
 
 import numpy as np
@@ -46,8 +47,9 @@ def test_small_chunks_pass_as_they_are(chunks):
 @pytest.fixture
 def camera():
     """Ours on the wire, opened through the whole driver."""
-    simulated = GigeCamera("127.0.81.1")
-    grabber = sources.create("gige:127.0.81.1")
+    address = f"127.81.{os.getpid() % 250 + 1}.1"
+    simulated = GigeCamera(address)
+    grabber = sources.create(f"gige:{address}")
     try:
         grabber.open()
         grabber.write_feature("Width", 320)
