@@ -32,7 +32,7 @@ IMAGE_TYPE = "sensor_msgs/msg/Image"
 DISCOVERY_TIMEOUT = 3.0
 """Seconds that a topic has to appear."""
 CALL_TIMEOUT = 7.0
-WATCH_PERIOD = 0.2
+WATCH_PERIOD = 0.1
 """Seconds between looks at what others changed, while anybody listens, and at whether it is still there."""
 
 

@@ -20,8 +20,12 @@ from grabbergui.net.yarp.name_client import NameClient
 
 log = logging.getLogger(__name__)
 
-WATCH_PERIOD = 0.4
-"""Seconds between two looks at what others changed, and whether the server is still there."""
+WATCH_PERIOD = 0.1
+"""Seconds between two looks at what others changed, and whether the server is still there: one request to a
+server of ours."""
+
+SLOW_WATCH_PERIOD = 0.4
+"""The same for a server of YARP's own, which must be asked for every value."""
 
 BUS = "YARP"
 
@@ -192,7 +196,7 @@ class YarpGrabber(FrameGrabber):
             self._link = None
 
     def _watch(self) -> None:
-        while not self._stopping.wait(WATCH_PERIOD):
+        while not self._stopping.wait(self._watch_period()):
             try:
                 if self._link is None:
                     self._return()
@@ -202,6 +206,10 @@ class YarpGrabber(FrameGrabber):
                 self._lose(str(error))
             except GrabberError as error:
                 log.warning("%s: %s", self._name, error)
+
+    def _watch_period(self) -> float:
+        link = self._link
+        return WATCH_PERIOD if link is not None and link.ours else SLOW_WATCH_PERIOD
 
     def _look(self) -> None:
         """One look at the server and at the stream. Raises when either is gone."""

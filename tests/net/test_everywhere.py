@@ -1,0 +1,181 @@
+"""What changes anywhere is seen everywhere within 200 ms: each pair of ways to a camera, both ways."""
+
+import itertools
+import random
+import time
+from contextlib import ExitStack, contextmanager
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.server import YarpGrabberServer
+from grabbergui.terminal.interpreter import Interpreter
+
+PROMPTLY = 0.2
+"""Seconds."""
+TRIES = 5
+"""Others may hold the machine's cores for longer than that; a delay in the design would show in every try."""
+
+VALUES = itertools.cycle(tenth / 10 for tenth in range(1, 240))
+"""Gains in dB, each another than the one before."""
+
+LOCAL = ("camera", "terminal", "YARP client", "YARP terminal")
+ROS2 = ("ROS 2 client", "ROS 2 parameter")
+
+
+class Way:
+    """One way to the camera's gain: writes it, and notes what it hears of it by itself."""
+
+    def __init__(self, write, heard):
+        self.write = write
+        self.heard = heard
+
+
+def told_by(grabber, stack):
+    """What a grabber's listener knows of the gain: it reads when told, as the window does, and never else."""
+    changed = []
+    stack.enter_context(
+        connected(grabber.features_changed, lambda names: "Gain" in names and changed.append(1))
+    )
+
+    def heard():
+        if changed:
+            changed.clear()
+            return grabber.feature("Gain").value
+        return None
+
+    return heard
+
+
+@contextmanager
+def connected(signal, listener):
+    signal.connect(listener)
+    yield
+    signal.disconnect(listener)
+
+
+@pytest.fixture(scope="module")
+def camera():
+    camera = sources.create("sim:?width=64&height=48&fps=30")
+    camera.open()
+    yield camera
+    camera.close()
+
+
+@pytest.fixture(scope="module")
+def ways(camera):
+    """The ways without ROS 2, by name."""
+    with ExitStack() as stack:
+        name_server = NameServer("127.0.0.1", 0)
+        name_server.open()
+        stack.callback(name_server.close)
+        address = f"127.0.0.1:{name_server.port_number}"
+        names = NameClient.find(address)
+        stack.enter_context(YarpGrabberServer(camera, "/everywhere", names=names))
+        terminal = Interpreter(camera)
+        remote = opened(f"yarp:/everywhere?nameserver={address}", stack)
+        remote_terminal = Interpreter(remote)
+        yield {
+            "camera": Way(lambda value: camera.write_feature("Gain", value), told_by(camera, stack)),
+            "terminal": Way(lambda value: terminal.execute(f"set Gain {value}"), typed(terminal)),
+            "YARP client": Way(lambda value: remote.write_feature("Gain", value), told_by(remote, stack)),
+            "YARP terminal": Way(
+                lambda value: remote_terminal.execute(f"set Gain {value}"), typed(remote_terminal)
+            ),
+        }
+
+
+def opened(uri, stack):
+    grabber = sources.create(uri)
+    grabber.open()
+    stack.callback(grabber.close)
+    return grabber
+
+
+def typed(terminal):
+    return lambda: float(terminal.execute("get Gain").split()[2])
+
+
+@pytest.fixture(scope="module")
+def ros2_ways(camera):
+    pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+    pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+    from grabbergui.net.ros2.runtime import Ros2Node
+    from grabbergui.net.ros2.server import Ros2GrabberServer
+
+    # Nobody else's nodes, and none of ours beyond this machine.
+    with pytest.MonkeyPatch.context() as patch, ExitStack() as stack:
+        patch.setenv("ROS_DOMAIN_ID", str(random.randrange(1, 100)))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        stack.enter_context(Ros2GrabberServer(camera, "/everywhere"))
+        remote = opened("ros2:/everywhere", stack)
+        probe = Ros2Node("everywhere_probe")
+        probe.start()
+        stack.callback(probe.close)
+        yield {
+            "ROS 2 client": Way(lambda value: remote.write_feature("Gain", value), told_by(remote, stack)),
+            "ROS 2 parameter": parameter_way(probe.node),
+        }
+
+
+def parameter_way(node):
+    """As rqt_reconfigure does: the value by a service, news by /parameter_events."""
+    from rcl_interfaces.msg import ParameterEvent
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    client = node.create_client(SetParameters, "/everywhere/set_parameters")
+    assert client.wait_for_service(10)
+    news = []
+
+    def on_event(event):
+        news.extend(p.value.double_value for p in event.changed_parameters if p.name == "Gain")
+
+    node.create_subscription(ParameterEvent, "/parameter_events", on_event, 10)
+
+    def write(value):
+        future = client.call_async(
+            SetParameters.Request(parameters=[Parameter("Gain", value=float(value)).to_parameter_msg()])
+        )
+        deadline = time.monotonic() + 10
+        while not future.done():
+            assert time.monotonic() < deadline
+            time.sleep(0.001)
+        assert future.result().results[0].successful
+
+    return Way(write, lambda: news.pop() if news else None)
+
+
+def pairs(*needed):
+    """Every ordered pair of ways that has one of those needed in it."""
+    found = itertools.permutations((*LOCAL, *ROS2) if needed == ROS2 else LOCAL, 2)
+    return [pytest.param(*pair, id=" to ".join(pair)) for pair in found if set(pair) & set(needed)]
+
+
+def check_pair(origin, witness):
+    """From the moment that the writer has its answer to the witness knowing."""
+    took = []
+    while not took or (took[-1] > PROMPTLY and len(took) < TRIES):
+        value = next(VALUES)
+        origin.write(value)
+        start = time.monotonic()
+        while witness.heard() != pytest.approx(value):
+            assert time.monotonic() < start + 5, f"{value} dB was never seen"
+            time.sleep(0.001)
+        took.append(time.monotonic() - start)
+    assert min(took) <= PROMPTLY, f"seen after {took} s"
+
+
+@pytest.mark.parametrize(("origin", "witness"), pairs(*LOCAL))
+def test_a_change_is_seen_within_200_ms(ways, origin, witness):
+    check_pair(ways[origin], ways[witness])
+
+
+@pytest.mark.ros2
+@pytest.mark.filterwarnings("default")
+@pytest.mark.parametrize(("origin", "witness"), pairs(*ROS2))
+def test_a_change_is_seen_within_200_ms_over_ros2(ways, ros2_ways, origin, witness):
+    both = ways | ros2_ways
+    check_pair(both[origin], both[witness])
