@@ -23,7 +23,7 @@ from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGr
 from grabbergui.net.feature_json import error_of, loads
 from grabbergui.net.ros2.encodings import format_of
 from grabbergui.net.ros2.parameter_features import ParameterFeatures
-from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service
+from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service, require_interfaces
 from grabbergui.net.tree_client import TreeFeatures
 
 log = logging.getLogger(__name__)
@@ -199,11 +199,12 @@ class Ros2Grabber(FrameGrabber):
             time.sleep(0.05)
 
     def _find_features(self) -> TreeFeatures | ParameterFeatures:
-        from grabber_interfaces.srv import Ask
+        if self._ours():
+            require_interfaces()
+            from grabber_interfaces.srv import Ask
 
-        client = self._node().create_client(Ask, f"{self._name}/ask")
-        if client.wait_for_service(0.5 if self._ours() else 0.0):
-            self._clients["ask"] = client
+            self._clients["ask"] = self._node().create_client(Ask, f"{self._name}/ask")
+            self._clients["ask"].wait_for_service(DISCOVERY_TIMEOUT)
             hello = self._ask("hello").get("info", {})
             self.info = DeviceInfo(
                 self.info.uri,
@@ -214,8 +215,15 @@ class Ros2Grabber(FrameGrabber):
                 address=self._topic,
             )
             return TreeFeatures(self._ask)
+        from rcl_interfaces.msg import ParameterEvent
+
         self.info = DeviceInfo(self.info.uri, model=self._node_name, bus="ROS 2", address=self._topic)
+        self._node().create_subscription(ParameterEvent, "/parameter_events", self._on_parameter_event, 100)
         return ParameterFeatures(self._call_parameters)
+
+    def _on_parameter_event(self, event: Any) -> None:
+        if event.node == self._node_name:
+            self._tell(frozenset(parameter.name for parameter in event.changed_parameters))
 
     def _ours(self) -> bool:
         services = dict(self._node().get_service_names_and_types())

@@ -14,11 +14,15 @@ _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 
 
 def require_ros2() -> None:
-    """Raise SourceUnavailableError, in one line, where rclpy or our interfaces are missing."""
+    """Raise SourceUnavailableError, in one line, where rclpy is missing."""
     try:
         import rclpy  # noqa: F401
     except ImportError as error:
         raise SourceUnavailableError(f"{HOW_TO_GET_IT} ({error})") from error
+
+
+def require_interfaces() -> None:
+    """Raise SourceUnavailableError, in one line, where our services' package is missing."""
     try:
         import grabber_interfaces.srv  # noqa: F401
     except ImportError as error:

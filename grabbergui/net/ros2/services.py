@@ -10,6 +10,7 @@ from grabbergui.core.features import Feature, FeatureKind, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.net.feature_json import dumps
+from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree_service import TreeService
 from grabbergui.net.yarp.grabber_features import NumberedFeatures
 from grabbergui.net.yarp.grabber_ids import FeatureMode, label
@@ -19,6 +20,7 @@ class GrabberServices:
     """Offers the services below a name. Callbacks run on the node's thread; failures are replies."""
 
     def __init__(self, node: Any, grabber: FrameGrabber, name: str) -> None:
+        require_interfaces()
         from grabber_interfaces import srv
 
         self._grabber = grabber
