@@ -39,9 +39,9 @@ def random_board(random):
         facing = math.degrees(math.acos(float(np.clip(-board[:3, 2] @ sight / distance, -1, 1))))
         aside = abs(math.degrees(math.atan2(sight[1], sight[0])))
         goal = board @ geometry.pose(control.HAND_ON_MARKER, (0, 0, 0.10))
-        if board[0, 3] > 0.35 and down < 33 and aside < 60 and facing < 45 and board[2, 1] > 0.6:
-            if arm.inverse(goal, np.radians(HOME)) is not None:
-                return board
+        visible = down < 33 and aside < 60 and facing < 45 and board[2, 1] > 0.6
+        if board[0, 3] > 0.35 and visible and arm.inverse(goal, np.radians(HOME)) is not None:
+            return board
 
 
 def run(random):

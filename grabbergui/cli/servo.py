@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
     from grabbergui.servo.loop import Turn
+    from grabbergui.servo.pilot import Pilot
     from grabbergui.servo.report import Recorder
     from grabbergui.servo.robots import Robot
-    from grabbergui.servo.session import ServoSession
 
 CalibrationFor = Callable[[int, int], Calibration]
 "Width and height of pictures to their calibration."
@@ -97,7 +97,7 @@ def _config(options: argparse.Namespace) -> Config:
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.servo import desk
     from grabbergui.servo.detection import Detector
-    from grabbergui.servo.session import ServoSession
+    from grabbergui.servo.pilot import Pilot
 
     if options.seconds is not None and not (math.isfinite(options.seconds) and options.seconds > 0):
         raise UsageError(f"--seconds {options.seconds:g}: it must be more than 0")
@@ -108,10 +108,10 @@ def _run(options: argparse.Namespace) -> int:
         def detector(frame: Frame) -> Detector:
             return desk.detector(config, calibration(frame.width, frame.height))
 
-        session = ServoSession(grabber, robot, detector, config)
+        pilot = Pilot(grabber, robot, detector, config)
         if options.publish:
-            _publish(session, options, stack)
-        return _follow(session, options, calibration, truth)
+            _publish(pilot, options, stack)
+        return _follow(pilot, options, calibration, truth)
 
 
 def _parts(
@@ -169,13 +169,13 @@ def _on_yarp(options: argparse.Namespace, stack: ExitStack) -> tuple[Robot, Fram
     return robot, stack.enter_context(opened(options.source)), calibration
 
 
-def _publish(session: ServoSession, options: argparse.Namespace, stack: ExitStack) -> None:
+def _publish(pilot: Pilot, options: argparse.Namespace, stack: ExitStack) -> None:
     from grabbergui.net.yarp.name_client import NameClient
     from grabbergui.net.yarp.names import check_port_name
     from grabbergui.servo.publisher_yarp import YarpPublisher
 
     names = NameClient.find(options.nameserver)
-    publisher = YarpPublisher(session, names, check_port_name(options.publish))
+    publisher = YarpPublisher(pilot, names, check_port_name(options.publish))
     publisher.open()
     stack.callback(publisher.close)
 
@@ -193,7 +193,7 @@ def _calibration(options: argparse.Namespace) -> CalibrationFor:
 
 
 def _follow(
-    session: ServoSession, options: argparse.Namespace, calibration: CalibrationFor, truth: Any
+    pilot: Pilot, options: argparse.Namespace, calibration: CalibrationFor, truth: Any
 ) -> int:
     """Run to the end: of the time, of the loop, or by the user's wish."""
     from grabbergui.servo.report import Recorder
@@ -204,27 +204,27 @@ def _follow(
     def turned(turn: Turn, frame: Frame | None) -> None:
         outcome.note(turn)
         if recorder is not None:
-            recorder.add(turn, frame, session.loop.sighting)
+            recorder.add(turn, frame, pilot.loop.sighting)
 
     window = None if options.headless else _window()
-    session.turned.connect(turned)
-    session.failed.connect(outcome.fail)
-    session.start()
+    pilot.turned.connect(turned)
+    pilot.failed.connect(outcome.fail)
+    pilot.start()
     began = time.monotonic()
     try:
         if window is not None:
-            window(session, calibration, options.seconds)
+            window(pilot, calibration, options.seconds)
         while (
             options.headless
-            and session.running
+            and pilot.running
             and (options.seconds is None or time.monotonic() - began < options.seconds)
         ):
-            if _typed(0.1, session) == "q":
+            if _typed(0.1, pilot) == "q":
                 break
     except KeyboardInterrupt:
-        session.emergency_stop("interrupted")
-    facts = {**_timing(session), **(truth() if truth else {})}
-    session.stop()
+        pilot.emergency_stop("interrupted")
+    facts = {**_timing(pilot), **(truth() if truth else {})}
+    pilot.stop()
     if recorder is not None:
         report = recorder.finish(facts)
         print(f"report in {options.report}: {'reached' if report['reached'] else 'not reached'}")
@@ -266,7 +266,7 @@ class _Outcome:
         self.failure = reason
 
 
-def _typed(seconds: float, session: ServoSession) -> str:
+def _typed(seconds: float, pilot: Pilot) -> str:
     """Wait a moment for a line from the keyboard, and act on it."""
     if not sys.stdin or not sys.stdin.isatty():
         time.sleep(seconds)
@@ -275,17 +275,17 @@ def _typed(seconds: float, session: ServoSession) -> str:
         return ""
     line = sys.stdin.readline().strip().lower()
     if line == "":
-        session.emergency_stop("stopped from the keyboard")
+        pilot.emergency_stop("stopped from the keyboard")
     elif line == "r":
-        session.resume()
+        pilot.resume()
     return line
 
 
-def _timing(session: ServoSession) -> dict[str, float | None]:
+def _timing(pilot: Pilot) -> dict[str, float | None]:
     return {
-        "pictures": len(session.detection_ms),
-        "detection_ms_median": statistics.median(session.detection_ms) if session.detection_ms else None,
-        "photon_to_command_ms_median": statistics.median(session.latency_ms) if session.latency_ms else None,
-        "commands_sent": session.gate.sent,
-        "commands_refused": session.gate.refused,
+        "pictures": len(pilot.detection_ms),
+        "detection_ms_median": statistics.median(pilot.detection_ms) if pilot.detection_ms else None,
+        "photon_to_command_ms_median": statistics.median(pilot.latency_ms) if pilot.latency_ms else None,
+        "commands_sent": pilot.gate.sent,
+        "commands_refused": pilot.gate.refused,
     }

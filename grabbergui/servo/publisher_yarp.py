@@ -20,14 +20,14 @@ from grabbergui.net.yarp.values import Item, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.geometry import vector_from_pose
 from grabbergui.servo.loop import Turn
-from grabbergui.servo.session import ServoSession
+from grabbergui.servo.pilot import Pilot
 
 
 class YarpPublisher:
-    """Publishes one session. `open` and `close` from one thread; the rest happens on the session's."""
+    """Publishes one pilot. `open` and `close` from one thread; the rest happens on the pilot's."""
 
-    def __init__(self, session: ServoSession, names: NameClient, prefix: str = "/grabbergui/servo") -> None:
-        self._session = session
+    def __init__(self, pilot: Pilot, names: NameClient, prefix: str = "/grabbergui/servo") -> None:
+        self._pilot = pilot
         self._heads = OutputPort(f"{prefix}/heads:o", names)
         self._markers = OutputPort(f"{prefix}/markers:o", names)
         self._state = OutputPort(f"{prefix}/state:o", names)
@@ -36,18 +36,18 @@ class YarpPublisher:
         self._turn: Turn | None = None
 
     def open(self) -> None:
-        """Open the ports and follow the session. Raises SourceUnavailableError, TransportError."""
+        """Open the ports and follow the pilot. Raises SourceUnavailableError, TransportError."""
         try:
             for port in self._ports:
                 port.open()
         except BaseException:
             self.close()
             raise
-        self._session.turned.connect(self._on_turn)
+        self._pilot.turned.connect(self._on_turn)
 
     def close(self) -> None:
         """Drop the ports. May be called twice; never raises."""
-        self._session.turned.disconnect(self._on_turn, missing_ok=True)
+        self._pilot.turned.disconnect(self._on_turn, missing_ok=True)
         for port in self._ports:
             port.close()
 
@@ -60,7 +60,7 @@ class YarpPublisher:
         self._count += 1
         envelope = Stamp(self._count, time.time()).encode()
         self._state.write_bottle(state_bottle(turn), envelope)
-        sighting = self._session.loop.sighting
+        sighting = self._pilot.loop.sighting
         if frame is None or sighting is None:
             return
         head = sighting.nearest_head
@@ -71,9 +71,9 @@ class YarpPublisher:
     def _answer(self, request: Request) -> Bottle:
         verb = word(next(iter(request.bottle()), "")).lower()
         if verb == "stop":
-            self._session.emergency_stop(f"stopped by {request.info.peer}")
+            self._pilot.emergency_stop(f"stopped by {request.info.peer}")
         elif verb == "resume":
-            self._session.resume()
+            self._pilot.resume()
         elif verb == "state":
             return state_bottle(self._turn) if self._turn else Bottle([Vocab("fail"), "no turn yet"])
         else:

@@ -14,7 +14,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered_scene import Things, board_pose
 from grabbergui.servo import desk, plots, report, teo
-from grabbergui.servo.session import ServoSession
+from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.sim_teo import HOME, SimTeo
 from grabbergui.servo.state_machine import State
 
@@ -127,9 +127,9 @@ def live():
     robot = SimTeo()
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
-    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
-    yield session, camera, robot
-    session.stop()
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    yield pilot, camera, robot
+    pilot.stop()
     camera.close()
 
 
@@ -141,45 +141,45 @@ def wait_for(condition, seconds=20.0):
 
 
 def test_a_session_moves_the_arm_and_an_emergency_stop_ends_that(live):
-    session, _, robot = live
+    pilot, _, robot = live
     turns = []
-    session.turned.connect(lambda turn, frame: turns.append(turn))
-    session.start()
-    wait_for(lambda: session.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
-    session.emergency_stop("test")
+    pilot.turned.connect(lambda turn, frame: turns.append(turn))
+    pilot.start()
+    wait_for(lambda: pilot.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    pilot.emergency_stop("test")
     assert robot.speed == 0
-    sent = session.gate.sent
+    sent = pilot.gate.sent
     wait_for(lambda: turns[-1].state is State.STOPPED)
     before = len(turns)
     wait_for(lambda: len(turns) > before + 20)
-    assert session.gate.sent == sent
+    assert pilot.gate.sent == sent
     assert robot.speed == 0
-    session.resume()
+    pilot.resume()
     wait_for(lambda: robot.speed > 0.01)
 
 
 def test_a_session_without_pictures_comes_to_rest(live):
-    session, camera, robot = live
-    session.start()
-    wait_for(lambda: session.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    pilot, camera, robot = live
+    pilot.start()
+    wait_for(lambda: pilot.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
     camera.stop()
-    last = session.loop.sighting.captured
+    last = pilot.loop.sighting.captured
     wait_for(lambda: robot.speed == 0, 5)
-    assert session.running
-    assert session.loop.sighting.captured - last < 0.2
-    wait_for(lambda: session.loop.machine.state is State.LOST, 5)
+    assert pilot.running
+    assert pilot.loop.sighting.captured - last < 0.2
+    wait_for(lambda: pilot.loop.machine.state is State.LOST, 5)
 
 
 def test_a_session_whose_source_closes_says_so_and_leaves_the_robot_at_rest(live):
-    session, camera, robot = live
+    pilot, camera, robot = live
     reasons = []
-    session.failed.connect(reasons.append)
-    session.start()
-    wait_for(lambda: session.detection_ms)
+    pilot.failed.connect(reasons.append)
+    pilot.start()
+    wait_for(lambda: pilot.detection_ms)
     camera.close()
     for queue in _queues(camera):
         queue.close()
-    wait_for(lambda: not session.running or session.loop.machine.state is State.LOST)
+    wait_for(lambda: not pilot.running or pilot.loop.machine.state is State.LOST)
     assert robot.speed == 0
 
 

@@ -20,8 +20,8 @@ from grabbergui.net.yarp.values import Vocab
 from grabbergui.servo import desk, geometry
 from grabbergui.servo import teo_messages as messages
 from grabbergui.servo.detection import MarkerDetection, Sighting
+from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
-from grabbergui.servo.session import ServoSession
 from grabbergui.servo.sim_teo import SimTeo
 from grabbergui.servo.state_machine import State
 from grabbergui.servo.teo_ports import TeoPorts
@@ -184,14 +184,14 @@ def test_the_ports_answer_whatever_is_asked(names, simulated, text):
 def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated):
     camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
     camera.open()
-    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
     try:
-        session.start()
-        wait_for(lambda: session.loop.machine.state is State.REACHED, 40)
+        pilot.start()
+        wait_for(lambda: pilot.loop.machine.state is State.REACHED, 40)
     finally:
-        session.stop()
+        pilot.stop()
         camera.close()
-    goal = session.loop.arm.goal(desk.rendered_scene.board_pose())
+    goal = pilot.loop.arm.goal(desk.rendered_scene.board_pose())
     hand = simulated.state().hand
     assert geometry.distance(hand, goal) < 0.010
     assert math.degrees(geometry.angle_between(hand, goal)) < 2
@@ -201,14 +201,14 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated):
 def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated):
     camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
     camera.open()
-    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
-    publisher = YarpPublisher(session, names, "/servo")
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    publisher = YarpPublisher(pilot, names, "/servo")
     reader, caller = InputPort("/reader", names, depth=50), RpcClient("/servo/rpc:s", names)
     try:
         publisher.open()
         reader.open()
         assert caller.call(Bottle(["state"]))[0] == Vocab("fail")
-        session.start()
+        pilot.start()
         reader.connect("/servo/markers:o")
         marker = dict(Bottle.decode(reader.read(10)[0])[0])
         assert marker["id"] == 20
@@ -222,7 +222,7 @@ def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulat
         assert caller.call(Bottle(["dance"]))[0] == Vocab("fail")
     finally:
         caller.close()
-        session.stop()
+        pilot.stop()
         publisher.close()
         reader.close()
         camera.close()

@@ -2,7 +2,7 @@ import numpy as np
 from PyQt5.QtCore import Qt
 
 from grabbergui.servo import desk
-from grabbergui.servo.session import ServoSession
+from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.sim_teo import SimTeo
 from grabbergui.ui.views.servo_run import ServoPresenter
 from grabbergui.ui.views.servo_window import ServoWindow
@@ -43,12 +43,12 @@ def test_a_live_session_is_shown_and_stopped_from_the_window(qtbot):
     robot = SimTeo()
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
-    session = ServoSession(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
     window = ServoWindow()
     qtbot.addWidget(window)
-    presenter = ServoPresenter(window, session, desk.calibration().scaled_to)
+    presenter = ServoPresenter(window, pilot, desk.calibration().scaled_to)
     try:
-        session.start()
+        pilot.start()
         qtbot.waitUntil(lambda: window.pictureLabel.pixmap() is not None, timeout=10000)
         qtbot.waitUntil(lambda: window.plotsLabel.pixmap() is not None, timeout=10000)
         qtbot.waitUntil(lambda: robot.speed > 0.02, timeout=10000)
@@ -60,5 +60,5 @@ def test_a_live_session_is_shown_and_stopped_from_the_window(qtbot):
         qtbot.waitUntil(lambda: robot.speed > 0.01, timeout=10000)
     finally:
         presenter.close()
-        session.stop()
+        pilot.stop()
         camera.close()

@@ -1,4 +1,4 @@
-"""Runs the servoing window on a session."""
+"""Runs the servoing window on a pilot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.servo import overlay, report
 from grabbergui.servo.loop import Turn
-from grabbergui.servo.session import ServoSession
+from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.views.servo_window import ServoWindow
 
@@ -25,28 +25,28 @@ KEPT_TURNS = 1000
 
 
 class ServoPresenter(QObject):
-    """Shows the newest of a session at the pace of the eye, whatever the loop's."""
+    """Shows the newest of a pilot at the pace of the eye, whatever the loop's."""
 
     def __init__(
         self,
         window: ServoWindow,
-        session: ServoSession,
+        pilot: Pilot,
         calibration: Callable[[int, int], Calibration],
     ) -> None:
-        """Make it on the GUI thread; `close` it before the session is gone."""
+        """Make it on the GUI thread; `close` it before the pilot is gone."""
         super().__init__(window)
-        self._window, self._session, self._calibration = window, session, calibration
+        self._window, self._pilot, self._calibration = window, pilot, calibration
         self._turns: deque[Turn] = deque(maxlen=KEPT_TURNS)
         self._newest: tuple[Turn, Frame] | None = None
         # The loop's thread only leaves things here; appending and replacing need no lock.
-        session.turned.connect(self._on_turned)
-        window.stopPressed.connect(lambda: session.emergency_stop("stopped in the window"))
-        window.resumePressed.connect(session.resume)
+        pilot.turned.connect(self._on_turned)
+        window.stopPressed.connect(lambda: pilot.emergency_stop("stopped in the window"))
+        window.resumePressed.connect(pilot.resume)
         self._timers = [self._every(PICTURE_MS, self._show_picture), self._every(PLOTS_MS, self._show_plots)]
 
     def close(self) -> None:
-        """Let go of the session. May be called twice."""
-        self._session.turned.disconnect(self._on_turned, missing_ok=True)
+        """Let go of the pilot. May be called twice."""
+        self._pilot.turned.disconnect(self._on_turned, missing_ok=True)
         for timer in self._timers:
             timer.stop()
 
@@ -70,7 +70,7 @@ class ServoPresenter(QObject):
         if newest is not None:
             turn, frame = newest
             calibration = self._calibration(frame.width, frame.height)
-            self._window.setPicture(overlay.draw(frame.rgb(), turn, self._session.loop.sighting, calibration))
+            self._window.setPicture(overlay.draw(frame.rgb(), turn, self._pilot.loop.sighting, calibration))
 
     def _show_plots(self) -> None:
         # Every fourth turn is finer than the screen; drawing must not hold up the loop's thread.
@@ -80,20 +80,20 @@ class ServoPresenter(QObject):
 
 
 def run(
-    session: ServoSession,
+    pilot: Pilot,
     calibration: Callable[[int, int], Calibration],
     seconds: float | None,
 ) -> None:
-    """Show a running session until the window is closed, the loop ends, or the time is up."""
+    """Show a running pilot until the window is closed, the loop ends, or the time is up."""
     app = QApplication.instance() or QApplication(sys.argv[:1])
     window = ServoWindow()
-    presenter = ServoPresenter(window, session, calibration)
+    presenter = ServoPresenter(window, pilot, calibration)
 
     def close() -> None:
         window.close()
 
     def close_when_ended() -> None:
-        if not session.running:
+        if not pilot.running:
             window.close()
 
     ended = QTimer()
@@ -105,7 +105,7 @@ def run(
     before = signal.getsignal(signal.SIGINT)
 
     def interrupted(number: int, frame: FrameType | None) -> None:
-        session.emergency_stop("interrupted")
+        pilot.emergency_stop("interrupted")
         window.close()
 
     signal.signal(signal.SIGINT, interrupted)

@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 _WATCH_S = 0.02
 
 
-class ServoSession:
+class Pilot:
     """Runs the loop on a source and a robot that others opened, and will close."""
 
     turned = Signal(object, object)
