@@ -174,7 +174,7 @@ class GigeCamera:
             wait = min(wait, max(self._queue[0][0] - time.monotonic(), 0))
         for key, _ in selector.select(wait):
             if key.fileobj in self._sockets:  # a FORCEIP among what came together closes them all
-                self._receive(key.fileobj)  # type: ignore[arg-type]
+                self._receive(key.fileobj)
         now = time.monotonic()
         with self._channel:
             self._enqueue(self.control.poll(now))
