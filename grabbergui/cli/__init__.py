@@ -7,7 +7,6 @@ does the work and returns the exit code.
 from __future__ import annotations
 
 import argparse
-import logging
 import os
 import sys
 from collections.abc import Sequence
@@ -19,6 +18,7 @@ from grabbergui.cli import (
     gige,
     grab,
     gui,
+    logs,
     record,
     serve,
     servo,
@@ -50,9 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if first not in commands and first not in ("-h", "--help", "--version"):
         arguments.insert(place, "gui")
     options = parser.parse_args(arguments)
-    logging.basicConfig(
-        level=options.log_level.upper(), format="%(asctime)s %(levelname)s %(name)s: %(message)s"
-    )
+    logs.set_up(options.log_level, options.log_format)
     try:
         return int(options.run(options))
     except UsageError as error:
@@ -80,22 +78,28 @@ def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
         "gige:192.168.0.10, gige:SERIAL or gige:MAC. `grabbergui list` shows those that can be seen.",
     )
     parser.add_argument("--version", action="version", version=f"grabbergui {__version__}")
-    _add_log_level(parser, default="warning")
+    _add_log_options(parser)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for family in _FAMILIES:
         family.add_commands(commands)
     for command in commands.choices.values():
         # Also after the command, where people look for it; there it must not undo what stood before.
-        _add_log_level(command, default=argparse.SUPPRESS)
+        _add_log_options(command, argument_default=argparse.SUPPRESS)
     return parser, frozenset(commands.choices)
 
 
-def _add_log_level(parser: argparse.ArgumentParser, default: str) -> None:
+def _add_log_options(parser: argparse.ArgumentParser, argument_default: str = "") -> None:
     parser.add_argument(
         "--log-level",
         choices=("debug", "info", "warning", "error"),
-        default=default,
+        default=argument_default or "warning",
         help="how much to tell on stderr (warning)",
+    )
+    parser.add_argument(
+        "--log-format",
+        choices=logs.FORMATS,
+        default=argument_default or "text",
+        help="lines for people, or a JSON object a line (text)",
     )
 
 
@@ -103,9 +107,9 @@ def _command_place(arguments: list[str]) -> int:
     """Behind the options that belong to every command."""
     place = 0
     while place < len(arguments):
-        if arguments[place] == "--log-level":
+        if arguments[place] in ("--log-level", "--log-format"):
             place += 2
-        elif arguments[place].startswith("--log-level="):
+        elif arguments[place].startswith(("--log-level=", "--log-format=")):
             place += 1
         else:
             break

@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import logging
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
+from grabbergui.cli.metrics import MetricsServer
 from grabbergui.cli.opening import opened
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.config import ini, resource_finder
@@ -20,6 +21,10 @@ from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
+
+if TYPE_CHECKING:
+    from grabbergui.net.ros2.server import Ros2GrabberServer
+    from grabbergui.net.yarp.server import YarpGrabberServer
 
 log = logging.getLogger(__name__)
 
@@ -43,6 +48,11 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--introspection", action="store_true", help="log every feature of the camera")
     parser.add_argument("--terminal", action="store_true", help="take commands from the keyboard")
     parser.add_argument("--window", action="store_true", help="open the window on it too")
+    parser.add_argument(
+        "--metrics",
+        metavar="[HOST:]PORT",
+        help="counters for Prometheus at http://HOST:PORT/metrics (127.0.0.1)",
+    )
 
     yarp = parser.add_argument_group("YARP")
     yarp.add_argument("--yarp", metavar="/PORT", help="images here, requests at /PORT/rpc")
@@ -73,10 +83,17 @@ def _run(arguments: argparse.Namespace) -> int:
             for feature in grabber.features():
                 log.warning("%s", _introspected(feature))
         grabber.start()
+        published: dict[str, Callable[[], int]] = {}
         if options.yarp or options.with_name_server:
-            stack.enter_context(_on_yarp(grabber, options))
+            yarp = stack.enter_context(_on_yarp(grabber, options))
+            if yarp is not None:
+                published["yarp"] = lambda: yarp.published
         if options.ros2:
-            stack.enter_context(_on_ros2(grabber, options))
+            ros2 = stack.enter_context(_on_ros2(grabber, options))
+            published["ros2"] = lambda: ros2.published
+        if options.metrics:
+            metrics = stack.enter_context(MetricsServer(grabber, options.metrics, published))
+            print(f"counters are at {metrics.url}", flush=True)
         print(f"serving {grabber.info.title} ({uri}); Ctrl-C ends it", flush=True)
         if options.window:
             return _show_window(grabber, stop)
@@ -119,7 +136,7 @@ def _introspected(feature: Feature) -> str:
 
 
 @contextmanager
-def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
+def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabberServer | None]:
     from grabbergui.net.yarp.grabber_pictures import Capability
     from grabbergui.net.yarp.name_client import NameClient
     from grabbergui.net.yarp.name_server import NameServer
@@ -136,6 +153,7 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
             names = NameClient.find(f"{contact.host}:{contact.port}")
         else:
             names = NameClient.find(options.nameserver)
+        server = None
         if options.yarp:
             server = YarpGrabberServer(
                 grabber,
@@ -149,11 +167,11 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
             )
             server.start()
             stack.callback(server.stop)
-        yield
+        yield server
 
 
 @contextmanager
-def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
+def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[Ros2GrabberServer]:
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
     server = Ros2GrabberServer(
@@ -165,7 +183,7 @@ def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[None]:
     )
     server.start()
     try:
-        yield
+        yield server
     finally:
         server.stop()
 

@@ -58,6 +58,8 @@ class ServeOptions:
     "Seconds between YARP images at least; 0: every frame."
     normalised: bool = False
     "Serve YARP feature values as 0…1."
+    metrics: str = ""
+    "HOST:PORT, or PORT on this machine only, where the counters are for Prometheus; empty: nowhere."
 
     @property
     def uri(self) -> str:

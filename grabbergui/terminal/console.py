@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import select
 import sys
 from collections.abc import Callable, Iterable, Iterator
 
@@ -16,6 +18,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.terminal.interpreter import Interpreter, answer
 
 _TAKES_FEATURE = ("get_feature", "get", "set_feature", "set", "auto", "mode", "run", "list_features", "list")
+FINISHED_PERIOD = 0.2
+"""Seconds between looks at whether the server was told to end, while nothing is typed."""
 
 
 class FeatureCompleter(Completer):
@@ -56,12 +60,27 @@ def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) 
     With a terminal it prompts and completes; without one it reads lines, for scripts.
     """
     interpreter = Interpreter(grabber)
-    lines = _prompted(grabber, interpreter) if sys.stdin.isatty() else iter(sys.stdin)
+    lines = _prompted(grabber, interpreter) if sys.stdin.isatty() else _piped(finished)
     for line in lines:
         worked, text = answer(interpreter, line)
         if text:
             print(text, file=sys.stdout if worked else sys.stderr, flush=True)
         if interpreter.finished or finished():
+            return
+
+
+def _piped(finished: Callable[[], bool]) -> Iterator[str]:
+    """Lines as they come; a script that says nothing does not hold up the end."""
+    descriptor = sys.stdin.fileno()
+    rest = b""
+    while not finished():
+        if not select.select([descriptor], [], [], FINISHED_PERIOD)[0]:
+            continue
+        chunk = os.read(descriptor, 4096)
+        *lines, rest = (rest + chunk).split(b"\n")
+        for line in lines if chunk else [rest]:
+            yield line.decode(errors="replace")
+        if not chunk:
             return
 
 

@@ -4,6 +4,7 @@ import re
 import signal
 import subprocess
 import sys
+import urllib.request
 
 import pytest
 
@@ -70,6 +71,17 @@ def test_the_terminal_of_a_server_and_a_configuration_file(serve, tmp_path):
     assert process.returncode == 0
 
 
+def test_counters_and_a_structured_log(serve):
+    process = serve(SMALL, "--introspection", "--metrics", "0", "--terminal", "--log-format", "json")
+    url = line_with(process, "counters are at").split()[-1]
+    with urllib.request.urlopen(url, timeout=5) as page:
+        assert b"grabbergui_frames_total{" in page.read()
+
+    process.send_signal(signal.SIGTERM)
+
+    assert process.wait(5) == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "line"),
     [
@@ -78,6 +90,7 @@ def test_the_terminal_of_a_server_and_a_configuration_file(serve, tmp_path):
         (["--index", "7", "--terminal"], 1, "there is no camera 7"),
         ([SMALL, "--yarp", "/cam", "--nameserver", "127.0.0.1:1"], 1, "name server"),
         ([SMALL, "--yarp", "no slash", "--with-name-server", "--nameserver", "127.0.0.1:0"], 2, "no slash"),
+        ([SMALL, "--terminal", "--metrics", "here"], 2, "write HOST:PORT"),
         ([SMALL, "--pixel-format", "Mono9", "--terminal"], 1, "PixelFormat=Mono9"),
     ],
 )

@@ -1,0 +1,126 @@
+"""`serve --metrics`: the stream's counters for Prometheus, over HTTP, as its text format 0.0.4 has them."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+
+from grabbergui.core.errors import TransportError, UsageError
+from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+
+log = logging.getLogger(__name__)
+
+CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+DEFAULT_HOST = "127.0.0.1"
+REQUEST_TIMEOUT = 5.0
+"""Seconds that a caller has for its request."""
+
+_GAUGES = {
+    "frame_rate": ("frame_rate_hertz", "Frames per second."),
+    "bandwidth": ("bandwidth_bytes_per_second", "Payload bytes per second."),
+}
+_COUNTERS = {
+    "frames": ("frames_total", "Complete frames since the stream was started."),
+    "incomplete": ("frames_incomplete_total", "Frames with packets missing."),
+    "lost": ("frames_lost_total", "Frames of which nothing arrived."),
+    "underruns": ("frames_underrun_total", "Frames dropped because consumers held every buffer."),
+    "bytes": ("payload_bytes_total", "Payload bytes of complete frames."),
+    "packets": ("packets_total", "Packets received."),
+    "packets_missing": ("packets_missing_total", "Packets that never came."),
+    "packets_resent": ("packets_resent_total", "Packets that came because they were asked for again."),
+    "packets_duplicate": ("packets_duplicate_total", "Packets that came twice."),
+    "packets_ignored": ("packets_ignored_total", "Foreign, malformed or stale datagrams."),
+}
+
+Published = Mapping[str, Callable[[], int]]
+"""By network, how many pictures it sent."""
+
+
+def exposition(statistics: StreamStatistics, streaming: bool, source: str, published: Published) -> str:
+    """The page: each metric with its help, its type and its value, labelled with the source's URI."""
+    label = f'source="{_escaped(source)}"'
+    lines = _metric("streaming", "gauge", "Whether the stream is on.", {label: int(streaming)})
+    values = statistics.as_dict()
+    for kind, table in (("gauge", _GAUGES), ("counter", _COUNTERS)):
+        for field, (name, meaning) in table.items():
+            lines += _metric(name, kind, meaning, {label: values[field]})
+    if published:
+        sent = {f'{label},network="{network}"': count() for network, count in published.items()}
+        lines += _metric("published_total", "counter", "Pictures sent on a network.", sent)
+    return "\n".join(lines) + "\n"
+
+
+def _metric(name: str, kind: str, meaning: str, values: Mapping[str, float]) -> list[str]:
+    name = f"grabbergui_{name}"
+    samples = [f"{name}{{{labels}}} {value:.15g}" for labels, value in values.items()]
+    return [f"# HELP {name} {meaning}", f"# TYPE {name} {kind}", *samples]
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", r"\\").replace('"', r"\"").replace("\n", r"\n")
+
+
+def parse_address(text: str) -> tuple[str, int]:
+    """`HOST:PORT`, or `PORT` on this machine only. Raises UsageError."""
+    host, _, port = text.rpartition(":")
+    if not port.isascii() or not port.isdigit() or int(port) > 65535:
+        raise UsageError(f"--metrics {text}: write HOST:PORT, or PORT for this machine only")
+    return host.strip("[]") or DEFAULT_HOST, int(port)
+
+
+class MetricsServer:
+    """Answers GET /metrics. One thread, and one for each request; reads no feature of the camera."""
+
+    def __init__(self, grabber: FrameGrabber, address: str, published: Published) -> None:
+        """Bind. Raises UsageError for a bad address, TransportError where it cannot be had."""
+        host, port = parse_address(address)
+
+        class Handler(BaseHTTPRequestHandler):
+            timeout = REQUEST_TIMEOUT
+
+            def do_GET(self) -> None:
+                if self.path.partition("?")[0] != "/metrics":
+                    self.send_error(404, "the figures are at /metrics")
+                    return
+                page = exposition(grabber.statistics(), grabber.streaming, grabber.info.uri, published)
+                body = page.encode()
+                self.send_response(200)
+                self.send_header("Content-Type", CONTENT_TYPE)
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+
+            def log_message(self, format: str, *args: object) -> None:  # noqa: A002 (its name there)
+                log.debug("metrics for %s: %s", self.address_string(), format % args)
+
+        try:
+            self._server = _Server((host, port), Handler)
+        except OSError as error:
+            raise TransportError(f"--metrics {address}: {error.strerror or error}") from error
+        self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        host, port = self._server.server_address[:2]
+        return f"http://{host!s}:{port}/metrics"
+
+    def __enter__(self) -> MetricsServer:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    # A caller that says nothing must not hold up the end.
+    block_on_close = False
+
+    def handle_error(self, request: object, client_address: object) -> None:
+        log.debug("metrics for %s: broken off", client_address, exc_info=True)

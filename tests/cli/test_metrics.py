@@ -1,0 +1,85 @@
+"""Counters over HTTP, and logs as JSON."""
+
+import json
+import logging
+import re
+import socket
+import urllib.error
+import urllib.request
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.cli.logs import JsonFormatter
+from grabbergui.cli.metrics import MetricsServer, exposition, parse_address
+from grabbergui.core.errors import TransportError, UsageError
+from grabbergui.core.grabber import StreamStatistics
+
+
+@pytest.fixture
+def camera():
+    camera = sources.create("sim:?width=64&height=48&fps=100")
+    camera.open()
+    yield camera
+    camera.close()
+
+
+def fetch(url):
+    with urllib.request.urlopen(url, timeout=5) as answer:
+        return answer.headers["Content-Type"], answer.read().decode()
+
+
+def test_the_counters_of_a_stream(camera):
+    queue = camera.open_queue(8)
+    camera.start()
+    with MetricsServer(camera, "0", {"yarp": lambda: 7}) as server:
+        for _ in range(5):
+            queue.get(5)
+        kind, page = fetch(server.url)
+        with pytest.raises(urllib.error.HTTPError, match="404") as refused:
+            fetch(server.url.replace("/metrics", "/"))
+        refused.value.close()
+
+    assert kind.startswith("text/plain; version=0.0.4")
+    assert int(re.search(r"^grabbergui_frames_total\{.*\} (\d+)$", page, re.M)[1]) >= 5
+    assert "# TYPE grabbergui_frames_total counter" in page
+    assert re.search(r'^grabbergui_published_total\{source="sim:.*",network="yarp"\} 7$', page, re.M)
+    assert re.search(r"^grabbergui_streaming\{.*\} 1$", page, re.M)
+
+
+def test_every_counter_is_there():
+    page = exposition(StreamStatistics(frames=3), False, 'a"b\\', {})
+
+    samples = [line for line in page.splitlines() if not line.startswith("#")]
+    assert len(samples) == len(StreamStatistics().as_dict()) + 1
+    assert r'grabbergui_frames_total{source="a\"b\\"} 3' in samples
+
+
+def test_a_caller_that_says_nothing_holds_nobody_up(camera):
+    with MetricsServer(camera, "127.0.0.1:0", {}) as server:
+        port = int(server.url.split(":")[2].split("/")[0])
+        with socket.create_connection(("127.0.0.1", port)) as silent:
+            assert "grabbergui_streaming" in fetch(server.url)[1]
+            with pytest.raises(TransportError, match="in use"):
+                MetricsServer(camera, str(port), {})
+            silent.sendall(b"nonsense\r\n\r\n")
+            assert silent.recv(100)
+
+
+def test_addresses():
+    assert parse_address("9100") == ("127.0.0.1", 9100)
+    assert parse_address("0.0.0.0:80") == ("0.0.0.0", 80)
+    for bad in ("", "host", "host:", "1:99999", "1:²"):
+        with pytest.raises(UsageError, match="write HOST:PORT"):
+            parse_address(bad)
+
+
+def test_a_log_line_is_one_json_object():
+    record = logging.LogRecord("a.b", logging.WARNING, "", 0, "lost\n%s", ("camera 1",), None)
+
+    line = JsonFormatter().format(record)
+
+    entry = json.loads(line)
+    assert "\n" not in line
+    assert (entry["level"], entry["logger"], entry["message"]) == ("warning", "a.b", "lost\ncamera 1")
+    assert entry["time"].endswith("+00:00")
