@@ -7,26 +7,20 @@ anything is read.
 
 from __future__ import annotations
 
-import io
 import logging
 import re
-import zipfile
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.driver.stored_description import unpack
 
 log = logging.getLogger(__name__)
 
 MAX_STORED_BYTES = 16 << 20
 "Of a description in a device's memory."
-MAX_XML_BYTES = 64 << 20
-"Of a description unzipped; the largest known ones are below 4 MiB."
-
-ZIP_SIGNATURE = b"PK\3\4"
 
 _LOCAL = re.compile(
     r"local:/*\s*(?P<name>[^;]*?)\s*;\s*(?:0x)?(?P<address>[0-9a-f]{1,16})\s*;\s*(?:0x)?(?P<length>[0-9a-f]{1,16})\s*(?:\?.*)?$",
@@ -84,25 +78,3 @@ def _fetch(location: LocalFile | Path, read: Callable[[int, int], bytes]) -> byt
     if location.stat().st_size > MAX_STORED_BYTES:
         raise RemoteProtocolError(f"{location} has more than {MAX_STORED_BYTES} bytes")
     return unpack(location.read_bytes())
-
-
-def unpack(stored: bytes) -> bytes:
-    """The XML of what a device stores: unzipped where it is a ZIP archive, without trailing zeros.
-
-    Raises RemoteProtocolError for a damaged archive, one without XML, or one that grows beyond all reason.
-    """
-    if not stored.startswith(ZIP_SIGNATURE):
-        return stored.rstrip(b"\0")
-    try:
-        with zipfile.ZipFile(io.BytesIO(stored)) as archive:
-            names = [name for name in archive.namelist() if name.lower().endswith(".xml")]
-            if not names:
-                raise RemoteProtocolError("the zipped description holds no .xml file")
-            with archive.open(names[0]) as member:
-                # What the archive says about its sizes may be a lie, so count what comes out.
-                xml = member.read(MAX_XML_BYTES + 1)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError) as error:
-        raise RemoteProtocolError(f"the zipped description is damaged: {error}") from error
-    if len(xml) > MAX_XML_BYTES:
-        raise RemoteProtocolError(f"the zipped description grows beyond {MAX_XML_BYTES} bytes")
-    return xml.rstrip(b"\0")

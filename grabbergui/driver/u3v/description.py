@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import logging
-import zipfile
-import zlib
 from collections.abc import Callable
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver.stored_description import unpack
 from grabbergui.driver.u3v.bootstrap import ManifestEntry, best_description
 
 log = logging.getLogger(__name__)
@@ -17,7 +15,6 @@ log = logging.getLogger(__name__)
 MOST_ENTRIES = 64
 LARGEST_STORED = 16 << 20
 "Bytes; the largest descriptions have two million, unzipped."
-LARGEST_UNZIPPED = 64 << 20
 
 
 def read_description(read: Callable[[int, int], bytes], manifest_address: int) -> bytes:
@@ -37,20 +34,4 @@ def read_description(read: Callable[[int, int], bytes], manifest_address: int) -
     stored = read(entry.address, entry.size)
     if any(entry.sha1) and hashlib.sha1(stored, usedforsecurity=False).digest() != entry.sha1:
         log.warning("the description's SHA-1 is not the one in the manifest; it is used all the same")
-    if entry.file_format == ManifestEntry.ZIP or stored.startswith(b"PK\3\4"):
-        return unzipped(stored)
-    return stored.rstrip(b"\0")
-
-
-def unzipped(archive: bytes) -> bytes:
-    """The one file in a zip archive, which may be padded. Raises RemoteProtocolError."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(archive)) as opened:
-            members = opened.infolist()
-            if len(members) != 1:
-                raise RemoteProtocolError(f"the zipped description holds {len(members)} files, not one")
-            if members[0].file_size > LARGEST_UNZIPPED:
-                raise RemoteProtocolError(f"the description unzips to {members[0].file_size} bytes")
-            return opened.read(members[0])
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError) as error:
-        raise RemoteProtocolError(f"the zipped description is broken: {error}") from error
+    return unpack(stored)

@@ -12,9 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
-from grabbergui.driver.gige import description
-from grabbergui.driver.gige.description import LocalFile, fetch_description, parse_url, unpack
+from grabbergui.driver import stored_description
+from grabbergui.driver.gige.description import LocalFile, fetch_description, parse_url
 from grabbergui.driver.gige.gvcp import Ack
+from grabbergui.driver.stored_description import unpack
 
 XML = b'<?xml version="1.0"?><RegisterDescription/>'
 
@@ -85,9 +86,15 @@ def test_plain_and_zipped_are_told_apart_by_content() -> None:
 
 
 def test_a_zip_bomb_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(description, "MAX_XML_BYTES", 1 << 20)
+    monkeypatch.setattr(stored_description, "MAX_XML_BYTES", 1 << 20)
     with pytest.raises(RemoteProtocolError, match="grows beyond"):
         unpack(zipped(bytes(4 << 20)))
+
+
+@pytest.mark.parametrize("stored", [b"PK\3\4", b"PK\3\4" + bytes(100)])
+def test_a_broken_archive_is_refused(stored: bytes) -> None:
+    with pytest.raises(RemoteProtocolError, match="damaged"):
+        unpack(stored)
 
 
 @given(st.binary(max_size=200), st.integers(0, 200))

@@ -11,7 +11,7 @@ from grabbergui.core.errors import DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
 from grabbergui.driver.u3v.bootstrap import Abrm, Sbrm, string
-from grabbergui.driver.u3v.description import read_description, unzipped
+from grabbergui.driver.u3v.description import read_description
 from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor, split
 from grabbergui.driver.u3v.enumeration import BulkInterface
 from grabbergui.driver.u3v.gencp import CommandId, Packet
@@ -75,12 +75,6 @@ def test_the_recorded_description_is_read_in_pieces(registers: RegisterAccess, l
 def test_transfer_limits_too_short_for_anything_are_refused(registers: RegisterAccess) -> None:
     with pytest.raises(RemoteProtocolError, match="too short"):
         registers.set_longest_transfers(20, 1024)
-
-
-@pytest.mark.parametrize("data", [b"", b"PK\3\4", b"PK\3\4" + bytes(100), b"\xff" * 30])
-def test_a_broken_archive_is_refused(data: bytes) -> None:
-    with pytest.raises(RemoteProtocolError, match="broken"):
-        unzipped(data)
 
 
 @pytest.mark.parametrize(
