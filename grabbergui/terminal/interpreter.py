@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import shlex
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,10 @@ from grabbergui.models import feature_set, feature_set_files, snapshot
 from grabbergui.models.feature_set_loading import load_onto
 
 _FRAME_TIMEOUT = 5.0
+_WATCH_PERIOD = 0.05
+_WATCH_LONGEST = 5.0
+"""Seconds; a remote terminal waits seven for its answer."""
+_MOST_FRAMES = 100
 _ON_FILES = {"snapshot", "save", "load", "grab"}
 
 
@@ -62,6 +67,12 @@ class Interpreter:
             "mode": Command("NAME", "whether a feature is set by hand or by the camera", self._mode),
             "start": Command("", "let the stream run", self._start),
             "stop": Command("", "stop the stream, for everybody", self._stop),
+            "watch": Command(
+                "NAME [SECONDS]",
+                "a feature's values for a while (2, at most 5 s)",
+                self._watch,
+            ),
+            "grab": Command("N [FOLDER]", "save the next N frames (at most 100)", self._grab),
             "snapshot": Command(
                 "[FOLDER]", "save the next frame, as PNG, or TIFF for more than 8 bits", self._snapshot
             ),
@@ -152,6 +163,29 @@ class Interpreter:
             queue.close()
         path = snapshot.save(frame, self._folder / Path(folder).expanduser(), self._grabber.info)
         return f"saved {path}"
+
+    def _grab(self, number: str, folder: str = "") -> str:
+        count = int(number) if number.isascii() and number.isdigit() else 0
+        if not 1 <= count <= _MOST_FRAMES:
+            raise UsageError(f"grab {number}: write a number of frames from 1 to {_MOST_FRAMES}")
+        lines = [self._snapshot(folder) for _ in range(count)]
+        return "\n".join(lines)
+
+    def _watch(self, name: str, seconds: str = "2") -> str:
+        try:
+            span = float(seconds)
+        except ValueError:
+            span = 0.0
+        if not 0 < span <= _WATCH_LONGEST:
+            raise UsageError(f"watch {name} {seconds}: write seconds, up to {_WATCH_LONGEST:g}")
+        start, lines, last = time.monotonic(), [], ""
+        while (passed := time.monotonic() - start) < span:
+            text = self._line(self._grabber.feature(name))
+            if text != last:
+                lines.append(f"{passed:5.2f} s  {text}")
+                last = text
+            time.sleep(_WATCH_PERIOD)
+        return "\n".join(lines)
 
     def _save(self, file: str) -> str:
         path = self._folder / Path(file).expanduser()

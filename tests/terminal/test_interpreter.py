@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 
 import pytest
 from prompt_toolkit.completion import CompleteEvent
@@ -57,6 +58,20 @@ def test_the_stream_and_a_snapshot(terminal, tmp_path):
     assert terminal.execute("stop") == "stopped"
 
 
+def test_frames_are_grabbed_and_a_value_is_watched(terminal, tmp_path):
+    terminal.execute("start")
+    assert (
+        terminal.execute("grab 3 some").count("saved ") == 3 and len(list((tmp_path / "some").iterdir())) == 3
+    )
+    terminal.execute("set Gain 2")
+    changing = threading.Timer(0.1, terminal.execute, ["set Gain 3"])
+    changing.start()
+    first, second = terminal.execute("watch Gain 0.5").splitlines()
+    changing.join()
+    assert "Gain = 2 dB" in first and "Gain = 3 dB" in second
+    terminal.execute("stop")
+
+
 def test_help_names_every_command_and_exit_ends(terminal):
     assert all(name in terminal.execute("help") for name in terminal.commands)
     assert terminal.execute("") == "" and not terminal.finished
@@ -72,6 +87,8 @@ def test_help_names_every_command_and_exit_ends(terminal):
         ("set Width", UsageError, "which value"),
         ("set 'Width", UsageError, "quotation"),
         ("get Warp", FeatureNotFoundError, "no feature Warp"),
+        ("grab 101", UsageError, "from 1 to 100"),
+        ("watch Gain nan", UsageError, "up to 5"),
         ("auto Width", FeatureNotFoundError, "no automatic mode"),
     ],
 )
