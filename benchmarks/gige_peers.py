@@ -191,14 +191,21 @@ def median_run(runs: list[Run]) -> Run:
     return Run(*(statistics.median(values) for values in fields))
 
 
-def compare(bandwidth: float, loss: float, packet_size: int, seconds: float, runs: int) -> dict[str, Run]:
+def compare(
+    bandwidth: float, loss: float, packet_size: int, seconds: float, runs: int
+) -> dict[str, list[Run]]:
     """Every receiver in turn, round after round, so that a busy moment meets all of them."""
     results: dict[str, list[Run]] = {}
     for _ in range(runs):
         for name, receive in receivers().items():
             with camera_process(bandwidth, loss):
                 results.setdefault(name, []).append(receive(packet_size, seconds))
-    return {name: median_run(list_of) for name, list_of in results.items()}
+    return results
+
+
+def spread(values: list[float]) -> str:
+    """The lowest and the highest: medians hide runs that went wrong."""
+    return f"{min(values):.1f} … {max(values):.1f}"
 
 
 def ratio(value: float, reference: float) -> str:
@@ -224,29 +231,39 @@ def main(arguments: list[str] | None = None) -> None:
         print(json.dumps(asdict(receive(int(packet_size), float(seconds)))))
         return
     print(f"pictures of {WIDTH}x{HEIGHT} Mono8; medians of {options.runs} runs of {options.seconds:g} s\n")
-    print("| packet | rate | receiver | frames/s | × Aravis | incomplete | CPU s/GB | × Aravis |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| packet | rate | receiver | frames/s | × Aravis | of the runs | incomplete | CPU s/GB | × Aravis |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
     for bandwidth in (GIGABIT, 0.0):
         for packet_size in (1400, 8164):
             found = compare(bandwidth, 0.0, packet_size, options.seconds, options.runs)
-            reference = found.get("Aravis", NOTHING)
-            for name, run in found.items():
+            reference = median_run(found.get("Aravis", [NOTHING]))
+            for name, measured in found.items():
+                run = median_run(measured)
                 cells = (
                     packet_size,
                     "125 MB/s" if bandwidth else "full speed",
                     name,
                     f"{run.frames_per_second:.1f}",
                     ratio(run.frames_per_second, reference.frames_per_second),
+                    spread([one.frames_per_second for one in measured]),
                     f"{run.incomplete:g}",
                     f"{run.cpu_per_gb:.2f}",
                     ratio(run.cpu_per_gb, reference.cpu_per_gb),
                 )
                 print("|", " | ".join(map(str, cells)), "|", flush=True)
-    print("\n| loss | receiver | complete frames | of all |")
-    print("|---|---|---|---|")
+    print("\n| loss | receiver | frames/s | incomplete, all runs | complete, of all |")
+    print("|---|---|---|---|---|")
     for loss in LOSSES:
-        for name, run in compare(GIGABIT, loss, 1400, options.seconds, options.runs).items():
-            print(f"| {100 * loss:g} % | {name} | {run.complete:g} | {run.share:.2f} % |", flush=True)
+        for name, measured in compare(GIGABIT, loss, 1400, options.seconds, options.runs).items():
+            columns = zip(*(asdict(run).values() for run in measured), strict=True)
+            total = Run(*(sum(column) for column in columns))
+            rate = f"{total.frames_per_second:.1f}"
+            print(
+                f"| {100 * loss:g} % | {name} | {rate} | {total.incomplete} | {total.share:.2f} % |",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":
