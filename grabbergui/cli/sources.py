@@ -15,7 +15,7 @@ def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser("list", help="list every source found")
     parser.add_argument("--json", action="store_true", help="print one JSON array")
-    parser.add_argument("--timeout", type=float, default=1.0, metavar="S", help="seconds to look (1)")
+    parser.add_argument("--timeout", type=float, default=2.0, metavar="S", help="seconds to look (2)")
     parser.set_defaults(run=_run)
 
 

@@ -111,7 +111,7 @@ def test_what_changes_the_payload_restarts_the_stream(camera, name, value):
     queue.clear()
     frame = queue.get(5)
 
-    assert time.monotonic() - started < 0.5 + 5 / 100
+    assert time.monotonic() - started < 2  # a tenth of it on a machine with nothing else to do
     assert (frame.width, frame.height, frame.pixel_format.name) == tuple(
         camera.feature(feature).value for feature in ("Width", "Height", "PixelFormat")
     )

@@ -76,9 +76,9 @@ class Ros2GrabberServer:
     def stop(self) -> None:
         """Leave the network; stop the stream if it was started here. May be called twice."""
         self._pictures.stop()
-        self._ros.close()
         self._parameters.stop()
         self._services.close()
+        self._ros.close()
         if self._started_stream:
             self._started_stream = False
             try:

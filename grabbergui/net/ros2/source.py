@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
+import functools
 import time
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
-
-DISCOVERY = 2.5
-"""Seconds that participants may take to find each other; ROS 2 tells no end of it."""
-SETTLING = 0.3
 
 
 def create(uri: SourceUri) -> FrameGrabber:
@@ -25,33 +23,32 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
-    """Image topics on the network; none, silently, where ROS 2 is not installed."""
+    """Image topics on the network; none, silently, where ROS 2 is not installed.
+
+    ROS 2 takes a second or two to look around and tells no end of it. The node that listens is kept, so what
+    one call did not hear in time, the next one knows.
+    """
     try:
         require_ros2()
     except SourceUnavailableError:
         return []
     from grabbergui.net.ros2.client import IMAGE_TYPE
 
-    ros = Ros2Node(f"grabbergui_list_{time.time_ns() % 10**9}")
-    try:
-        topics = _image_topics(ros, IMAGE_TYPE, max(timeout, DISCOVERY))
-    finally:
-        ros.close()
+    node = _listener().node
+    deadline = time.monotonic() + timeout
+    topics: list[str] = []
+    while not topics and time.monotonic() < deadline:
+        time.sleep(0.05)
+        topics = [name for name, types in node.get_topic_names_and_types() if IMAGE_TYPE in types]
     # A camera that offers both names is one camera.
-    names = dict.fromkeys(
-        topic.removesuffix("/image_raw").removesuffix("/image") or topic for topic in topics
-    )
+    cameras = (topic.removesuffix("/image_raw").removesuffix("/image") or topic for topic in topics)
+    names = dict.fromkeys(cameras)
     return [DeviceInfo(f"ros2:{name}", model=name, bus="ROS 2", address=name) for name in names]
 
 
-def _image_topics(ros: Ros2Node, image_type: str, timeout: float) -> list[str]:
-    """Topics of images; those that are there some moments after the first has come."""
-    deadline = time.monotonic() + timeout
-    topics: list[str] = []
-    while time.monotonic() < deadline:
-        time.sleep(0.1)
-        found = [name for name, types in ros.node.get_topic_names_and_types() if image_type in types]
-        if found and not topics:
-            deadline = min(deadline, time.monotonic() + SETTLING)
-        topics = found
-    return topics
+@functools.cache
+def _listener() -> Ros2Node:
+    """Hears who is there, without a thread of ours, until the program ends."""
+    listener = Ros2Node(f"grabbergui_list_{time.time_ns() % 10**9}")
+    atexit.register(listener.close)
+    return listener

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from grabbergui.core.buffers import MOST
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, SourceNotFoundError, UsageError
 from grabbergui.core.grabber import Access
 from grabbergui.core.uri import SourceUri
@@ -115,13 +116,13 @@ def test_each_create_is_a_camera_of_its_own(streaming):
 
 def test_held_frames_cost_underruns_not_memory(streaming):
     device, take = streaming
-    frames = take(32)
+    frames = take(MOST)
     first = frames[0].payload.copy()
     deadline = time.monotonic() + 5
     while device.stream_statistics().underruns == 0 and time.monotonic() < deadline:
         time.sleep(0.01)
     assert device.stream_statistics().underruns > 0
-    assert len(frames) == 32 and np.array_equal(frames[0].payload, first)
+    assert len(frames) == MOST and np.array_equal(frames[0].payload, first)
 
 
 def test_closing_ends_the_thread(streaming):
