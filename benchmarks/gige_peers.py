@@ -63,8 +63,8 @@ NOTHING = Run(0, 0, 1.0, 0.0)
 def serve(bandwidth: float, loss: float) -> None:
     """Be the camera until standard input ends."""
     from grabbergui.driver.sim import registers as reg
-    from grabbergui.driver.sim.gige_faults import Faults
-    from grabbergui.driver.sim.gige_server import GigeCamera
+    from grabbergui.driver.sim.gige.faults import Faults
+    from grabbergui.driver.sim.gige.server import GigeCamera
 
     camera = GigeCamera(
         ADDRESS,

@@ -12,7 +12,7 @@ import sys
 import time
 
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige_server import GigeCamera
+from grabbergui.driver.sim.gige.server import GigeCamera
 
 ADDRESS = "127.79.0.1"
 TRAILER = 2

@@ -14,10 +14,11 @@ import time
 
 import numpy as np
 
-from grabbergui.driver.sim.rendered_scene import Things, swaying
-from grabbergui.servo import control, geometry, teo
+from grabbergui.driver.sim.rendered.scene import Things, swaying
+from grabbergui.servo import control, geometry
 from grabbergui.servo.desk import Desk, single_threaded
-from grabbergui.servo.sim_teo import HOME
+from grabbergui.servo.robots.robot import teo
+from grabbergui.servo.robots.sim_teo import HOME
 from grabbergui.servo.state_machine import State
 
 SHOWN = 2.0

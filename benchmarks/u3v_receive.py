@@ -26,8 +26,8 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.u3v_backend import SimulatedBus
-from grabbergui.driver.sim.u3v_device import SimulatedU3vDevice
+from grabbergui.driver.sim.u3v.backend import SimulatedBus
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.u3v.device import U3vDevice
 
 REPOSITORY = Path(__file__).parents[1]
@@ -108,7 +108,7 @@ def camera_process(name: str, width: int, height: int) -> Iterator[None]:
     code = (
         "import sys, threading\n"
         "from benchmarks.u3v_receive import fast_camera\n"
-        "from grabbergui.driver.sim.u3v_serve import serve\n"
+        "from grabbergui.driver.sim.u3v.serve import serve\n"
         "stop = threading.Event()\n"
         "threading.Thread(target=lambda: (sys.stdin.read(), stop.set()), daemon=True).start()\n"
         f"serve('vhci', model=fast_camera({name!r}, {width}, {height}), stop=stop,\n"

@@ -16,11 +16,11 @@ import numpy as np
 
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.envelope import Stamp
-from grabbergui.net.yarp.names import Target
-from grabbergui.net.yarp.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.names import Target
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 
 SIZES = {"640×480": (480, 640), "1080p": (1080, 1920), "8.8 MP": (2448, 3600)}
 CARRIERS = ("tcp", "fast_tcp", "udp", "mjpeg")

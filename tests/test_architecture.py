@@ -21,7 +21,7 @@ FORBIDDEN = {
 
 HOMES = {
     "genicam": ("driver/genapi", "driver/gentl"),
-    "usb": ("driver/u3v", "driver/sim/u3v_backend.py"),
+    "usb": ("driver/u3v", "driver/sim/u3v/backend.py"),
     "libusb_package": ("driver/u3v",),
     "rclpy": ("net/ros2", "servo"),
     **dict.fromkeys(QT, ("ui",)),

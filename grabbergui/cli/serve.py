@@ -137,9 +137,9 @@ def _introspected(feature: Feature) -> str:
 
 @contextmanager
 def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabberServer | None]:
-    from grabbergui.net.yarp.grabber_pictures import Capability
-    from grabbergui.net.yarp.name_client import NameClient
-    from grabbergui.net.yarp.name_server import NameServer
+    from grabbergui.net.yarp.dev.grabber_pictures import Capability
+    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.net.yarp.os.name_server import NameServer
     from grabbergui.net.yarp.server import YarpGrabberServer
 
     with ExitStack() as stack:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from grabbergui.servo.loop import Turn
     from grabbergui.servo.pilot import Pilot
     from grabbergui.servo.report import Recorder
-    from grabbergui.servo.robots import Robot
+    from grabbergui.servo.robots.robot import Robot
 
 CalibrationFor = Callable[[int, int], Calibration]
 "Width and height of pictures to their calibration."
@@ -119,11 +119,11 @@ def _parts(
 ) -> tuple[Robot, FrameGrabber, CalibrationFor, Any]:
     """Robot and camera, opened, the camera's calibration, and what is true where all is simulated."""
     from grabbergui.cli.opening import opened
-    from grabbergui.driver.sim import rendered_scene
-    from grabbergui.driver.sim.rendered_scene import Things
+    from grabbergui.driver.sim.rendered import scene as rendered_scene
+    from grabbergui.driver.sim.rendered.scene import Things
     from grabbergui.servo import desk, geometry
     from grabbergui.servo.control import ArmController
-    from grabbergui.servo.sim_teo import SimTeo
+    from grabbergui.servo.robots.sim_teo import SimTeo
 
     if options.robot == "teo":
         return *_on_yarp(options, stack), None
@@ -157,8 +157,8 @@ def _parts(
 def _on_yarp(options: argparse.Namespace, stack: ExitStack) -> tuple[Robot, FrameGrabber, CalibrationFor]:
     """TEO on a YARP network and its camera, both opened."""
     from grabbergui.cli.opening import opened
-    from grabbergui.net.yarp.name_client import NameClient
-    from grabbergui.servo.teo_yarp import TeoOverYarp
+    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 
     server = f"?nameserver={options.nameserver}" if options.nameserver else ""
     options.source = options.source or f"yarp:{options.remote}/camera{server}"
@@ -170,8 +170,8 @@ def _on_yarp(options: argparse.Namespace, stack: ExitStack) -> tuple[Robot, Fram
 
 
 def _publish(pilot: Pilot, options: argparse.Namespace, stack: ExitStack) -> None:
-    from grabbergui.net.yarp.name_client import NameClient
-    from grabbergui.net.yarp.names import check_port_name
+    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.net.yarp.os.names import check_port_name
     from grabbergui.servo.publisher_yarp import YarpPublisher
 
     names = NameClient.find(options.nameserver)

@@ -69,8 +69,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
-    from grabbergui.driver.sim.gige_faults import Faults
-    from grabbergui.driver.sim.gige_server import serve
+    from grabbergui.driver.sim.gige.faults import Faults
+    from grabbergui.driver.sim.gige.server import serve
     from grabbergui.driver.sim.source import power_on_values
 
     faults = Faults(
@@ -93,8 +93,8 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
 
 def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
     from grabbergui.driver.sim.source import create_device
-    from grabbergui.driver.sim.u3v_device import U3vFaults
-    from grabbergui.driver.sim.u3v_serve import serve
+    from grabbergui.driver.sim.u3v.device import U3vFaults
+    from grabbergui.driver.sim.u3v.serve import serve
 
     if options.serial:
         camera = SourceUri("sim", "", {**camera.options, "serial": options.serial})

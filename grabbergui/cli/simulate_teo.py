@@ -25,14 +25,14 @@ def add_commands(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.net.yarp.name_client import NameClient
-    from grabbergui.net.yarp.name_server import NameServer
-    from grabbergui.net.yarp.names import check_port_name
+    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.net.yarp.os.name_server import NameServer
+    from grabbergui.net.yarp.os.names import check_port_name
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import desk
     from grabbergui.servo.config import MarkerConfig
-    from grabbergui.servo.sim_teo import SimTeo
-    from grabbergui.servo.teo_ports import TeoPorts
+    from grabbergui.servo.robots.sim_teo import SimTeo
+    from grabbergui.servo.robots.teo_ports import TeoPorts
 
     check_port_name(options.name)
     if not 1 <= options.fps <= 100:

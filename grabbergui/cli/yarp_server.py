@@ -20,7 +20,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.net.yarp.name_server import NameServer
+    from grabbergui.net.yarp.os.name_server import NameServer
 
     server = NameServer(options.host, options.port, namespace=options.namespace)
     with stop_on_signals() as stop:

@@ -28,7 +28,7 @@ def display(environment: Mapping[str, str], platform: str) -> Iterator[Finding]:
 
 def yarp() -> Iterator[Finding]:
     """The name server that YARP's configuration names."""
-    from grabbergui.net.yarp.name_client import NameClient
+    from grabbergui.net.yarp.os.name_client import NameClient
 
     try:
         names = NameClient.find()

@@ -16,10 +16,10 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim import rendered_scene
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.rendered_scene import RenderedScene, Things
+from grabbergui.driver.sim.rendered import scene as rendered_scene
+from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo import geometry
@@ -30,7 +30,7 @@ from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.geometry import Pose
 from grabbergui.servo.heads import CascadeFinder
 from grabbergui.servo.loop import ServoLoop, Turn
-from grabbergui.servo.sim_teo import SimTeo
+from grabbergui.servo.robots.sim_teo import SimTeo
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512

@@ -16,7 +16,7 @@ import numpy as np
 from grabbergui.core.errors import GrabberError
 from grabbergui.servo.config import Config
 from grabbergui.servo.geometry import Vector
-from grabbergui.servo.robots import Robot
+from grabbergui.servo.robots.robot import Robot
 
 log = logging.getLogger(__name__)
 

@@ -11,7 +11,7 @@ from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
 from grabbergui.servo.geometry import Pose, Vector, is_pose
-from grabbergui.servo.robots import Robot, RobotState
+from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
 from grabbergui.servo.watch import EncoderWatch

@@ -21,7 +21,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.loop import ServoLoop
-from grabbergui.servo.robots import Robot, RobotState
+from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import State
 
 log = logging.getLogger(__name__)

@@ -11,12 +11,12 @@ import math
 import time
 
 from grabbergui.core.frame import Frame
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.envelope import Stamp
-from grabbergui.net.yarp.inputs import Request
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.values import Item, Vocab, word
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.inputs import Request
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.os.values import Item, Vocab, word
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.geometry import vector_from_pose
 from grabbergui.servo.loop import Turn

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grabbergui.servo.gate import Command
-from grabbergui.servo.robots import RobotState
+from grabbergui.servo.robots.robot import RobotState
 
 _SLOW_HEAD = 0.02
 "Rad/s of a command below which nothing need be seen of it."

@@ -12,8 +12,8 @@ from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvcp_messages import Action
 from grabbergui.driver.gige.network_commands import send_action
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige_registers import GVCP_CONFIGURATION
-from grabbergui.driver.sim.gige_server import GigeCamera
+from grabbergui.driver.sim.gige.registers import GVCP_CONFIGURATION
+from grabbergui.driver.sim.gige.server import GigeCamera
 
 NET = f"127.85.{os.getpid() % 250 + 1}"
 "Of this test run alone, as others may run beside it."

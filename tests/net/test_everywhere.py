@@ -8,8 +8,8 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 from grabbergui import sources
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.terminal.interpreter import Interpreter
 

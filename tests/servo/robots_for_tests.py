@@ -3,10 +3,11 @@
 import numpy as np
 
 from grabbergui.core.errors import TransportError
-from grabbergui.servo import geometry, teo
+from grabbergui.servo import geometry
 from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
-from grabbergui.servo.robots import Robot, RobotState
-from grabbergui.servo.sim_teo import HOME
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.robot import Robot, RobotState
+from grabbergui.servo.robots.sim_teo import HOME
 
 
 class RecordingRobot(Robot):

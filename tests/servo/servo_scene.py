@@ -4,7 +4,7 @@ import numpy as np
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, pinhole
+from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, pinhole
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo import geometry

@@ -8,8 +8,8 @@ import pytest
 
 from grabbergui.cli import calibrate
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered_scene import at
-from grabbergui.driver.sim.rendered_world import Panel, draw
+from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.driver.sim.rendered.world import Panel, draw
 from grabbergui.servo.calibration import CharucoBoard, Chessboard, Collector
 
 WIDTH, HEIGHT = 640, 480

@@ -12,10 +12,11 @@ import pytest
 from grabbergui.cli import servo as command
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.driver.sim.rendered_scene import Things, board_pose
-from grabbergui.servo import desk, plots, report, teo
+from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.servo import desk, plots, report
 from grabbergui.servo.pilot import Pilot
-from grabbergui.servo.sim_teo import HOME, SimTeo
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.sim_teo import HOME, SimTeo
 from grabbergui.servo.state_machine import State
 
 

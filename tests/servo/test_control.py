@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from grabbergui.core.errors import UsageError
-from grabbergui.servo import geometry, teo
+from grabbergui.servo import geometry
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
 from grabbergui.servo.control import ArmController, HeadController, off_centre
 from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.robots import teo
 from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
 
 DT = 0.02

@@ -6,7 +6,7 @@ import pytest
 import servo_scene
 
 from grabbergui.core.errors import UsageError
-from grabbergui.driver.sim.rendered_scene import at
+from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.servo import geometry
 from grabbergui.servo.aruco import ArucoFinder, judged
 from grabbergui.servo.detection import Detector, MarkerDetection, Sighting

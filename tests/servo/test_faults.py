@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot, marker, seeing
 
-from grabbergui.driver.sim.rendered_scene import at
+from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting

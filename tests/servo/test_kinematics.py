@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from grabbergui.core.errors import UsageError
-from grabbergui.servo import geometry, teo
-from grabbergui.servo.sim_teo import HOME
+from grabbergui.servo import geometry
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.sim_teo import HOME
 
 CHAINS = [teo.HEAD, teo.RIGHT_ARM]
 

@@ -11,21 +11,21 @@ from hypothesis import strategies as st
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, RemoteProtocolError, SourceNotFoundError
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.name_server import NameServer
-from grabbergui.net.yarp.ports import InputPort
-from grabbergui.net.yarp.rpc_client import RpcClient
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.ports import InputPort
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import desk, geometry
-from grabbergui.servo import teo_messages as messages
 from grabbergui.servo.detection import MarkerDetection, Sighting
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
-from grabbergui.servo.sim_teo import SimTeo
+from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots.teo_ports import TeoPorts
+from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.state_machine import State
-from grabbergui.servo.teo_ports import TeoPorts
-from grabbergui.servo.teo_yarp import TeoOverYarp
 
 
 # -- messages ------------------------------------------------------------------------------------

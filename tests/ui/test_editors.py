@@ -8,13 +8,13 @@ from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Representation
-from grabbergui.ui.widgets.auto_button import AutoButton
-from grabbergui.ui.widgets.choice_editor import ChoiceEditor
-from grabbergui.ui.widgets.editor_choice import editor_class
-from grabbergui.ui.widgets.feature_row import FeatureRow
-from grabbergui.ui.widgets.number_editors import NumberEditor, RangeEditor
-from grabbergui.ui.widgets.simple_editors import CommandEditor, ReadingLabel, SwitchEditor
-from grabbergui.ui.widgets.text_editors import CodedNumberEditor, TextEditor
+from grabbergui.ui.editors.auto_button import AutoButton
+from grabbergui.ui.editors.choice_editor import ChoiceEditor
+from grabbergui.ui.editors.editor_choice import editor_class
+from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
+from grabbergui.ui.editors.simple_editors import CommandEditor, ReadingLabel, SwitchEditor
+from grabbergui.ui.editors.text_editors import CodedNumberEditor, TextEditor
 
 K, A, R = FeatureKind, AccessMode, Representation
 

@@ -19,9 +19,9 @@ from grabbergui.driver.camera import Camera
 from grabbergui.models.feature_tree import FeatureTreeModel
 from grabbergui.models.feature_worker import FeatureWorker
 from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel
-from grabbergui.ui.widgets.feature_row import FeatureRow
 from grabbergui.ui.widgets.section import Section
 
 K, A = FeatureKind, AccessMode

@@ -18,9 +18,9 @@ from grabbergui.models.connection import LinkState
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.source_list import ListedSource
 from grabbergui.ui import theme
+from grabbergui.ui.editors.number_editors import RangeEditor
+from grabbergui.ui.editors.simple_editors import ReadingLabel
 from grabbergui.ui.theme import DARK, LIGHT
-from grabbergui.ui.widgets.number_editors import RangeEditor
-from grabbergui.ui.widgets.simple_editors import ReadingLabel
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 
 

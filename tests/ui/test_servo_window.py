@@ -3,7 +3,7 @@ from PyQt5.QtCore import Qt
 
 from grabbergui.servo import desk
 from grabbergui.servo.pilot import Pilot
-from grabbergui.servo.sim_teo import SimTeo
+from grabbergui.servo.robots.sim_teo import SimTeo
 from grabbergui.ui.views.servo_run import ServoPresenter
 from grabbergui.ui.views.servo_window import ServoWindow
 

@@ -16,7 +16,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.memory import Register, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.rendered_scene import RenderedScene
+from grabbergui.driver.sim.rendered.scene import RenderedScene
 
 SCENE_NAME = "scene"
 

@@ -12,8 +12,8 @@ from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.net.feature_json import dumps
 from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree_service import TreeService
-from grabbergui.net.yarp.grabber_features import NumberedFeatures
-from grabbergui.net.yarp.grabber_ids import FeatureMode, label
+from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
+from grabbergui.net.yarp.dev.grabber_ids import FeatureMode, label
 
 
 class GrabberServices:

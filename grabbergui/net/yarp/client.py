@@ -16,7 +16,7 @@ from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import PictureStream
-from grabbergui.net.yarp.name_client import NameClient
+from grabbergui.net.yarp.os.name_client import NameClient
 
 log = logging.getLogger(__name__)
 

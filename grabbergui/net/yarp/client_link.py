@@ -9,10 +9,9 @@ from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.net.tree_client import TIMEOUT as TREE_TIMEOUT
 from grabbergui.net.tree_client import TreeFeatures
-from grabbergui.net.yarp import grabber_tree
-from grabbergui.net.yarp.bottle import Bottle
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.grabber_rpc import (
+from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev.grabber_rpc import (
     Call,
     Operation,
     Reply,
@@ -20,10 +19,11 @@ from grabbergui.net.yarp.grabber_rpc import (
     encode_request,
     read_reply,
 )
-from grabbergui.net.yarp.grabber_values import Value
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.rpc_client import RpcClient
-from grabbergui.net.yarp.values import Dialect
+from grabbergui.net.yarp.dev.grabber_values import Value
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.values import Dialect
 
 TIMEOUT = 2.0
 """Seconds for one request to a server of YARP's own."""

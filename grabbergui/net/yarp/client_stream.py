@@ -17,11 +17,11 @@ from grabbergui.core.errors import FrameTimeoutError, RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.net.yarp.bottle import Buffer
-from grabbergui.net.yarp.envelope import Stamp
 from grabbergui.net.yarp.image import HEADER, ImageHeader
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.ports import InputPort
+from grabbergui.net.yarp.os.bottle import Buffer
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import InputPort
 
 log = logging.getLogger(__name__)
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.bottle import BLOB, INT32, LIST, VOCAB, Bottle, Buffer
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.os.bottle import BLOB, INT32, LIST, VOCAB, Bottle, Buffer
+from grabbergui.net.yarp.os.values import Vocab
 
 HEADER: Final = struct.Struct("<15i")
 DEFAULT_QUANTUM: Final = 8

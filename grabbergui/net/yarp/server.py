@@ -10,13 +10,13 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatE
 from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.envelope import Stamp
-from grabbergui.net.yarp.grabber_pictures import Capability
-from grabbergui.net.yarp.grabber_service import GrabberService
-from grabbergui.net.yarp.inputs import Reply, Request
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.dev.grabber_pictures import Capability
+from grabbergui.net.yarp.dev.grabber_service import GrabberService
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.inputs import Reply, Request
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.terminal.interpreter import Interpreter, answer
 
 log = logging.getLogger(__name__)

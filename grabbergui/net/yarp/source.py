@@ -9,11 +9,11 @@ from concurrent.futures import ThreadPoolExecutor
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.net.yarp import carrier
 from grabbergui.net.yarp.client import BUS, YarpGrabber
 from grabbergui.net.yarp.client_link import GrabberLink
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.names import check_port_name
+from grabbergui.net.yarp.os import carrier
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.names import check_port_name
 
 log = logging.getLogger(__name__)
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from PyQt5.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
+from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.editors.feature_rows import FeatureRows
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.feature_row import FeatureRow
-from grabbergui.ui.widgets.feature_rows import FeatureRows
 
 
 class FavouritesStrip(QWidget):

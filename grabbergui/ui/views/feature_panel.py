@@ -9,9 +9,9 @@ from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
 from grabbergui.models.feature_filter import visible_names
+from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.editors.feature_rows import FeatureRows
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.feature_row import FeatureRow
-from grabbergui.ui.widgets.feature_rows import FeatureRows
 from grabbergui.ui.widgets.pacer import Pacer
 from grabbergui.ui.widgets.section import Section
 

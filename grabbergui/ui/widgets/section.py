@@ -9,7 +9,7 @@ from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QSizePolicy, QToolButton, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, FeatureDescription
-from grabbergui.ui.widgets.feature_row import FeatureRow
+from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.widgets.pacer import Pacer
 
 MakeRow = Callable[[FeatureDescription, QWidget, bool], FeatureRow]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from grabbergui import sources
 from grabbergui.driver.device import ChunkLayout
 from grabbergui.driver.genapi.chunk_reader import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
-from grabbergui.driver.sim.gige_server import GigeCamera
+from grabbergui.driver.sim.gige.server import GigeCamera
 
 GEV = ChunkLayout.GIGE_VISION
 

@@ -20,9 +20,9 @@ from grabbergui.driver.gige.gvcp import (
 )
 from grabbergui.driver.gige.gvcp_device import ForceIp, Identity, encode_discovery
 from grabbergui.driver.gige.gvcp_messages import Action, Event
-from grabbergui.driver.sim import gige_registers as gev
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige_control import SLOW_COMMAND_S, ControlChannel
+from grabbergui.driver.sim.gige import registers as gev
+from grabbergui.driver.sim.gige.control import SLOW_COMMAND_S, ControlChannel
 from grabbergui.driver.sim.model import CameraModel
 
 HOST, OTHER = ("127.0.0.1", 40000), ("127.0.0.1", 40001)

@@ -8,8 +8,8 @@ from genicam import genapi
 
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.sim import chunks
-from grabbergui.driver.sim import gige_registers as gev
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.model import CameraModel
 
 

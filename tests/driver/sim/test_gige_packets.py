@@ -9,9 +9,9 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
 from grabbergui.driver.sim.datagram_batch import DatagramBatch
-from grabbergui.driver.sim.gige_block import Block, test_packet, unavailable
-from grabbergui.driver.sim.gige_faults import Faults, PacketFaults
-from grabbergui.driver.sim.gige_server import counted
+from grabbergui.driver.sim.gige.block import Block, test_packet, unavailable
+from grabbergui.driver.sim.gige.faults import Faults, PacketFaults
+from grabbergui.driver.sim.gige.server import counted
 from grabbergui.driver.sim.model import FramePlan
 from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.settings import FrameSettings, Optics

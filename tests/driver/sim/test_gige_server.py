@@ -18,8 +18,8 @@ from grabbergui.driver.gige.gvcp_device import ForceIp, Identity, encode_discove
 from grabbergui.driver.gige.gvcp_messages import Action
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige_faults import Faults
-from grabbergui.driver.sim.gige_server import GigeCamera, serve
+from grabbergui.driver.sim.gige.faults import Faults
+from grabbergui.driver.sim.gige.server import GigeCamera, serve
 from grabbergui.driver.sim.registers import TestPattern
 
 _numbers = itertools.count(1)

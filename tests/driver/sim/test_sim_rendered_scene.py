@@ -5,9 +5,9 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.sim.rendered_scene import RenderedScene, Things, at, pinhole
-from grabbergui.driver.sim.rendered_textures import marker_board
-from grabbergui.driver.sim.rendered_world import Panel, draw
+from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, pinhole
+from grabbergui.driver.sim.rendered.textures import marker_board
+from grabbergui.driver.sim.rendered.world import Panel, draw
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 

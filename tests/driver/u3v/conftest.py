@@ -9,8 +9,8 @@ import pytest
 
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.u3v_backend import SimulatedBus
-from grabbergui.driver.sim.u3v_device import SimulatedU3vDevice, U3vFaults
+from grabbergui.driver.sim.u3v.backend import SimulatedBus
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.u3v.device import U3vDevice
 
 CameraMaker = Callable[..., tuple[SimulatedU3vDevice, U3vDevice]]

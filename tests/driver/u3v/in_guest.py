@@ -25,8 +25,8 @@ CAMERA = """
 import json, sys, threading
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.u3v_device import U3vFaults
-from grabbergui.driver.sim.u3v_serve import serve
+from grabbergui.driver.sim.u3v.device import U3vFaults
+from grabbergui.driver.sim.u3v.serve import serve
 model = CameraModel(power_on={
     reg.WIDTH: 640, reg.HEIGHT: 480,
     reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,

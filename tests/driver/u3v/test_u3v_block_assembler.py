@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.driver.sim.u3v_device import cut
+from grabbergui.driver.sim.u3v.device import cut
 from grabbergui.driver.u3v.block_assembler import BLOCKS_TO_TRUST, Block, BlockAssembler, Kind
 from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, TransferPlan
 

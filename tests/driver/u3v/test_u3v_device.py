@@ -24,9 +24,9 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.u3v_backend import SimulatedBus
-from grabbergui.driver.sim.u3v_descriptors import CONTROL_IN, STREAM_IN
-from grabbergui.driver.sim.u3v_device import SimulatedU3vDevice, U3vFaults
+from grabbergui.driver.sim.u3v.backend import SimulatedBus
+from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, STREAM_IN
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.u3v import source
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_camera, find_cameras

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from u3v_bench import wait_for
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.driver.sim.u3v_descriptors import CONTROL_IN, EVENT_IN
-from grabbergui.driver.sim.u3v_device import SimulatedU3vDevice
-from grabbergui.driver.sim.u3v_serve import serve
-from grabbergui.driver.sim.u3v_usbip import UsbIpServer, _free_port
+from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, EVENT_IN
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
+from grabbergui.driver.sim.u3v.serve import serve
+from grabbergui.driver.sim.u3v.usbip import UsbIpServer, _free_port
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.gencp import CommandId, Packet
 

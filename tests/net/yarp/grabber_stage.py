@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from grabbergui import sources
 from grabbergui.core.errors import TransportError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.name_server import NameServer
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 
 HOST = "127.0.0.1"

@@ -6,11 +6,11 @@ from hypothesis import strategies as st
 from yarp_transcripts import read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.bottle import Bottle, Properties
-from grabbergui.net.yarp.bottle_scan import BottleScanner
-from grabbergui.net.yarp.bottle_text import is_complete
-from grabbergui.net.yarp.carrier import MAGIC_BASE, TCP, Receiver, encode_number
-from grabbergui.net.yarp.values import Dialect, Float32, Int8, Int16, Int64, Vocab, Vocab64
+from grabbergui.net.yarp.os.bottle import Bottle, Properties
+from grabbergui.net.yarp.os.bottle_scan import BottleScanner
+from grabbergui.net.yarp.os.bottle_text import is_complete
+from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, Receiver, encode_number
+from grabbergui.net.yarp.os.values import Dialect, Float32, Int8, Int16, Int64, Vocab, Vocab64
 
 TCP_GREETING = encode_number(MAGIC_BASE + TCP.code)
 

@@ -4,11 +4,12 @@ from hypothesis import strategies as st
 from yarp_transcripts import read, streams
 
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp import carrier as wire
-from grabbergui.net.yarp import datagrams, image, mjpeg
-from grabbergui.net.yarp.auth import Handshake
-from grabbergui.net.yarp.carrier import Receiver
-from grabbergui.net.yarp.envelope import Stamp
+from grabbergui.net.yarp import image
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import datagrams, mjpeg
+from grabbergui.net.yarp.os.auth import Handshake
+from grabbergui.net.yarp.os.carrier import Receiver
+from grabbergui.net.yarp.os.envelope import Stamp
 
 
 def fresh(size):

@@ -21,11 +21,13 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.net.yarp import configuration, grabber_service, grabber_tree, image, source
-from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp import image, source
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
-from grabbergui.net.yarp.ports import OutputPort
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.dev import grabber_service, grabber_tree
+from grabbergui.net.yarp.os import configuration
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.ports import OutputPort
+from grabbergui.net.yarp.os.values import Vocab
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import FeatureAccessError, FeatureError, FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.net.yarp.grabber_features import ROLES, NumberedFeatures
-from grabbergui.net.yarp.grabber_ids import FeatureId, FeatureMode
+from grabbergui.net.yarp.dev.grabber_features import ROLES, NumberedFeatures
+from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
 
 
 def number(name: str, value: float, low: float | None, high: float | None, **more: object) -> Feature:

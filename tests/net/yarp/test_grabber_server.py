@@ -12,16 +12,17 @@ import pytest
 from grabber_stage import Stage, stage, wait_for
 
 from grabbergui.core.errors import SourceUnavailableError, TransportError
-from grabbergui.net.yarp import carrier, image
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.envelope import Stamp
-from grabbergui.net.yarp.grabber_pictures import Capability
-from grabbergui.net.yarp.grabber_rpc import VERSION_REPLY
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.ports import InputPort
-from grabbergui.net.yarp.rpc_client import RpcClient
+from grabbergui.net.yarp import image
+from grabbergui.net.yarp.dev.grabber_pictures import Capability
+from grabbergui.net.yarp.dev.grabber_rpc import VERSION_REPLY
+from grabbergui.net.yarp.os import carrier
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import InputPort
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
-from grabbergui.net.yarp.values import Vocab
 
 
 @pytest.fixture(scope="module")

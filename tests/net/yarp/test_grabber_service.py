@@ -13,12 +13,13 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureVa
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net import feature_json
-from grabbergui.net.yarp import grabber_tree, image
-from grabbergui.net.yarp.bottle import Bottle
+from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
-from grabbergui.net.yarp.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
-from grabbergui.net.yarp.grabber_service import GrabberService
-from grabbergui.net.yarp.values import Dialect
+from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev.grabber_rpc import Call, Operation, Reply, Status, encode_request, read_reply
+from grabbergui.net.yarp.dev.grabber_service import GrabberService
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.values import Dialect
 
 pytestmark = pytest.mark.parametrize("dialect", Dialect, ids=["3.x", "4.0"], indirect=False)
 

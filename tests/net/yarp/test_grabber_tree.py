@@ -31,9 +31,9 @@ from grabbergui.core.features import (
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.net import change_log, feature_json
 from grabbergui.net.change_log import ChangeLog
-from grabbergui.net.yarp import grabber_tree
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.values import Vocab
 
 FULL = Feature(
     name="Gain",

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.values import Vocab
 
 
 @pytest.mark.parametrize("code", image.CODES)

@@ -2,11 +2,11 @@ import pytest
 from yarp_transcripts import read
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
-from grabbergui.net.yarp import configuration
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.name_database import NAME_LIMIT, NameDatabase
-from grabbergui.net.yarp.name_server import NameServer
-from grabbergui.net.yarp.names import Contact, Target, check_port_name
+from grabbergui.net.yarp.os import configuration
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_database import NAME_LIMIT, NameDatabase
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 
 
 def test_our_books_answer_as_yarps_do():

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, TransportError
-from grabbergui.net.yarp import carrier as wire
-from grabbergui.net.yarp import image, port, ports
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.envelope import Stamp
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.name_server import NameServer
-from grabbergui.net.yarp.ports import InputPort, OutputPort, RpcServer, administer, ping
-from grabbergui.net.yarp.rpc_client import RpcClient
-from grabbergui.net.yarp.values import Dialect, Vocab
+from grabbergui.net.yarp import image
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import port, ports
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, administer, ping
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.values import Dialect, Vocab
 
 
 def wait_for(condition, what="condition"):
@@ -155,7 +156,7 @@ def test_a_slow_reader_slows_nobody():
         accepted = []
         thread = threading.Thread(target=lambda: accepted.append(never_read()))
         thread.start()
-        from grabbergui.net.yarp.names import Target
+        from grabbergui.net.yarp.os.names import Target
 
         output.add(Target.parse(f"fast_tcp://127.0.0.1:{lazy.getsockname()[1]}/"))
         thread.join()
@@ -170,7 +171,7 @@ def test_a_slow_reader_slows_nobody():
 
 def test_only_the_newest_is_kept_for_a_slow_owner():
     with OutputPort("/out") as output, InputPort("/in") as reader:
-        from grabbergui.net.yarp.names import Target
+        from grabbergui.net.yarp.os.names import Target
 
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
         for number in range(5):
@@ -211,7 +212,7 @@ GARBAGE = [
 
 @pytest.mark.parametrize("data", GARBAGE)
 def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
-    monkeypatch.setattr("grabbergui.net.yarp.inputs.STALL_SECONDS", 0.3)
+    monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
     with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
         assert client.call(Bottle([1]))
         with socket.create_connection(server.contact.address) as sock:
@@ -253,7 +254,7 @@ def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
 
 
 def test_authentication_keeps_strangers_out(monkeypatch):
-    monkeypatch.setattr("grabbergui.net.yarp.inputs.STALL_SECONDS", 0.3)
+    monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
     server = RpcServer("/rpc", echo)
     server.key = b"secret"
     with server:

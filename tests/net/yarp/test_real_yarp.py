@@ -10,12 +10,12 @@ import pytest
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.bottle import Bottle
-from grabbergui.net.yarp.envelope import Stamp
-from grabbergui.net.yarp.name_client import NameClient
-from grabbergui.net.yarp.name_server import NameServer
-from grabbergui.net.yarp.ports import InputPort, OutputPort, RpcServer, ping
-from grabbergui.net.yarp.values import Vocab
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, ping
+from grabbergui.net.yarp.os.values import Vocab
 
 pytestmark = [
     pytest.mark.yarp,

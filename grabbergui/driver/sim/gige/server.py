@@ -1,0 +1,302 @@
+"""The simulated camera as a GigE Vision device on UDP: what `grabbergui simulate --gige` runs."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import logging
+import selectors
+import socket
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+
+from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.driver.gige import bootstrap
+from grabbergui.driver.gige.bootstrap import GVCP_PORT
+from grabbergui.driver.gige.interfaces import Interface, interface_of
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige import registers as gev
+from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing
+from grabbergui.driver.sim.gige.faults import REBOOT_S, Faults
+from grabbergui.driver.sim.gige.stream import StreamSender, StreamSettings
+from grabbergui.driver.sim.memory import Register, RegisterValue
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.scene import Scene
+
+log = logging.getLogger(__name__)
+
+GIGABIT = 125e6
+"Bytes per second of the link that most cameras have."
+_PAYLOAD_SHARE = 0.96
+"Of a link's bytes that are pixels, the rest being headers; keeps the stream from ever falling behind."
+_TICK_S = 0.1
+_LARGEST_DATAGRAM = 65_535
+
+
+class GigeCamera:
+    """One camera at one address: a control thread and a stream thread. `close` ends both."""
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        power_on: Mapping[Register, RegisterValue] | None = None,
+        scene: Scene | None = None,
+        faults: Faults | None = None,
+        bandwidth: float = GIGABIT,
+    ) -> None:
+        """Take the address and begin to answer. Raises SourceUnavailableError where it cannot be had.
+
+        `bandwidth` (bytes per second) is what the camera's link carries: packets are spread over time and
+        the frame rate is bounded as on such a link; 0 sends as fast as this machine can.
+        """
+        self.address = address
+        self._power_on = dict(power_on or {})
+        self._power_on[reg.DEVICE_TL_TYPE] = int(reg.TransportLayer.GIGE_VISION)
+        if bandwidth:
+            self._power_on[reg.DEVICE_LINK_SPEED] = int(bandwidth)
+            self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT_MODE, 1)
+            self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT, int(bandwidth * _PAYLOAD_SHARE))
+        self._scene = scene
+        self._faults = faults or Faults()
+        self._bandwidth = bandwidth
+        self._queue: list[tuple[float, int, Outgoing]] = []
+        self._order = itertools.count()
+        # Reentrant: a command may raise an event.
+        self._channel = threading.RLock()
+        self._closing = threading.Event()
+        self._reboot_at = time.monotonic() + self._faults.reboot_after if self._faults.reboot_after else None
+        self._switch_on()
+        self._thread = threading.Thread(target=self._run, name=f"camera {address}", daemon=True)
+        self._thread.start()
+
+    @property
+    def serial(self) -> str:
+        """The camera's serial number."""
+        return str(self.model.memory.get(reg.DEVICE_SERIAL_NUMBER))
+
+    @property
+    def stream_bytes(self) -> int:
+        """Payload bytes sent since power-on."""
+        return self._stream.sent_bytes
+
+    def stream_to(self, host: str, port: int, packet_size: int) -> None:
+        """Send the stream there, as if a controller had set it so."""
+        self._stream.configure(StreamSettings(host, port, packet_size))
+
+    def close(self) -> None:
+        """Switch the camera off. May be called twice."""
+        self._closing.set()
+        self._thread.join()
+
+    # -- power -----------------------------------------------------------------------------------
+    def _switch_on(self) -> None:
+        interface = interface_of(self.address)
+        try:
+            self._sockets = _open_sockets(interface, self.address)
+        except OSError as error:
+            raise SourceUnavailableError(
+                f"no camera can listen at {self.address}:{GVCP_PORT}: {error.strerror}; is another one there?"
+            ) from error
+        self.model = CameraModel(scene=self._scene, power_on=self._power_on)
+        self.model.sensor.scene.view(0)
+        mac = b"\x02GB" + socket.inet_aton(self.address)[1:]
+        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, mac)
+        self._stream = StreamSender(self.model, self.address, self._faults, self._bandwidth)
+        memory.set(gev.SCSP, self._stream.port)
+        self.control = ControlChannel(
+            self.model,
+            memory,
+            largest_packet=min(interface.mtu, _LARGEST_DATAGRAM) & ~3,
+            on_resend=self._stream.resend,
+            on_test_packet=self._stream.send_test_packet,
+            on_stream_changed=self._configure_stream,
+            on_force_ip=self._move,
+        )
+        self.model.on_event = self._tell_event
+        self.model.on_reset = lambda: self.control.after_ack(self.control.release)
+        self._stream.start()
+
+    def _switch_off(self) -> None:
+        self.model.on_event = None
+        self.model.stop()
+        self._stream.close()
+        for sock in self._sockets:
+            sock.close()
+
+    def _reboot(self) -> None:
+        """Be gone for a while, then come back as after power-on."""
+        self._reboot_at = None
+        self._switch_off()
+        self._queue.clear()
+        log.info("camera %s reboots", self.address)
+        self._closing.wait(REBOOT_S)
+        if not self._closing.is_set():
+            self._switch_on()
+
+    def _move(self, ip: str, netmask: str) -> bool:
+        """Take another address, as FORCEIP asks; the acknowledge leaves from there."""
+        try:
+            sockets = _open_sockets(interface_of(ip), ip)
+        except OSError as error:
+            log.info("camera %s cannot move to %s: %s", self.address, ip, error)
+            return False
+        for sock in self._sockets:
+            sock.close()
+        self._sockets = sockets
+        self.address = ip
+        self.control.memory.set(gev.CURRENT_IP, int.from_bytes(socket.inet_aton(ip), "big"))
+        self.control.memory.set(gev.SUBNET_MASK, int.from_bytes(socket.inet_aton(netmask), "big"))
+        self._stream.move(ip)
+        self.control.memory.set(gev.SCSP, self._stream.port)
+        return True
+
+    # -- threads ---------------------------------------------------------------------------------
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            sockets = self._sockets
+            with selectors.DefaultSelector() as selector:
+                for sock in sockets:
+                    selector.register(sock, selectors.EVENT_READ)
+                while not self._closing.is_set() and self._sockets is sockets:
+                    self._turn(selector)
+                    if self._reboot_at is not None and time.monotonic() >= self._reboot_at:
+                        break
+            if self._reboot_at is not None and time.monotonic() >= self._reboot_at:
+                self._reboot()
+        self._switch_off()
+
+    def _turn(self, selector: selectors.BaseSelector) -> None:
+        """Receive what is there, send what is due."""
+        wait = _TICK_S
+        if self._queue:
+            wait = min(wait, max(self._queue[0][0] - time.monotonic(), 0))
+        for key, _ in selector.select(wait):
+            if key.fileobj in self._sockets:  # a FORCEIP among what came together closes them all
+                self._receive(key.fileobj)
+        now = time.monotonic()
+        with self._channel:
+            self._enqueue(self.control.poll(now))
+        while self._queue and self._queue[0][0] <= now:
+            self._transmit(heapq.heappop(self._queue)[2])
+
+    def _receive(self, sock: socket.socket) -> None:
+        try:
+            datagram, source = sock.recvfrom(2048)
+        except (BlockingIOError, ConnectionRefusedError, InterruptedError):
+            return
+        with self._channel:
+            self._enqueue(self.control.receive(datagram, source, time.monotonic()))
+        now = time.monotonic()
+        while self._queue and self._queue[0][0] <= now:
+            self._transmit(heapq.heappop(self._queue)[2])
+        self.control.run_deferred()
+
+    def _enqueue(self, outgoing: Sequence[Outgoing]) -> None:
+        for out in outgoing:
+            heapq.heappush(self._queue, (out.due + self._faults.delay, next(self._order), out))
+
+    def _transmit(self, out: Outgoing) -> None:
+        try:
+            self._sockets[0].sendto(out.datagram, out.to)
+        except OSError as error:
+            # A broadcast from a network that this camera is not in.
+            log.debug("camera %s cannot answer %s: %s", self.address, out.to, error)
+
+    def _tell_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
+        # Comes from either thread; the repeats are the control thread's.
+        with self._channel:
+            told = self.control.tell_event(reg.EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic())
+        for out in told:
+            self._transmit(out)
+
+    def _configure_stream(self) -> None:
+        memory = self.control.memory
+        destination: Address = (
+            socket.inet_ntoa(memory.integer(gev.SCDA).to_bytes(4, "big")),
+            memory.integer(gev.SCP) & bootstrap.PORT_MASK,
+        )
+        self._stream.configure(
+            StreamSettings(
+                *destination,
+                memory.integer(gev.SCPS) & bootstrap.PACKET_SIZE_MASK,
+                memory.integer(gev.SCPD),
+                bool(memory.integer(gev.GVSP_CONFIGURATION) & gev.EXTENDED_IDS),
+            )
+        )
+
+
+def _open_sockets(interface: Interface, address: str) -> list[socket.socket]:
+    """The camera's own socket first; then those that hear broadcasts, which Linux gives to no other."""
+    sockets = [_open_socket(address, shared=False)]
+    for broadcast in ("255.255.255.255", interface.broadcast):
+        if broadcast == address:
+            continue
+        try:
+            sockets.append(_open_socket(broadcast, shared=True))
+        except OSError as error:
+            log.debug("camera %s does not hear broadcasts to %s: %s", address, broadcast, error)
+    return sockets
+
+
+def _open_socket(address: str, *, shared: bool) -> socket.socket:
+    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        if shared:
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        sock.bind((address, GVCP_PORT))
+        sock.setblocking(False)
+    except OSError:
+        sock.close()
+        raise
+    return sock
+
+
+def serve(
+    addresses: Sequence[str] = ("127.0.0.1",),
+    *,
+    serial: str = "",
+    power_on: Mapping[Register, RegisterValue] | None = None,
+    scene: Callable[[], Scene] | None = None,
+    faults: Faults | None = None,
+    bandwidth: float = GIGABIT,
+    stop: threading.Event | None = None,
+    ready: Callable[[str], None] = print,
+) -> None:
+    """Run a camera at each address until `stop` is set.
+
+    The first has the serial number `serial` (SIM001 without one), the others count on from it. `power_on`
+    is what `source.power_on_values` makes of options. `ready` is told, for people, where each camera is.
+    Raises SourceUnavailableError where an address cannot be had.
+    """
+    stop = stop or threading.Event()
+    cameras: list[GigeCamera] = []
+    try:
+        for index, address in enumerate(addresses):
+            values = dict(power_on or {})
+            first = serial or str(values.get(reg.DEVICE_SERIAL_NUMBER, reg.DEVICE_SERIAL_NUMBER.default))
+            values[reg.DEVICE_SERIAL_NUMBER] = counted(first, index)
+            camera = GigeCamera(
+                address,
+                power_on=values,
+                scene=scene() if scene else None,
+                faults=faults,
+                bandwidth=bandwidth,
+            )
+            cameras.append(camera)
+            ready(f"GigE Vision camera {camera.serial} is at {address}")
+        stop.wait()
+    finally:
+        for camera in cameras:
+            camera.close()
+
+
+def counted(serial: str, index: int) -> str:
+    """A serial number counted on: `SIM001`, 2 → `SIM003`."""
+    stem = serial.rstrip("0123456789")
+    digits = serial[len(stem) :]
+    if not digits:
+        return serial if index == 0 else f"{serial}-{index + 1}"
+    return f"{stem}{int(digits) + index:0{len(digits)}d}"

@@ -1,0 +1,197 @@
+"""The stream channel of the simulated GigE Vision device: frames out, packets again on request."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import numpy as np
+
+from grabbergui.driver.gige.gvcp import PacketResend
+from grabbergui.driver.sim.datagram_batch import DatagramBatch
+from grabbergui.driver.sim.gige.block import Block, test_packet, unavailable
+from grabbergui.driver.sim.gige.faults import Faults, PacketFaults
+from grabbergui.driver.sim.model import CameraModel, FramePlan
+
+log = logging.getLogger(__name__)
+
+_POLL_S = 0.05
+_KEPT_BYTES = 96 << 20
+"Of frames kept for being sent again."
+_MOST_KEPT = 16
+_MOST_RESENT = 4096
+"Packets sent for one request."
+_PACED_BATCH_S = 0.00025
+"Pauses shorter than this are gathered: a system cannot sleep much more finely."
+_SEND_BUFFER = 4 << 20
+
+
+@dataclass(frozen=True)
+class StreamSettings:
+    """Where packets go and how large they are."""
+
+    host: str = ""
+    port: int = 0
+    "0 means that the channel is closed."
+    packet_size: int = 1500
+    delay_ns: int = 0
+    "Pause between packets."
+    extended: bool = False
+
+
+class StreamSender:
+    """Renders frames and sends them, on a thread of its own; answers requests from any thread."""
+
+    def __init__(self, model: CameraModel, address: str, faults: Faults, bandwidth: float = 0.0) -> None:
+        self.sent_bytes = 0
+        "Payload bytes of frames that left, faults and all."
+        self._model = model
+        self._faults = faults
+        self._packet_faults = PacketFaults(faults)
+        self._bandwidth = bandwidth
+        self._settings = StreamSettings()
+        self._batch: DatagramBatch | None = None
+        self._kept: OrderedDict[int, Block] = OrderedDict()
+        self._lock = threading.Lock()
+        self._running = threading.Event()
+        self._socket = _open_socket(address)
+        self._thread = threading.Thread(target=self._run, name=f"stream of {address}", daemon=True)
+
+    @property
+    def port(self) -> int:
+        """The UDP port packets come from."""
+        return int(self._socket.getsockname()[1])
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._running.set()
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop the thread and close the socket."""
+        self._running.clear()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._socket.close()
+
+    def move(self, address: str) -> None:
+        """Send from another address. Only while the channel is closed."""
+        with self._lock:
+            self._socket.close()
+            self._socket = _open_socket(address)
+
+    def configure(self, settings: StreamSettings) -> None:
+        """Take over where packets go; from the next frame on."""
+        with self._lock:
+            if (settings.host, settings.port) != (self._settings.host, self._settings.port):
+                self._kept.clear()
+            self._settings = settings
+            self._batch = None
+            if settings.port:
+                self._batch = DatagramBatch(
+                    self._socket,
+                    (settings.host, settings.port),
+                    segmentation=not self._faults.disturbs_packets,
+                )
+
+    def send_test_packet(self, size: int) -> None:
+        """Send one datagram of `size` bytes with its IP header, to try whether it gets through."""
+        self._send(test_packet(size))
+
+    def resend(self, request: PacketResend) -> None:
+        """Send packets again, or say that they are gone."""
+        with self._lock:
+            block = self._kept.get(request.block_id)
+            if block is None:
+                self._send(unavailable(request.block_id, request.first, request.extended))
+                return
+            last = min(request.last, block.trailer_id, request.first + _MOST_RESENT - 1)
+            wanted = np.arange(request.first, last + 1)
+            for index in self._packet_faults.order(len(wanted)):
+                self._send(block.packet(int(wanted[index])))
+            if request.last > block.trailer_id and request.last != PacketResend.TO_THE_END:
+                self._send(unavailable(request.block_id, max(last + 1, request.first), request.extended))
+
+    def _send(self, datagram: bytes) -> None:
+        settings = self._settings
+        if settings.port:
+            try:
+                self._socket.sendto(datagram, (settings.host, settings.port))
+            except OSError as error:
+                log.debug("a stream packet was not sent: %s", error)
+
+    def _run(self) -> None:
+        while self._running.is_set():
+            plan = self._model.next_frame(_POLL_S)
+            if plan is not None:
+                self._stream(plan)
+
+    def _stream(self, plan: FramePlan) -> None:
+        with self._lock:
+            batch, settings = self._batch, self._settings
+            if plan.frame_id == 1:
+                self._kept.clear()
+            storage = self._oldest(plan.payload_bytes)
+        used = self._model.render(plan, storage)
+        stalled = 0 < self._faults.stall_after < plan.frame_id
+        if batch is None or stalled:
+            return
+        block = Block(plan, storage[:used], settings.packet_size, settings.extended)
+        with self._lock:
+            self._kept[block.block_id] = block
+        if self._faults.delay:
+            time.sleep(self._faults.delay)
+        try:
+            self._send_block(block, batch, settings)
+            self.sent_bytes += used
+        except OSError as error:
+            log.warning("frame %d was not sent: %s", plan.frame_id, error)
+
+    def _oldest(self, size: int) -> np.ndarray:
+        """Room for a frame: the oldest kept one's, or new where there is memory left."""
+        room = max(min(_MOST_KEPT, _KEPT_BYTES // size), 2)
+        if len(self._kept) >= room:
+            _, block = self._kept.popitem(last=False)
+            base = block.payload.base if block.payload.base is not None else block.payload
+            if isinstance(base, np.ndarray) and base.size == size:
+                return base
+        return np.empty(size, np.uint8)
+
+    def _send_block(self, block: Block, batch: DatagramBatch, settings: StreamSettings) -> None:
+        order = np.arange(block.payload_packets)
+        leader = trailer = True
+        if self._faults.disturbs_packets:
+            with self._lock:
+                order = self._packet_faults.order(block.payload_packets)
+                leader, trailer = (len(self._packet_faults.order(1)) > 0 for _ in range(2))
+        if leader:
+            self._send(block.leader())
+        headers, starts, sizes = block.headers, block.starts, block.sizes
+        if self._faults.disturbs_packets:
+            headers, starts, sizes = headers[order], starts[order], sizes[order]
+        pause = settings.delay_ns * 1e-9
+        if self._bandwidth:
+            pause += settings.packet_size / self._bandwidth
+        count = max(int(_PACED_BATCH_S / pause), 1) if pause else len(order)
+        due = time.monotonic()
+        for first in range(0, len(order), count):
+            part = slice(first, first + count)
+            batch.send(headers[part], block.payload, starts[part], sizes[part])
+            if pause:
+                # A link does not make up for lost time: after a late wake-up it goes on at its own pace.
+                due = max(due, time.monotonic() - _PACED_BATCH_S) + len(sizes[part]) * pause
+                time.sleep(max(due - time.monotonic(), 0))
+        if trailer:
+            self._send(block.trailer())
+
+
+def _open_socket(address: str) -> socket.socket:
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    sender.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
+    sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(address))
+    sender.bind((address, 0))
+    return sender

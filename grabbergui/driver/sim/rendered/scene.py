@@ -1,0 +1,177 @@
+"""`sim:scene`: a room with a person who holds a board with a marker, as a camera in it sees them.
+
+The camera may sit on something that moves (`mount`): a robot's head. What it sees is drawn anew for every
+frame with the pinhole of `FIELD_OF_VIEW`, so that exposure, gain, binning and regions act as on any scene.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
+from grabbergui.driver.sim.rendered import textures
+from grabbergui.driver.sim.rendered.world import Matrix, Panel, draw
+from grabbergui.driver.sim.scene import Scene, SceneView
+from grabbergui.driver.sim.settings import FrameSettings
+
+FIELD_OF_VIEW = 64.0
+"Degrees that the whole width of the sensor sees."
+
+Poses = Callable[[float], "Matrix | None"]
+"Seconds on the device's clock to a pose; None while the thing is not there."
+
+
+def at(x: float, y: float, z: float, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Matrix:
+    """The pose of a panel at a place that faces −x, towards the robot.
+
+    Turned, in degrees, about the vertical, then tipped about its own x and y.
+    """
+    upright = np.array([[0, 0, -1.0], [-1.0, 0, 0], [0, 1.0, 0]])
+    turned = _about("z", yaw) @ upright @ _about("x", pitch) @ _about("z", roll)
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turned, (x, y, z)
+    return pose
+
+
+def _about(axis: str, degrees: float) -> Matrix:
+    cosine, sine = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    if axis == "z":
+        return np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1.0]])
+    return np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
+
+
+def sensor_pinhole() -> Matrix:
+    """(3, 3): the whole sensor's camera matrix, in pixels, without binning."""
+    focal = SENSOR_WIDTH / 2 / math.tan(math.radians(FIELD_OF_VIEW) / 2)
+    return np.array([[focal, 0, (SENSOR_WIDTH - 1) / 2], [0, focal, (SENSOR_HEIGHT - 1) / 2], [0, 0, 1.0]])
+
+
+def pinhole(settings: FrameSettings) -> Matrix:
+    """(3, 3): the camera matrix of a frame, after binning, mirroring and cutting out its region."""
+    matrix = sensor_pinhole()
+    for row, binning, size, mirrored, offset in (
+        (0, settings.optics.binning_horizontal, SENSOR_WIDTH, settings.optics.reverse_x, settings.offset_x),
+        (1, settings.optics.binning_vertical, SENSOR_HEIGHT, settings.optics.reverse_y, settings.offset_y),
+    ):
+        # Pixel centres are whole numbers, so that the edge of the first lies at −0.5.
+        matrix[row] = matrix[row] / binning + matrix[2] * (0.5 / binning - 0.5)
+        if mirrored:
+            matrix[row] = matrix[2] * (size // binning - 1) - matrix[row]
+        matrix[row] -= matrix[2] * offset
+    return matrix
+
+
+@dataclass(frozen=True)
+class Marker:
+    """What is printed on the board."""
+
+    dictionary: int = cv2.aruco.DICT_4X4_50
+    marker_id: int = 20
+    size: float = 0.10
+    "Metres along an edge of the marker's black square; the board is 1.6 times as wide."
+
+
+def swaying(x: float = 1.35, y: float = -0.1, z: float = 0.80) -> Poses:
+    """A person who shifts from one foot to the other."""
+
+    def pose(seconds: float) -> Matrix:
+        return at(x, y + 0.10 * math.sin(0.7 * seconds), z + 0.015 * math.sin(1.4 * seconds))
+
+    return pose
+
+
+def board_pose() -> Matrix:
+    """Where the person holds the board: within reach of the robot's right hand."""
+    return at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
+
+
+@dataclass
+class Things:
+    """Where everything is; a pose of None is not in the room."""
+
+    face: Poses = field(default_factory=swaying)
+    board: Poses = lambda seconds: board_pose()
+    marker: Marker = field(default_factory=Marker)
+
+
+class RenderedScene(Scene):
+    """The room. `mount` and `rendered` may be called from different threads."""
+
+    def __init__(self, things: Things | None = None) -> None:
+        self.things = things or Things()
+        self._room = _room()
+        self._lock = threading.Lock()
+        rest = np.array([[0, -0.26, 0.97, 0.1], [-1, 0, 0, 0], [0, -0.97, -0.26, 0.72], [0, 0, 0, 1.0]])
+        self._camera: Callable[[int], Matrix] = lambda time_ns: rest
+
+    def mount(self, camera_pose: Callable[[int], Matrix]) -> None:
+        """Put the camera on something: device time in ns → pose (z forward, x right, y down)."""
+        with self._lock:
+            self._camera = camera_pose
+
+    def view(self, time_ns: int) -> SceneView:
+        """The whole sensor's picture."""
+        return SceneView(self._drawn(time_ns, SENSOR_WIDTH, SENSOR_HEIGHT, sensor_pinhole()))
+
+    def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16]:
+        """Just what one frame shows."""
+        return self._drawn(time_ns, settings.width, settings.height, pinhole(settings))
+
+    def _drawn(self, time_ns: int, width: int, height: int, matrix: Matrix) -> NDArray[np.uint16]:
+        with self._lock:
+            camera = self._camera
+        pose = camera(time_ns)
+        view = np.eye(4)
+        view[:3, :3] = pose[:3, :3].T
+        view[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+        picture = np.zeros((height, width, 3), np.uint16)
+        for panel in self._room:
+            draw(panel, picture, view, matrix)
+        standing = self._standing(time_ns * 1e-9)
+        for panel in sorted(standing, key=lambda panel: -np.linalg.norm(panel.distance_key - pose[:3, 3])):
+            draw(panel, picture, view, matrix)
+        return picture
+
+    def _standing(self, seconds: float) -> list[Panel]:
+        panels = []
+        face, board = self.things.face(seconds), self.things.board(seconds)
+        if face is not None:
+            panels.append(Panel(face, 0.24, 0.24, textures.face(), fine=True))
+            below = face @ _shift(0.0, -0.33, -0.03)
+            panels.append(Panel(below, 0.52, 0.52, textures.torso(), fine=True))
+        if board is not None:
+            marker = self.things.marker
+            drawing = textures.marker_board(marker.dictionary, marker.marker_id)
+            panels.append(Panel(board, marker.size * 1.6, marker.size * 1.6, drawing, fine=True))
+        return panels
+
+
+def _shift(x: float, y: float, z: float) -> Matrix:
+    pose = np.eye(4)
+    pose[:3, 3] = (x, y, z)
+    return pose
+
+
+def _room() -> list[Panel]:
+    """Floor, ceiling and four walls, 5.2 m long, 5 m wide, 2.7 m high around the robot."""
+    front, back, side, floor, ceiling = 3.2, -2.0, 2.5, -0.95, 1.75
+    middle_x, middle_z, high, long = (front + back) / 2, (floor + ceiling) / 2, ceiling - floor, front - back
+    wall = textures.plaster((0.52, 0.54, 0.50), 1)
+    lying, hanging = at(middle_x, 0, floor), at(middle_x, 0, ceiling)
+    lying[:3, :3] = [[0, 1.0, 0], [-1.0, 0, 0], [0, 0, 1.0]]
+    hanging[:3, :3] = [[0, -1.0, 0], [-1.0, 0, 0], [0, 0, -1.0]]
+    return [
+        Panel(lying, 2 * side, long, textures.planks()),
+        Panel(hanging, 2 * side, long, textures.plaster((0.62, 0.62, 0.60), 3)),
+        Panel(at(front, 0, middle_z), 2 * side, high, wall),
+        Panel(at(back, 0, middle_z, yaw=180), 2 * side, high, wall),
+        Panel(at(middle_x, side, middle_z, yaw=90), long, high, textures.plaster((0.50, 0.46, 0.40), 2)),
+        Panel(at(middle_x, -side, middle_z, yaw=-90), long, high, textures.plaster((0.42, 0.47, 0.52), 4)),
+    ]

@@ -1,0 +1,114 @@
+"""Serves the simulated camera on a USB: what `grabbergui simulate --u3v` runs."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from enum import Enum
+
+from grabbergui.core.errors import UsageError
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
+from grabbergui.driver.sim.u3v.usbip import UsbIpServer, attach_to_kernel
+
+GADGET_LEADER_SPACE = 72
+"Some controllers take up to 64 bytes that no host fetches, and deliver them at the next start."
+
+
+class Via(Enum):
+    """What carries the camera's USB."""
+
+    VHCI = "vhci"
+    "This machine's virtual host controller, by USB/IP; the camera appears on this machine."
+    TCP = "tcp"
+    "USB/IP on a TCP port, for `usbip attach` on this or another machine."
+    GADGET = "gadget"
+    "Linux FunctionFS on a USB device controller; the camera appears at the other end of the cable."
+
+
+def serve(
+    via: Via | str = Via.VHCI,
+    *,
+    model: CameraModel | None = None,
+    faults: U3vFaults | None = None,
+    host: str = "127.0.0.1",
+    port: int = 3240,
+    udc: str = "",
+    stop: threading.Event | None = None,
+    ready: Callable[[str], None] = print,
+) -> None:
+    """Run the camera until `stop` is set or a fault unplugs it. `ready` is told, for people, where it is.
+
+    `host` and `port` are for TCP; `udc` names the device controller of a gadget, by default the first.
+    Raises UsageError, SourceUnavailableError.
+    """
+    try:
+        way = Via(via)
+    except ValueError:
+        ways = ", ".join(known.value for known in Via)
+        raise UsageError(f"--via {via}: one of {ways} is expected") from None
+    stop = stop or threading.Event()
+    camera = SimulatedU3vDevice(
+        model, faults=faults, leader_space=GADGET_LEADER_SPACE if way is Via.GADGET else 0
+    )
+    camera.on_unplug = stop.set
+    camera.start()
+    try:
+        _RUNNERS[way](camera, stop, ready, host, port, udc)
+    finally:
+        camera.on_unplug = None
+        camera.stop()
+
+
+def _serve_vhci(
+    camera: SimulatedU3vDevice, stop: threading.Event, ready: Callable[[str], None], *_: object
+) -> None:
+    connection = attach_to_kernel(camera)
+    thread = threading.Thread(target=connection.run, name="usbip", daemon=True)
+    thread.start()
+    ready(f"USB3 Vision camera {camera.identity.serial} is plugged into this machine's virtual bus")
+    stop.wait()
+    connection.close()
+    thread.join()
+
+
+def _serve_tcp(
+    camera: SimulatedU3vDevice,
+    stop: threading.Event,
+    ready: Callable[[str], None],
+    host: str,
+    port: int,
+    _: str,
+) -> None:
+    server = UsbIpServer(camera, host, port)
+    thread = threading.Thread(target=server.run, name="usbip-server", daemon=True)
+    thread.start()
+    host, port = server.address
+    ready(f"USB3 Vision camera {camera.identity.serial}: usbip --tcp-port {port} attach -r {host} -b 1-1")
+    stop.wait()
+    server.close()
+    thread.join()
+
+
+def _serve_gadget(
+    camera: SimulatedU3vDevice,
+    stop: threading.Event,
+    ready: Callable[[str], None],
+    _host: str,
+    _port: int,
+    udc: str,
+) -> None:
+    from grabbergui.driver.sim.u3v.gadget import Gadget
+
+    with Gadget(camera, udc) as gadget:
+        ready(f"USB3 Vision camera {camera.identity.serial} is on the device controller {gadget.udc}")
+        stop.wait()
+
+
+_RUNNERS: dict[
+    Via, Callable[[SimulatedU3vDevice, threading.Event, Callable[[str], None], str, int, str], None]
+] = {
+    Via.VHCI: _serve_vhci,
+    Via.TCP: _serve_tcp,
+    Via.GADGET: _serve_gadget,
+}

@@ -1,0 +1,300 @@
+"""YARP's numbered features on any grabber: which GenICam feature each id means, and what can be done with it.
+
+A number of YARP's is one feature with up to two companions: its automatic mode (`ExposureAuto`) and its
+switch (`AcquisitionFrameRateEnable`). White balance is two instances of one feature behind a selector.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
+from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, Role, automatic_mode_of, enabler_of
+from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode, label
+
+ROLES: dict[FeatureId, Role] = {
+    FeatureId.BRIGHTNESS: Role.BLACK_LEVEL,
+    FeatureId.EXPOSURE: Role.EXPOSURE,
+    FeatureId.SHARPNESS: Role.SHARPNESS,
+    FeatureId.WHITE_BALANCE: Role.BALANCE_RATIO,
+    FeatureId.HUE: Role.HUE,
+    FeatureId.SATURATION: Role.SATURATION,
+    FeatureId.GAMMA: Role.GAMMA,
+    # FireWire cameras had a shutter time and an exposure target; programs written for them set the shutter.
+    FeatureId.SHUTTER: Role.EXPOSURE,
+    FeatureId.GAIN: Role.GAIN,
+    FeatureId.IRIS: Role.IRIS,
+    FeatureId.FOCUS: Role.FOCUS,
+    FeatureId.TEMPERATURE: Role.TEMPERATURE,
+    FeatureId.TRIGGER: Role.TRIGGER,
+    FeatureId.TRIGGER_DELAY: Role.TRIGGER_DELAY,
+    FeatureId.WHITE_SHADING: Role.SHADING,
+    FeatureId.FRAME_RATE: Role.FRAME_RATE,
+    FeatureId.ZOOM: Role.ZOOM,
+    FeatureId.PAN: Role.PAN,
+    FeatureId.TILT: Role.TILT,
+    FeatureId.OPTICAL_FILTER: Role.OPTICAL_FILTER,
+    FeatureId.CAPTURE_SIZE: Role.CAPTURE_SIZE,
+    FeatureId.CAPTURE_QUALITY: Role.CAPTURE_QUALITY,
+    FeatureId.MIRROR: Role.MIRROR,
+}
+
+_ROLE_OF_NUMBER: dict[int, Role] = {int(feature): role for feature, role in ROLES.items()}
+
+BALANCE_SELECTOR = "BalanceRatioSelector"
+RED, BLUE = "Red", "Blue"
+
+_NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
+_SWITCHES = (FeatureKind.BOOLEAN, FeatureKind.ENUMERATION)
+_ON, _OFF = "On", "Off"
+
+
+class NumberedFeatures:
+    """A grabber's features under YARP's numbers.
+
+    Values are in the camera's own units, or from 0 at the camera's minimum to 1 at its maximum where
+    `normalised`. Booleans count as 0 and 1, enumerations by the place of their entry. Any thread may call;
+    errors are those of the grabber, FeatureNotFoundError for a number that stands for nothing here.
+    """
+
+    def __init__(self, grabber: FrameGrabber, *, normalised: bool = False) -> None:
+        self.normalised = normalised
+        self._grabber = grabber
+        # Held over what must not interleave with another client's call: selecting a channel and using it.
+        self._lock = threading.RLock()
+
+    def name(self, number: int) -> str | None:
+        """The GenICam feature that a YARP number stands for, or None."""
+        role = _ROLE_OF_NUMBER.get(number)
+        return role.find(self._grabber.has_feature) if role else None
+
+    # -- what there is -----------------------------------------------------------------------------
+    def has(self, number: int) -> bool:
+        """Whether the camera has the feature."""
+        name = self.name(number)
+        return name is not None and (number != FeatureId.WHITE_BALANCE or self._has_both_balances())
+
+    def has_auto(self, number: int) -> bool:
+        """Whether the camera can regulate it by itself."""
+        auto = self._automatic(number)
+        return auto is not None and (auto.kind is FeatureKind.BOOLEAN or _offers(auto, AUTO_CONTINUOUS))
+
+    def has_manual(self, number: int) -> bool:
+        """Whether it can be set."""
+        name = self.name(number)
+        # A feature under automatic control is read-only just now, but can be set after a change of mode.
+        return (
+            name is not None
+            and self.has(number)
+            and (self._grabber.feature(name).access.writable or self.has_auto(number))
+        )
+
+    def has_one_push(self, number: int) -> bool:
+        """Whether the camera can regulate it once and then keep it."""
+        auto = self._automatic(number)
+        return auto is not None and _offers(auto, AUTO_ONCE)
+
+    def has_on_off(self, number: int) -> bool:
+        """Whether it can be switched on and off."""
+        return self._switch(number) is not None
+
+    # -- values ------------------------------------------------------------------------------------
+    def value(self, number: int) -> float:
+        """The value of a feature that has one."""
+        self._refuse_two_values(number)
+        return self._to_yarp(self._feature(number))
+
+    def set_value(self, number: int, value: float) -> None:
+        """Set a feature that has one value; what makes it take effect is switched on."""
+        self._refuse_two_values(number)
+        self._write(self._feature(number), value)
+
+    def values(self, number: int) -> tuple[float, float]:
+        """White balance: red and blue. Any other feature: its least and greatest value.
+
+        Raises FeatureAccessError where a feature has no range, and for all but white balance where values
+        are normalised: clients take a range for the sign of a camera's own units.
+        """
+        if number == FeatureId.WHITE_BALANCE:
+            with self._balance(RED) as ratio:
+                red = self._to_yarp(ratio)
+            with self._balance(BLUE) as ratio:
+                return red, self._to_yarp(ratio)
+        feature = self._feature(number)
+        span = _span(feature)
+        if self.normalised or span is None:
+            raise FeatureAccessError(f"{feature.name} has no second value to read", feature.name)
+        return span
+
+    def set_values(self, number: int, first: float, second: float) -> None:
+        """Set white balance, red and blue."""
+        if number != FeatureId.WHITE_BALANCE:
+            name = self._feature(number).name
+            raise FeatureAccessError(f"{name} has one value, set it with one", name)
+        for channel, value in ((RED, first), (BLUE, second)):
+            with self._balance(channel) as ratio:
+                self._write(ratio, value)
+
+    # -- modes -------------------------------------------------------------------------------------
+    def mode(self, number: int) -> FeatureMode:
+        """Whether the camera regulates it just now."""
+        self._feature(number)
+        auto = self._automatic(number)
+        return FeatureMode.MANUAL if auto is None or _is_off(auto) else FeatureMode.AUTO
+
+    def set_mode(self, number: int, mode: int) -> None:
+        """Let the camera regulate it, or keep it as it is."""
+        feature = self._feature(number)
+        auto = self._automatic(number)
+        if mode not in (FeatureMode.MANUAL, FeatureMode.AUTO):
+            raise FeatureValueError(
+                f"{feature.name}: mode {mode} is neither 1 (manual) nor 2 (auto)", feature.name
+            )
+        if auto is None:
+            if mode == FeatureMode.AUTO:
+                raise FeatureAccessError(f"{feature.name} has no automatic mode on this camera", feature.name)
+            return
+        automatic = mode == FeatureMode.AUTO
+        boolean = auto.kind is FeatureKind.BOOLEAN
+        self._grabber.write_feature(
+            auto.name, automatic if boolean else AUTO_CONTINUOUS if automatic else AUTO_OFF
+        )
+
+    def one_push(self, number: int) -> None:
+        """Regulate it once."""
+        feature = self._feature(number)
+        auto = self._automatic(number)
+        if auto is None or not _offers(auto, AUTO_ONCE):
+            raise FeatureAccessError(f"{feature.name} cannot be regulated once on this camera", feature.name)
+        self._grabber.write_feature(auto.name, AUTO_ONCE)
+
+    def active(self, number: int) -> bool:
+        """Whether it is switched on; what has no switch is on."""
+        self._feature(number)
+        switch = self._switch(number)
+        return switch is None or not _is_off(switch)
+
+    def set_active(self, number: int, on: bool) -> None:
+        """Switch it on or off."""
+        feature = self._feature(number)
+        switch = self._switch(number)
+        if switch is None:
+            raise FeatureAccessError(
+                f"{feature.name} cannot be switched on and off on this camera", feature.name
+            )
+        value: FeatureValue = on if switch.kind is FeatureKind.BOOLEAN else _ON if on else _OFF
+        self._grabber.write_feature(switch.name, value)
+
+    # -- inside ------------------------------------------------------------------------------------
+    def _feature(self, number: int) -> Feature:
+        name = self.name(number) if self.has(number) else None
+        if name is None:
+            what = label(number)
+            raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what} for YARP to use", what)
+        return self._grabber.feature(name)
+
+    def _automatic(self, number: int) -> Feature | None:
+        name = self.name(number)
+        auto = automatic_mode_of(name, self._grabber.has_feature) if name else None
+        return self._grabber.feature(auto) if auto else None
+
+    def _switch(self, number: int) -> Feature | None:
+        """The feature that switches it: its enabler, or itself where it is On or Off."""
+        name = self.name(number)
+        if name is None:
+            return None
+        enabler = enabler_of(name, self._grabber.has_feature)
+        feature = self._grabber.feature(enabler or name)
+        if feature.kind is FeatureKind.BOOLEAN:
+            return feature
+        return feature if _offers(feature, _ON) and _offers(feature, _OFF) else None
+
+    def _has_both_balances(self) -> bool:
+        if not self._grabber.has_feature(BALANCE_SELECTOR):
+            return False
+        selector = self._grabber.feature(BALANCE_SELECTOR)
+        return _offers(selector, RED) and _offers(selector, BLUE)
+
+    @contextmanager
+    def _balance(self, channel: str) -> Iterator[Feature]:
+        """One channel's balance ratio; the selector is put back after."""
+        with self._lock:
+            name = self._feature(FeatureId.WHITE_BALANCE).name
+            before = self._grabber.feature(BALANCE_SELECTOR).value
+            if before != channel:
+                self._grabber.write_feature(BALANCE_SELECTOR, channel)
+            try:
+                yield self._grabber.feature(name)
+            finally:
+                if before is not None and before != channel:
+                    self._grabber.write_feature(BALANCE_SELECTOR, before)
+
+    def _refuse_two_values(self, number: int) -> None:
+        if number == FeatureId.WHITE_BALANCE and self.has(number):
+            raise FeatureAccessError(
+                "white balance has two values, red and blue", Role.BALANCE_RATIO.names[0]
+            )
+
+    def _to_yarp(self, feature: Feature) -> float:
+        value = feature.value
+        if value is None:
+            raise FeatureAccessError(f"{feature.name} cannot be read just now", feature.name)
+        if feature.kind is FeatureKind.ENUMERATION:
+            names = [entry.name for entry in feature.entries]
+            value = names.index(str(value)) if value in names else 0
+        number = float(value)
+        span = _span(feature)
+        if not self.normalised or span is None:
+            return number
+        low, high = span
+        return min(1.0, max(0.0, (number - low) / (high - low)))
+
+    def _write(self, feature: Feature, value: float) -> None:
+        span = _span(feature)
+        if self.normalised and span is not None:
+            if not 0 <= value <= 1:
+                raise FeatureValueError(
+                    f"{feature.name}={value:g}: out of range, allowed is 0 … 1", feature.name
+                )
+            value = span[0] + value * (span[1] - span[0])
+        self._grabber.write_feature(feature.name, _from_yarp(feature, value))
+
+
+def _from_yarp(feature: Feature, value: float) -> FeatureValue:
+    """A number of YARP's, which knows only doubles, in the feature's own type and on its step."""
+    if feature.kind is FeatureKind.FLOAT or value != value or abs(value) == float("inf"):
+        return value
+    if feature.kind is FeatureKind.ENUMERATION:
+        index = round(value)
+        if not 0 <= index < len(feature.entries):
+            last = len(feature.entries) - 1
+            raise FeatureValueError(f"{feature.name}={value:g}: entries are counted 0 … {last}", feature.name)
+        return feature.entries[index].name
+    if feature.kind is FeatureKind.BOOLEAN:
+        return value != 0
+    low, step = int(feature.minimum or 0), int(feature.increment or 1)
+    return low + round((value - low) / step) * step
+
+
+def _span(feature: Feature) -> tuple[float, float] | None:
+    """The least and the greatest number, or None where there are no two."""
+    if feature.kind is FeatureKind.BOOLEAN:
+        return 0.0, 1.0
+    if feature.kind is FeatureKind.ENUMERATION and len(feature.entries) > 1:
+        return 0.0, float(len(feature.entries) - 1)
+    if feature.kind not in _NUMBERS or feature.minimum is None or feature.maximum is None:
+        return None
+    low, high = float(feature.minimum), float(feature.maximum)
+    return (low, high) if low < high else None
+
+
+def _offers(feature: Feature, entry: str) -> bool:
+    return feature.kind is FeatureKind.ENUMERATION and any(entry == known.name for known in feature.entries)
+
+
+def _is_off(feature: Feature) -> bool:
+    return feature.value in (False, AUTO_OFF, None)

@@ -1,0 +1,211 @@
+"""What a frame grabber's RPC port does: every request of both dialects, carried out on a grabber."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from grabbergui.core.errors import (
+    FeatureAccessError,
+    FeatureNotFoundError,
+    FeatureValueError,
+    FrameTimeoutError,
+    GrabberError,
+    TransportError,
+    UsageError,
+)
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import Role
+from grabbergui.net.tree_service import TreeService
+from grabbergui.net.yarp.dev import grabber_tree
+from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
+from grabbergui.net.yarp.dev.grabber_ids import BusType, CropType
+from grabbergui.net.yarp.dev.grabber_pictures import Capability
+from grabbergui.net.yarp.dev.grabber_rpc import (
+    Call,
+    Operation,
+    Refusal,
+    Reply,
+    Status,
+    encode_reply,
+    read_request,
+)
+from grabbergui.net.yarp.dev.grabber_values import Configuration, Value, Vertices
+from grabbergui.net.yarp.os.bottle import Bottle, Buffer
+
+log = logging.getLogger(__name__)
+
+FRAME_TIMEOUT = 1.0
+"""Seconds that an image request waits for the next frame."""
+
+_STATUS: tuple[tuple[type[GrabberError], Status], ...] = (
+    (FeatureNotFoundError, Status.NOT_IMPLEMENTED),
+    (FeatureValueError, Status.OUT_OF_BOUNDS),
+    (FeatureAccessError, Status.FAILED),
+    (FrameTimeoutError, Status.NOT_READY),
+    (TransportError, Status.COMMUNICATION),
+)
+
+_CROP_COUNT = "GetImageCrop failed: RECT mode requires 2 vertices."
+_CROP_OUTSIDE = "GetImageCrop failed: utils::cropRect error."
+_CROP_LIST = "List type not yet implemented"
+
+
+class GrabberService:
+    """Answers requests about one grabber. Any thread may call; each call may take as long as the camera."""
+
+    def __init__(self, grabber: FrameGrabber, *, normalised: bool = False) -> None:
+        self._grabber = grabber
+        self._features = NumberedFeatures(grabber, normalised=normalised)
+        self._tree = TreeService(grabber)
+        self._queue: FrameQueue | None = None
+        self._image_lock = threading.Lock()
+        self._actions = self._make_actions()
+
+    def close(self) -> None:
+        """Let go of the grabber. May be called twice."""
+        self._tree.close()
+        if self._queue is not None:
+            self._queue.close()
+
+    def answer(self, request: Bottle) -> list[Buffer]:
+        """The reply's message to a request of any vocabulary, in pieces."""
+        if grabber_tree.is_request(request):
+            return self._answer_tree(request).encode_parts()
+        call = read_request(request)
+        if isinstance(call, Refusal):
+            return [call.message]
+        return encode_reply(call, self.perform(call))
+
+    def perform(self, call: Call) -> Reply:
+        """Carry out a call of YARP's interfaces; a failure is a reply as well."""
+        try:
+            return Reply(self._actions[call.operation](*call.arguments))
+        except GrabberError as error:
+            log.info("%s%s failed: %s", call.operation.name, call.arguments, error)
+            status = next((status for kind, status in _STATUS if isinstance(error, kind)), Status.FAILED)
+            return Reply(status=status, text=str(error) if isinstance(error, UsageError) else "")
+
+    # -- YARP's interfaces -------------------------------------------------------------------------
+    def _make_actions(self) -> dict[Operation, Callable[..., tuple[Value, ...]]]:
+        numbered = self._features
+        return {
+            Operation.WIDTH: lambda: (self._size()[0],),
+            Operation.HEIGHT: lambda: (self._size()[1],),
+            Operation.IMAGE: lambda: self._image(Capability.COLOR),
+            Operation.CROP: lambda kind, vertices: self._crop(Capability.COLOR, kind, vertices),
+            Operation.RAW_WIDTH: lambda: (self._size()[0],),
+            Operation.RAW_HEIGHT: lambda: (self._size()[1],),
+            Operation.RAW_IMAGE: lambda: self._image(Capability.RAW),
+            Operation.RAW_CROP: lambda kind, vertices: self._crop(Capability.RAW, kind, vertices),
+            Operation.DESCRIPTION: self._description,
+            Operation.HAS_FEATURE: lambda number: (numbered.has(number),),
+            Operation.HAS_ON_OFF: lambda number: (numbered.has_on_off(number),),
+            Operation.HAS_AUTO: lambda number: (numbered.has_auto(number),),
+            Operation.HAS_MANUAL: lambda number: (numbered.has_manual(number),),
+            Operation.HAS_ONE_PUSH: lambda number: (numbered.has_one_push(number),),
+            Operation.GET_VALUE: lambda number: (numbered.value(number),),
+            Operation.GET_VALUES: lambda number: numbered.values(number),
+            Operation.GET_ACTIVE: lambda number: (numbered.active(number),),
+            Operation.GET_MODE: lambda number: (int(numbered.mode(number)),),
+            Operation.SET_VALUE: _done(numbered.set_value),
+            Operation.SET_VALUES: _done(numbered.set_values),
+            Operation.SET_ACTIVE: _done(numbered.set_active),
+            Operation.SET_MODE: _done(numbered.set_mode),
+            Operation.SET_ONE_PUSH: _done(numbered.one_push),
+            Operation.RGB_WIDTH: lambda: (self._size()[0],),
+            Operation.RGB_HEIGHT: lambda: (self._size()[1],),
+            Operation.GET_RESOLUTION: self._size,
+            Operation.SET_RESOLUTION: _done(self._set_size),
+            Operation.CONFIGURATIONS: self._configurations,
+            Operation.GET_FIELD_OF_VIEW: _lacking("field of view"),
+            Operation.SET_FIELD_OF_VIEW: _lacking("field of view"),
+            Operation.INTRINSICS: _lacking("intrinsic parameters"),
+            Operation.GET_MIRROR: lambda: (bool(self._number(Role.MIRROR)),),
+            Operation.SET_MIRROR: _done(
+                lambda on: self._grabber.write_feature(self._name(Role.MIRROR), bool(on))
+            ),
+        }
+
+    def _description(self) -> tuple[Value, ...]:
+        info = self._grabber.info
+        bus = BusType.USB if info.bus.upper().startswith("USB") else BusType.UNKNOWN
+        return int(bus), ": ".join(part for part in (info.serial, info.model or info.title) if part)
+
+    def _size(self) -> tuple[int, int]:
+        return int(self._number(Role.WIDTH)), int(self._number(Role.HEIGHT))
+
+    def _set_size(self, width: int, height: int) -> None:
+        self._grabber.write_feature(self._name(Role.WIDTH), width)
+        self._grabber.write_feature(self._name(Role.HEIGHT), height)
+
+    def _configurations(self) -> tuple[Value, ...]:
+        width, height = self._size()
+        rate = self._number(Role.FRAME_RATE) if Role.FRAME_RATE.find(self._grabber.has_feature) else 0.0
+        return ((Configuration(width, height, rate, "rgb"),),)
+
+    def _name(self, role: Role) -> str:
+        name = role.find(self._grabber.has_feature)
+        if name is None:
+            what = role.name.lower()
+            raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what}", role.names[0])
+        return name
+
+    def _number(self, role: Role) -> float:
+        value = self._grabber.feature(self._name(role)).value
+        if not isinstance(value, (int, float)):
+            raise FeatureAccessError(f"{role.names[0]} cannot be read just now", role.names[0])
+        return value
+
+    # -- pictures ------------------------------------------------------------------------------------
+    def _frame(self) -> Frame:
+        """The next frame; a camera that does not stream has none."""
+        with self._image_lock:
+            if self._queue is None or self._queue.closed:
+                self._queue = self._grabber.open_queue(1)
+            return self._queue.get(FRAME_TIMEOUT)
+
+    def _image(self, capability: Capability) -> tuple[Value, ...]:
+        return (capability.item(self._frame()),)
+
+    def _crop(self, capability: Capability, kind: int, vertices: Vertices) -> tuple[Value, ...]:
+        if kind == CropType.LIST:
+            raise UsageError(_CROP_LIST)
+        if kind != CropType.RECTANGLE or len(vertices) != 2:
+            raise UsageError(_CROP_COUNT)
+        frame = self._frame()
+        (x1, y1), (x2, y2) = vertices
+        left, right = sorted((x1, x2))
+        top, bottom = sorted((y1, y2))
+        if left < 0 or top < 0 or right >= frame.width or bottom >= frame.height:
+            raise UsageError(_CROP_OUTSIDE)
+        return (capability.item(frame, (left, top, right + 1, bottom + 1)),)
+
+    # -- our own vocabulary --------------------------------------------------------------------------
+    def _answer_tree(self, request: Bottle) -> Bottle:
+        verb, *arguments = [str(item) for item in request[1:]] or [""]
+        try:
+            return grabber_tree.success(self._tree.perform(verb, *arguments))
+        except GrabberError as error:
+            return grabber_tree.failure(error)
+
+
+def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:
+    """An action that has no result."""
+
+    def run(*arguments: Value) -> tuple[Value, ...]:
+        action(*arguments)
+        return ()
+
+    return run
+
+
+def _lacking(what: str) -> Callable[..., tuple[Value, ...]]:
+    def refuse(*_: Value) -> tuple[Value, ...]:
+        raise FeatureNotFoundError(f"GenICam cameras do not tell their {what}", what)
+
+    return refuse

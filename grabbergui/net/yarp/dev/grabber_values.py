@@ -1,0 +1,198 @@
+"""The arguments and results of frame grabber calls, and how each dialect writes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import Enum
+from typing import Any, Final, NamedTuple
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+
+OK: Final = Vocab("ok")
+VOCAB_FAIL: Final = Vocab("fail")
+NAK: Final = Vocab("nak")
+
+MAX_VERTICES: Final = 1024
+
+EMPTY_IMAGE: Final = Bottle(
+    [Vocab("mat"), Vocab(0), Bottle([0] * 5, specialised=True), b""], specialised=False
+)
+"""What stands in place of an image in a failed reply: no pixel code, no size."""
+
+
+class Configuration(NamedTuple):
+    """A picture size and rate that a camera offers."""
+
+    width: int
+    height: int
+    rate: float
+    "Frames per second."
+    pixel_code: str
+    "YARP's, e.g. `rgb`."
+
+
+Vertices = tuple[tuple[int, int], ...]
+Value = int | float | str | Bottle | Vertices | tuple[Configuration, ...] | Mapping[str, Item]
+
+
+class Kind(Enum):
+    """What a value is."""
+
+    INT = "integer"
+    FLOAT = "number"
+    FLAG = "flag"
+    TEXT = "string"
+    IMAGE = "image"
+    VERTICES = "list of vertices"
+    CONFIGURATIONS = "list of configurations"
+    PROPERTIES = "property list"
+
+    @property
+    def zero(self) -> Value:
+        """What stands in its place when there is none."""
+        return _ZEROS[self]
+
+
+_ZEROS: Final[dict[Kind, Value]] = {
+    Kind.INT: 0,
+    Kind.FLOAT: 0.0,
+    Kind.FLAG: False,
+    Kind.TEXT: "",
+    Kind.IMAGE: EMPTY_IMAGE,
+    Kind.VERTICES: (),
+    Kind.CONFIGURATIONS: (),
+    Kind.PROPERTIES: {},
+}
+
+
+def write_values(kinds: Sequence[Kind], values: Sequence[Value], dialect: Dialect) -> list[Item]:
+    """The items that stand for the values."""
+    items: list[Item] = []
+    for kind, value in zip(kinds, values, strict=True):
+        items += _write(kind, value, dialect)
+    return items
+
+
+def read_values(kinds: Sequence[Kind], items: Sequence[Item], dialect: Dialect) -> tuple[Value, ...]:
+    """The values that the items stand for.
+
+    Numbers may be of any type, as YARP takes them. Raises RemoteProtocolError for too few items or one
+    of the wrong kind, and from 4.0 also for too many.
+    """
+    left = iter(items)
+    values = tuple(_read(kind, left, dialect) for kind in kinds)
+    if dialect is Dialect.YARP4 and next(left, None) is not None:
+        raise RemoteProtocolError(f"{len(items)} items where {len(kinds)} are expected")
+    return values
+
+
+def _write(kind: Kind, value: Any, dialect: Dialect) -> list[Item]:
+    thrift = dialect is Dialect.YARP4
+    if kind is Kind.INT:
+        return [int(value)]
+    if kind is Kind.FLOAT:
+        return [float(value)]
+    if kind is Kind.FLAG:
+        return [(OK if value else VOCAB_FAIL) if thrift else int(value)]
+    if kind is Kind.VERTICES:
+        if thrift:
+            return [_generic(_generic(vertex) for vertex in value)]
+        return [Bottle(coordinate for vertex in value for coordinate in vertex)]
+    if kind is Kind.CONFIGURATIONS:
+        rows = [[c.width, c.height, float(c.rate), Vocab(c.pixel_code)] for c in value]
+        if thrift:
+            return [_generic(_generic([*row[:3], int(row[3])]) for row in rows)]
+        return [len(rows), *(item for row in rows for item in row)]
+    if kind is Kind.PROPERTIES:
+        return [_usual([key, entry] for key, entry in value.items())]
+    if kind is Kind.IMAGE:
+        mat, code, layout, pixels = value
+        return [Bottle([mat, code, _usual(layout), pixels], specialised=False)]
+    return [value]
+
+
+def _read(kind: Kind, left: Iterator[Item], dialect: Dialect) -> Value:
+    item = next(left, None)
+    if kind is Kind.INT or kind is Kind.FLOAT:
+        return _number(item, kind)
+    if kind is Kind.FLAG:
+        return _flag(item)
+    if kind is Kind.TEXT and isinstance(item, str):
+        return item
+    if kind is Kind.CONFIGURATIONS:
+        return _configurations(item, left, dialect)
+    if isinstance(item, list):
+        if kind is Kind.IMAGE and len(item) == 4 and isinstance(item[2], list):
+            return Bottle(item)
+        if kind is Kind.VERTICES:
+            return _vertices(item)
+        if kind is Kind.PROPERTIES:
+            return {str(entry[0]): entry[1] for entry in item if isinstance(entry, list) and len(entry) == 2}
+    raise RemoteProtocolError(f"{_described(item)} where a {kind.value} is expected")
+
+
+def _number(item: Item | None, kind: Kind) -> int | float:
+    if isinstance(item, (int, float)) and not word(item):
+        if kind is Kind.FLOAT:
+            return float(item)
+        if math.isfinite(item):
+            return int(item)
+    raise RemoteProtocolError(f"{_described(item)} where a number is expected")
+
+
+def _flag(item: Item | None) -> bool:
+    """0 or 1, or a word for it. A 3.x server that fails sends whatever number lies in its memory."""
+    known = {0: False, 1: True, "fail": False, "ok": True, "false": False, "true": True, "1": True}
+    key = word(item) or item
+    if isinstance(key, (int, str)) and key in known:
+        return known[key]
+    raise RemoteProtocolError(f"{item!r} where 0 or 1 is expected")
+
+
+def _vertices(items: Sequence[Item]) -> Vertices:
+    """From pairs, as 4.0 sends them, or from one flat list, as 3.x does."""
+    flat: list[Item] = []
+    for item in items[: 2 * MAX_VERTICES + 1]:
+        flat += item if isinstance(item, list) else [item]
+    if len(flat) > 2 * MAX_VERTICES:
+        raise RemoteProtocolError(f"more than {MAX_VERTICES} vertices")
+    numbers = [int(_number(item, Kind.INT)) for item in flat]
+    return tuple(zip(numbers[::2], numbers[1::2], strict=False))
+
+
+def _configurations(item: Item | None, left: Iterator[Item], dialect: Dialect) -> tuple[Configuration, ...]:
+    if dialect is Dialect.YARP4:
+        if not isinstance(item, list):
+            raise RemoteProtocolError(f"{_described(item)} where a list of configurations is expected")
+        return tuple(_configuration(row) for row in item if isinstance(row, list))
+    rest = list(left)
+    count = int(_number(item, Kind.INT))
+    if not 0 <= 4 * count <= len(rest):
+        raise RemoteProtocolError(f"{count} configurations claimed, {len(rest) // 4} sent")
+    return tuple(_configuration(rest[index : index + 4]) for index in range(0, 4 * count, 4))
+
+
+def _configuration(row: Sequence[Item]) -> Configuration:
+    if len(row) != 4 or not isinstance(row[3], int):
+        raise RemoteProtocolError("a configuration is not width, height, rate, pixel code")
+    width, height, rate = (
+        _number(item, kind) for item, kind in zip(row, (Kind.INT, Kind.INT, Kind.FLOAT), strict=False)
+    )
+    return Configuration(int(width), int(height), rate, str(Vocab(int(row[3]) & 0x7FFFFFFF)))
+
+
+def _generic(items: Iterable[Item]) -> Bottle:
+    """A nested list as thrift's readers need it: every item with its own code."""
+    return Bottle(items, specialised=False)
+
+
+def _usual(items: Iterable[Item]) -> Bottle:
+    """A nested list as YARP writes its own types, in 4.0 too: without codes where all are of one type."""
+    return Bottle((_usual(item) if isinstance(item, list) else item for item in items), specialised=True)
+
+
+def _described(item: Item | None) -> str:
+    return "nothing" if item is None else f"a {type(item).__name__}"

@@ -1,0 +1,193 @@
+"""What a port answers when it is administered: `yarp connect`, `yarp ping`, `yarp admin rpc`. No I/O here."""
+
+from __future__ import annotations
+
+from typing import Final, Protocol
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.names import Target
+from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+
+_HELP: Final = (
+    "[help]                  # give this help",
+    "[ver]                   # report protocol version information",
+    "[add] $portname         # add an output connection",
+    "[add] $portname $car    # add an output with a given protocol",
+    "[del] $portname         # remove an input or output connection",
+    "[list] [in]             # list input connections",
+    "[list] [out]            # list output connections",
+    "[list] [in]  $portname  # give details for input",
+    "[list] [out] $portname  # give details for output",
+    "[prop] [get]            # get all user-defined port properties",
+    "[prop] [get] $prop      # get a user-defined port property",
+    "[prop] [set] $prop $val # set a user-defined port property",
+)
+_VERSION: Final = (Vocab("ver"), 1, 2, 3)
+_MANY_PROPERTIES: Final = 256
+_PROPERTY_BYTES: Final = 4096
+
+_LINE_HELP: Final = (
+    "This is a YARP port.  Here are the commands it responds to:",
+    "*       Gives a description of this port",
+    "d       Signals the beginning of input for the port's owner",
+    'do      The same as "d" except replies should be suppressed ("data-only")',
+    "q       Disconnects",
+    "r       Reverse connection type to be a reader",
+    "/port   Requests to send output to /port",
+    "!/port  Requests to stop sending output to /port",
+    "~/port  Requests to stop receiving input from /port",
+    "a       Signals the beginning of an administrative message",
+    "?       Gives this help",
+)
+_NOT_UNDERSTOOD: Final = (
+    "Port command not understood.",
+    "Type d to send data to the port's owner.",
+    "Type ? for help.",
+)
+
+
+class Administered(Protocol):
+    """What is done to a port from outside."""
+
+    name: str
+    properties: dict[str, Item]
+
+    def place(self) -> str:
+        """`tcp://HOST:PORT/`."""
+
+    def carriers(self, *, outgoing: bool) -> dict[str, str]:
+        """The carrier of each connection, by the name at its other end."""
+
+    def add(self, target: Target) -> None:
+        """Connect. Raises GrabberError."""
+
+    def remove_output(self, name: str) -> bool:
+        """Drop the connections to `name`; whether there were any."""
+
+    def remove_input(self, name: str) -> bool:
+        """Drop the connections from `name`; whether there were any."""
+
+
+def answer(port: Administered, request: list[Item]) -> Bottle:
+    """The reply to an administrative Bottle. Never raises for what a peer may ask."""
+    words = [word(item) for item in request] + [""] * 3
+    match words[0]:
+        case "ver":
+            return Bottle(_VERSION)
+        case "help":
+            return Bottle([Vocab("many"), *_HELP])
+        case "add":
+            return _outcome(*_add(port, words[1], words[2]))
+        case "del":
+            return _outcome(*_remove(port, words[1]))
+        case "list":
+            return _list(port, words[1], words[2])
+        case "prop" | "get" | "set":
+            return _properties(port, words, request)
+        case "atch" | "dtch":
+            return Bottle([Vocab("fail")])
+    return Bottle([Vocab("fail"), "send [help] for list of valid commands"])
+
+
+def answer_line(port: Administered, command: str) -> list[str]:
+    """The answer to a command of one line in text mode."""
+    match command[:1]:
+        case "*":
+            return _describe(port)
+        case "?" | "h":
+            return list(_LINE_HELP)
+        case "!":
+            gone = port.remove_output(command[1:])
+            return [
+                _removed(port, command[1:])
+                if gone
+                else f"Could not find an outgoing connection to {command[1:]}"
+            ]
+        case "~":
+            gone = port.remove_input(command[1:])
+            return [
+                f"Removing connection from {command[1:]} to {port.name}"
+                if gone
+                else f"Could not find an incoming connection from {command[1:]}"
+            ]
+    if "/" in command:
+        return [_add(port, command, "")[1]]
+    return list(_NOT_UNDERSTOOD)
+
+
+def _outcome(code: int, text: str) -> Bottle:
+    return Bottle([code, text + "\r\n"])
+
+
+def _add(port: Administered, name: str, carrier: str) -> tuple[int, str]:
+    try:
+        port.add(Target.parse(name, carrier))
+    except GrabberError as error:
+        known = type(error).__name__ != "SourceNotFoundError"
+        return -1, f"Cannot connect to {name}: {error}" if known else f"Do not know how to connect to {name}"
+    shown = f"{carrier}:/{name}" if carrier else name
+    return 0, f"Added connection from {port.name} to {shown}"
+
+
+def _remove(port: Administered, name: str) -> tuple[int, str]:
+    if port.remove_output(name):
+        return 0, _removed(port, name)
+    if port.remove_input(name):
+        return 0, f"Removed connection from {name} to {port.name}"
+    outgoing, incoming = f"an outgoing connection to {name}", f"an incoming connection from {name}"
+    return -1, f"Could not find {outgoing}\r\nCould not find {incoming}"
+
+
+def _removed(port: Administered, name: str) -> str:
+    return f"Removed connection from {port.name} to {name}"
+
+
+def _list(port: Administered, direction: str, name: str) -> Bottle:
+    outgoing = direction == "out"
+    carriers = port.carriers(outgoing=outgoing)
+    if not name:
+        return Bottle(carriers)
+    if name not in carriers:
+        return Bottle()
+    ends = (port.name, name) if outgoing else (name, port.name)
+    carrier = carriers[name]
+    details: list[Item] = [["from", ends[0]], ["to", ends[1]], ["carrier", carrier]]
+    if carrier.startswith(("udp", "mcast")):
+        details.append(["connectionless", 1])
+    if carrier.startswith("mjpeg"):
+        details.append(["push", 0])
+    return Bottle(details)
+
+
+def _properties(port: Administered, words: list[str], request: list[Item]) -> Bottle:
+    if words[0] != "prop":  # connection properties: there are none to tell or to set
+        if words[0] == "get":
+            return Bottle([Bottle()]) if words[2] else Bottle()
+        return _outcome(0, f"Configured connection to {words[2]}")
+    if words[1] == "get":
+        if not words[2]:
+            return Bottle([key, value] for key, value in port.properties.items())
+        return Bottle([port.properties[words[2]]] if words[2] in port.properties else [])
+    if words[1] != "set" or len(request) < 4 or not words[2]:
+        return Bottle([Vocab("fail")])
+    if words[2] not in port.properties and len(port.properties) >= _MANY_PROPERTIES:
+        return Bottle([Vocab("fail"), f"a port keeps {_MANY_PROPERTIES} properties"])
+    if len(words[2]) + len(Bottle([request[3]]).encode(Dialect.YARP4)) > _PROPERTY_BYTES:
+        return Bottle([Vocab("fail"), f"a property has at most {_PROPERTY_BYTES} bytes"])
+    port.properties[words[2]] = request[3]
+    return Bottle([Vocab("ok")])
+
+
+def _describe(port: Administered) -> list[str]:
+    lines = [f"This is {port.name} at {port.place()}"]
+    outputs, inputs = port.carriers(outgoing=True), port.carriers(outgoing=False)
+    lines += [
+        f"There is an output connection from {port.name} to {name} using {carrier}"
+        for name, carrier in outputs.items()
+    ] or ["There are no outgoing connections"]
+    lines += [
+        f"There is an input connection from {name} to {port.name} using {carrier}"
+        for name, carrier in inputs.items()
+    ] or ["There are no incoming connections"]
+    return lines

@@ -1,0 +1,130 @@
+"""The mjpeg carrier: the reader asks the source by HTTP and gets JPEG pictures without end. No I/O here."""
+
+from __future__ import annotations
+
+import re
+import struct
+from typing import Final
+
+import cv2
+import numpy as np
+
+from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp import image
+from grabbergui.net.yarp.os.bottle import Buffer
+
+REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\n"
+"""As YARP's readers send it, odd line ends included; `%s` is the source's address."""
+
+_BOUNDARY: Final = b"--boundarydonotcross\r\n"
+RESPONSE: Final = (
+    b"HTTP/1.0 200 OK\r\nConnection: close\r\nServer: yarp/mjpeg_carrier/0.1\r\n"
+    b"Cache-Control: no-store, no-cache, must-revalidate, pre-check=0, post-check=0, max-age=0\r\n"
+    b"Pragma: no-cache\r\nExpires: Mon, 3 Jan 2000 12:34:56 GMT\r\n"
+    b"Content-Type: multipart/x-mixed-replace;boundary=boundarydonotcross\r\n\r\n" + _BOUNDARY
+)
+HEADER_LIMIT: Final = 8192
+JPEG_LIMIT: Final = 64 << 20
+_BLANK_LINE: Final = re.compile(rb"\r?\n\r?\n")
+_LENGTH: Final = re.compile(rb"content-length:\s*(\d{1,9})", re.IGNORECASE)
+_COMMENT: Final = b"\xff\xfe"
+
+# The order in which OpenCV's encoder wants the components.
+_TO_BGR: Final = {"rgb": cv2.COLOR_RGB2BGR, "rgba": cv2.COLOR_RGBA2BGR, "bgra": cv2.COLOR_BGRA2BGR}
+_MONO: Final = ("mono", "grbg", "bggr", "gbrg", "rggb")
+
+
+def encode_part(message: Buffer, envelope: str, quality: int = 75) -> list[Buffer]:
+    """One picture of the stream from an image message. Raises LocalProtocolError, RemoteProtocolError."""
+    header, pixels = image.decode(message)
+    if header.code in _TO_BGR:
+        pixels = cv2.cvtColor(pixels, _TO_BGR[header.code])
+    elif header.code == "mo16":
+        pixels = (pixels >> 8).astype(np.uint8)
+    elif header.code not in (*_MONO, "bgr"):
+        raise LocalProtocolError(
+            f"an image [{header.code}] cannot go as JPEG; mono, rgb, bgr and their kin can"
+        )
+    fine, jpeg = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    if not fine:
+        raise LocalProtocolError(f"an image of {header.width}×{header.height} cannot go as JPEG")
+    data = memoryview(jpeg.reshape(-1).data)
+    comment = _comment(envelope) if envelope else b""
+    start = 2 + (4 + int.from_bytes(data[4:6], "big") - 2 if data[2:4] == b"\xff\xe0" else 0)
+    size = len(data) + len(comment)
+    head = b"Content-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % size
+    return [head, data[:start], comment, data[start:], b"\r\n" + _BOUNDARY]
+
+
+def _comment(envelope: str) -> bytes:
+    text = envelope.encode("utf-8", "surrogateescape") + b"\0"
+    return _COMMENT + struct.pack(">H", len(text) + 2) + text
+
+
+def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
+    """Image header, pixels (rgb or mono) and envelope of one picture. Raises RemoteProtocolError."""
+    data = np.frombuffer(jpeg, np.uint8)
+    try:
+        pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
+    except cv2.error:
+        pixels = None
+    if pixels is None:
+        raise RemoteProtocolError(f"{len(data)} bytes that are no JPEG picture")
+    colour = pixels.ndim == 3
+    if colour:
+        pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
+    header, body = image.encode(pixels, "rgb" if colour else "mono")
+    return header, body, find_comment(bytes(jpeg))
+
+
+def find_comment(jpeg: bytes) -> str:
+    """The text of the comment marker, which carries the envelope; empty where there is none."""
+    at = 2
+    while at + 4 <= len(jpeg) and jpeg[at] == 0xFF and jpeg[at + 1] != 0xDA:
+        length = int.from_bytes(jpeg[at + 2 : at + 4], "big")
+        if jpeg[at : at + 2] == _COMMENT:
+            return jpeg[at + 4 : at + 2 + length].rstrip(b"\0").decode("utf-8", "surrogateescape")
+        at += 2 + length
+    return ""
+
+
+class StreamReader:
+    """Finds the pictures in the answer to the request, whoever sent it: YARP, us or any HTTP camera."""
+
+    def __init__(self) -> None:
+        self._data = bytearray()
+        self._length: int | None = None
+
+    def feed(self, data: Buffer) -> list[bytes]:
+        """Take what arrived; gives the pictures that it completes. Raises RemoteProtocolError."""
+        self._data += data
+        pictures: list[bytes] = []
+        while True:
+            if self._length is None and not self._read_head():
+                return pictures
+            length = self._length or 0
+            if len(self._data) < length:
+                return pictures
+            pictures.append(bytes(self._data[:length]))
+            del self._data[:length]
+            self._length = None
+
+    def _read_head(self) -> bool:
+        # Status line, headers and boundaries alike: all that matters is a length before a blank line.
+        while True:
+            end = _BLANK_LINE.search(self._data)
+            if not end:
+                if len(self._data) > HEADER_LIMIT:
+                    raise RemoteProtocolError(f"{len(self._data)} bytes without a picture's header")
+                return False
+            head = bytes(self._data[: end.start()])
+            if head.startswith(b"HTTP/") and b" 200" not in head.partition(b"\n")[0]:
+                status = head.partition(b"\r")[0].decode("latin-1")
+                raise RemoteProtocolError(f"the source answers '{status}'")
+            del self._data[: end.end()]
+            length = _LENGTH.search(head)
+            if length and int(length[1]) > JPEG_LIMIT:
+                raise RemoteProtocolError(f"picture of {int(length[1])} bytes, allowed are {JPEG_LIMIT}")
+            if length and int(length[1]):
+                self._length = int(length[1])
+                return True

@@ -1,0 +1,120 @@
+"""Asks a name server: where ports are, and that ours be known."""
+
+from __future__ import annotations
+
+import os
+import time
+
+from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError
+from grabbergui.net.yarp.os import configuration, names, sockets
+from grabbergui.net.yarp.os.names import Contact, check_port_name, literal_contact
+
+Lines = list[str]
+Contacts = list[Contact]
+ANSWER_LIMIT = 4 << 20
+TIMEOUT = 5.0
+
+
+class NameClient:
+    """One name server. Any thread; every question is a connection of its own.
+
+    All methods raise SourceUnavailableError where no name server answers.
+    """
+
+    def __init__(self, server: Contact, key: bytes | None = None) -> None:
+        self.server = server
+        self.key = key
+        "Of `auth.conf`; ports use it too."
+
+    @classmethod
+    def find(cls, address: str = "") -> NameClient:
+        """The server at `HOST:PORT`, or else the one that YARP's configuration names.
+
+        Raises SourceUnavailableError where there is no configuration, UsageError for a bad address.
+        """
+        server = configuration.parse_address(address) if address else configuration.name_server()
+        if server is None:
+            raise SourceUnavailableError(
+                "no YARP name server is configured; run `yarp conf HOST PORT`, or pass --nameserver HOST:PORT"
+            )
+        return cls(server, configuration.authentication_key())
+
+    def register(self, name: str, carrier: str = "tcp", ip: str | None = None, port: int = 0) -> Contact:
+        """Make a port known; the server chooses what is left open. Replaces what had the name before."""
+        ip = ip or os.environ.get("YARP_IP") or "..."
+        return self._one(f"register {_checked(name)} {carrier} {ip} {port or '...'}")
+
+    def query(self, name: str) -> Contact:
+        """Where a port is; `tcp://HOST:PORT/` needs no server. Raises SourceNotFoundError."""
+        literal = literal_contact(name)
+        if literal:
+            return literal
+        found = names.contacts(self.ask(f"query {check_port_name(name)}"))
+        if not found:
+            raise SourceNotFoundError(f"the name server at {self._where} knows no port {name}")
+        return found[0]
+
+    def unregister(self, name: str) -> None:
+        """Forget a port, known or not."""
+        self.ask(f"unregister {check_port_name(name)}")
+
+    def list(self, prefix: str = "") -> Contacts:
+        """All ports, or those below a prefix, in alphabetic order."""
+        return names.contacts(self.ask(f"list {prefix}".strip()))
+
+    def set_property(self, name: str, key: str, *values: str) -> None:
+        """Note something about a port, `accepts` for instance; for people and tools."""
+        self.ask(" ".join(("set", check_port_name(name), key, *values)))
+
+    def announce(self, name: str) -> None:
+        """Say that a registered port is listening, so that kept connections to it are made."""
+        self.ask(f"announce {check_port_name(name)}")
+
+    def ask(self, command: str) -> Lines:
+        """Any command; the lines of the answer, without the one that ends it."""
+        try:
+            sock = sockets.connect(self.server.address, TIMEOUT, self.key)
+        except TransportError as error:
+            raise SourceUnavailableError(
+                f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`"
+            ) from error
+        try:
+            sockets.send(sock, [f"{names.PREFIX}{command}\n".encode()])
+            return self._answer(sock)
+        except TransportError as error:
+            raise SourceUnavailableError(
+                f"the name server at {self._where} did not answer: {error}"
+            ) from error
+        finally:
+            sock.close()
+
+    def _answer(self, sock: sockets.socket.socket) -> Lines:
+        deadline = time.monotonic() + TIMEOUT
+        data = b""
+        while len(data) < ANSWER_LIMIT and time.monotonic() < deadline:
+            try:
+                more = sock.recv(65536)
+            except OSError as error:
+                raise TransportError(str(error)) from error
+            data += more
+            lines = data.decode("utf-8", "replace").split("\n")[:-1]
+            lines = [line.rstrip("\r") for line in lines]
+            if names.finished(lines):
+                return [line for line in lines if line != names.END]
+            if not more:
+                raise TransportError("it closed the connection")
+        raise TransportError("its answer has no end")
+
+    def _one(self, command: str) -> Contact:
+        found = names.contacts(self.ask(command))
+        if not found:
+            raise SourceUnavailableError(f"the name server at {self._where} refused '{command}'")
+        return found[0]
+
+    @property
+    def _where(self) -> str:
+        return f"{self.server.host}:{self.server.port}"
+
+
+def _checked(name: str) -> str:
+    return name if name == "..." else check_port_name(name)

@@ -1,0 +1,160 @@
+"""The books of a name server: commands in, lines out. No I/O, no threads."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.names import END, Contact
+from grabbergui.net.yarp.os.values import Item
+
+NAME_LIMIT: Final = 20_000
+"""Ports known at a time; YARP has no limit, our memory has."""
+
+_VALUE_LIMIT: Final = 256
+_ANY: Final = ("...", "-1", "0", "")
+_FALLBACK: Final = Contact("fallback", "224.2.1.1", 10000, "mcast")
+
+_HELP: Final = (
+    "Here are some ways to use the name server:",
+    "+ help",
+    "+ list [$prefix]",
+    "+ register $portname",
+    "+ register $portname $carrier $ipAddress $portNumber",
+    "  (if you want a field set automatically, write '...')",
+    "+ unregister $portname",
+    "+ query $portname",
+    "+ set $portname $property $value",
+    "+ get $portname $property",
+    "+ check $portname $property",
+    "+ route $port1 $port2",
+    "+ runners",
+    "  (to get a list of the yarprun ports)",
+)
+
+
+class NameDatabase:
+    """Names and their contacts, in memory only."""
+
+    def __init__(self, own: Contact) -> None:
+        self.own = own
+        "The server itself."
+        self._contacts: dict[str, Contact] = {own.name: own, _FALLBACK.name: _FALLBACK}
+        self._properties: dict[str, dict[str, set[str]]] = {}
+        self._next_port = own.port + 2
+        self._next_name = 1
+        self._next_group = 1
+
+    def answer(self, command: str, asker: str) -> str:
+        """The reply to one command, line ends included; `asker` is the address it came from."""
+        words = command.split()
+        if words[:1] == ["bot"]:
+            return self._bot(words[1:], asker).to_text() + "\r\n"
+        if words[:1] == ["announce"]:
+            return "[ok]\r\n"
+        lines = self._lines(words, asker) if words else []
+        return "".join(f"{line}\r\n" for line in (*lines, END))
+
+    def _lines(self, words: list[str], asker: str) -> list[str]:
+        verb, *arguments = words
+        first, second, third = [*arguments, "", "", ""][:3]
+        match verb:
+            case "register":
+                contact = self._register(arguments, asker)
+                return [contact.encode()] if contact else []
+            case "unregister":
+                self._unregister(first)
+            case "query":
+                return [self._contacts[first].encode()] if first in self._contacts else []
+            case "list":
+                return [contact.encode() for contact in self._list(first)]
+            case "set" if first in self._contacts and second:
+                return self._set(first, second, arguments[2:])
+            case "get" if first in self._contacts and second:
+                return [self._shown(first, second)]
+            case "check" if first in self._contacts and second:
+                present = third in self._properties.get(first, {}).get(second, ())
+                return [f"port {first} property {second} value {third} present {str(present).lower()}"]
+            case "route":
+                return [f"port {first} route {second} = tcp:/{second}"]
+            case "gc":
+                return ["garbage collection done."]
+            case "help":
+                return list(_HELP)
+        return []
+
+    def _register(self, arguments: list[str], asker: str) -> Contact | None:
+        name, carrier, host, port = [*arguments, "...", "...", "...", "..."][:4]
+        if not arguments or (name != "..." and not name.startswith("/")):
+            return None
+        if name not in self._contacts and len(self._contacts) >= NAME_LIMIT:
+            return None
+        if name == "...":
+            name = f"/tmp/port/{self._next_name}"
+            self._next_name += 1
+        carrier = "tcp" if carrier in _ANY else carrier
+        if host in _ANY:
+            host = self._group() if carrier == "mcast" else asker
+        number = int(port) if port.isascii() and port.isdigit() and len(port) < 6 else 0
+        contact = Contact(name, host, number if 0 < number < 65536 else self._port(), carrier)
+        self._contacts[name] = contact
+        self._properties.pop(name, None)
+        return contact
+
+    def _unregister(self, name: str) -> None:
+        if name not in (self.own.name, _FALLBACK.name):
+            self._contacts.pop(name, None)
+            self._properties.pop(name, None)
+
+    def _port(self) -> int:
+        """A port number that nobody was given."""
+        taken = {contact.port for contact in self._contacts.values()}
+        while True:
+            number, self._next_port = self._next_port, self._next_port + 1
+            if self._next_port > 65535:
+                self._next_port = 1025
+            if number not in taken:
+                return number
+
+    def _group(self) -> str:
+        number, self._next_group = self._next_group, self._next_group % 250 + 1
+        return f"224.1.1.{number}"
+
+    def _list(self, prefix: str) -> list[Contact]:
+        below = prefix.rstrip("/") + "/"
+        names = sorted(self._contacts)
+        return [
+            self._contacts[name] for name in names if not prefix or name == prefix or name.startswith(below)
+        ]
+
+    def _set(self, name: str, key: str, values: list[str]) -> list[str]:
+        keys = self._properties.setdefault(name, {})
+        if key in keys or len(keys) < _VALUE_LIMIT:
+            keys[key] = set(values[:_VALUE_LIMIT])
+        return [self._shown(name, key)]
+
+    def _shown(self, name: str, key: str) -> str:
+        values = sorted(self._properties.get(name, {}).get(key, ()))
+        return f"port {name} property {key} = {' '.join(values)}"
+
+    def _bot(self, words: list[str], asker: str) -> Bottle:
+        verb, name = [*words, "", ""][:2]
+        if verb == "list":
+            return Bottle(["ports", *(_as_bottle(contact) for contact in self._list(name))])
+        if verb == "register":
+            contact = self._register(words[1:], asker)
+        else:
+            contact = self._contacts.get(name)
+            if verb == "unregister":
+                self._unregister(name)
+        return _as_bottle(contact) if contact else Bottle(["port", ["error", -2, "port not known"]])
+
+
+def _as_bottle(contact: Contact) -> Bottle:
+    details: list[Item] = [
+        ["name", contact.name],
+        ["ip", contact.host],
+        ["port_number", contact.port],
+        ["carrier", contact.carrier],
+    ]
+    return Bottle(["port", *details])

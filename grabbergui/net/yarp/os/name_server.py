@@ -1,0 +1,79 @@
+"""A small name server of our own, for desks without YARP: `yarp name`, `yarp connect` and `yarp read` use it.
+
+It keeps names in memory only. Like YARP's it listens on one TCP port, speaks the line protocol, and is a
+port itself, so that it can be pinged and asked in text or binary.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+from grabbergui.core.errors import TransportError
+from grabbergui.net.yarp.os import admin, sockets
+from grabbergui.net.yarp.os.configuration import DEFAULT_NAMESPACE, authentication_key
+from grabbergui.net.yarp.os.inputs import Input, Reply, Request
+from grabbergui.net.yarp.os.name_database import NameDatabase
+from grabbergui.net.yarp.os.names import DEFAULT_PORT, PREFIX, Contact
+from grabbergui.net.yarp.os.port import Port
+from grabbergui.net.yarp.os.values import word
+
+log = logging.getLogger(__name__)
+
+
+class NameServer(Port):
+    """Serves names until closed. Any thread."""
+
+    sends = False
+
+    def __init__(
+        self, host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, namespace: str = DEFAULT_NAMESPACE
+    ) -> None:
+        """Listen at `host`; port 0 takes a free one. Say 0.0.0.0 to be reached from everywhere."""
+        super().__init__(namespace, bind=host, port=port, limit=1 << 16)
+        self.key = authentication_key()
+        self._books_lock = threading.Lock()
+        self._books: NameDatabase | None = None
+
+    def open(self) -> None:
+        """Start. Raises TransportError where the port is taken."""
+        super().open()
+        log.info("name server %s at %s:%d", self.name, self.contact.host, self.contact.port)
+
+    def _register(self) -> None:
+        # Listening, but nothing is accepted yet: the books must be there before the first question.
+        host = self.contact.host
+        if host in ("0.0.0.0", "::"):
+            host = _outward_address()
+        self._books = NameDatabase(Contact(self.name, host, self.contact.port))
+
+    def ask(self, command: str, asker: str) -> str:
+        """The answer to one command, line ends included."""
+        with self._books_lock:
+            assert self._books, "the server was not opened"
+            return self._books.answer(command, asker)
+
+    def deliver(self, request: Request) -> Reply:
+        """A question from a connection in text or binary; the answer is plain text in both."""
+        items = [word(item) or str(item) for item in request.bottle()]
+        if items[:1] == [PREFIX.strip()]:
+            del items[0]
+        return self.ask(" ".join(items), request.info.address[0])
+
+    def line(self, command: str) -> list[str]:
+        """One line, as from a port in text mode: a question too, when it begins as one."""
+        if command.startswith(PREFIX):
+            return self.ask(command.removeprefix(PREFIX), self.contact.host).splitlines()
+        return admin.answer_line(self, command)
+
+    def legacy(self, connection: Input, greeting: bytes) -> None:
+        """Questions as YARP itself asks them, a line each."""
+        asker = connection.info.address[0]
+        connection.answer_lines(greeting, lambda line: self.ask(line.removeprefix(PREFIX), asker))
+
+
+def _outward_address() -> str:
+    try:
+        return sockets.local_address_towards("192.0.2.1", 9)
+    except TransportError:
+        return "127.0.0.1"

@@ -1,0 +1,271 @@
+"""Ports by what they are for: output of a stream, input of one, answering requests."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import mjpeg, sockets
+from grabbergui.net.yarp.os.bottle import Bottle, Buffer
+from grabbergui.net.yarp.os.inputs import Reply, Request
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.names import Target
+from grabbergui.net.yarp.os.port import Port
+from grabbergui.net.yarp.os.values import Vocab
+
+log = logging.getLogger(__name__)
+
+Handler = Callable[[Request], Reply]
+RPC_LIMIT = 16 << 20
+
+
+class OutputPort(Port):
+    """Sends a stream to any number of readers."""
+
+    def __init__(
+        self,
+        name: str,
+        names: NameClient | None = None,
+        *,
+        handler: Handler | None = None,
+        bind: str = "",
+        port: int = 0,
+    ) -> None:
+        """With a `handler` it also answers requests, as a frame grabber's image port does."""
+        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT)
+        self._handler = handler
+
+    def write(self, header: Buffer, payload: Buffer = b"", envelope: str = "") -> None:
+        """Send one message, which is not copied: leave its memory alone until all readers have it.
+
+        Never waits. A reader that is still busy gets the newest message when it is ready.
+        """
+        self.send([header, payload] if len(payload) else [header], envelope)
+
+    def write_bottle(self, bottle: Bottle, envelope: str = "") -> None:
+        """Send a Bottle."""
+        self.send([bottle.encode()], envelope)
+
+    def deliver(self, request: Request) -> Reply:
+        """Answer where there is a handler."""
+        return _handled(self.name, self._handler, request)
+
+
+class RpcServer(Port):
+    """Answers requests: `handler` is called on the thread of each connection, so several at once."""
+
+    sends = False
+
+    def __init__(
+        self, name: str, handler: Handler, names: NameClient | None = None, *, bind: str = "", port: int = 0
+    ) -> None:
+        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT)
+        self._handler = handler
+
+    def deliver(self, request: Request) -> Reply:
+        """Answer."""
+        return _handled(self.name, self._handler, request)
+
+
+class InputPort(Port):
+    """Receives a stream; keeps the newest messages, so a slow reader never holds up a source."""
+
+    sends = False
+    pulls = True
+
+    def __init__(
+        self, name: str, names: NameClient | None = None, *, depth: int = 1, bind: str = "", port: int = 0
+    ) -> None:
+        super().__init__(name, names, bind=bind, port=port)
+        self.overwritten = 0
+        "Messages that newer ones replaced before they were read."
+        self._arrived: deque[tuple[memoryview | bytes, str]] = deque(maxlen=depth)
+        "Messages and envelopes; a JPEG picture as bytes."
+        self._changed = threading.Condition()
+        self._pulled: dict[str, _Puller] = {}
+
+    def read(self, timeout: float) -> tuple[memoryview, str]:
+        """The oldest message kept and its envelope's text. Raises FrameTimeoutError."""
+        deadline = time.monotonic() + timeout
+        while True:
+            with self._changed:
+                left = deadline - time.monotonic()
+                if not self._changed.wait_for(lambda: self._arrived or self._closing.is_set(), left):
+                    raise FrameTimeoutError(f"{self.name}: no message arrived within {timeout:g} s")
+                if not self._arrived:
+                    raise FrameTimeoutError(f"{self.name} was closed")
+                message, envelope = self._arrived.popleft()
+            if isinstance(message, memoryview):
+                return message, envelope
+            try:
+                # On the owner's thread: a picture that is never looked at costs no decoding.
+                header, pixels, envelope = mjpeg.decode_jpeg(message)
+            except RemoteProtocolError as error:
+                log.info("%s: %s", self.name, error)
+                continue
+            return memoryview(header + bytes(pixels)), envelope
+
+    def connect(self, source: str, carrier: str = "fast_tcp") -> None:
+        """Ask a source to send to us; over mjpeg we fetch. Our own name must be registered for the first.
+
+        Raises SourceNotFoundError, SourceUnavailableError, TransportError where the source refuses.
+        """
+        if wire.by_name(carrier).pull:
+            self.add(Target.parse(source, carrier))
+            return
+        request = Bottle([Vocab("add"), f"{carrier}:/{self.name}"])
+        reply = administer(self.locate(Target.parse(source).name), request, self.key)
+        if not reply or reply[0] != 0:
+            text = str(reply[1]).strip() if len(reply) > 1 else "no reason given"
+            raise TransportError(f"{source} does not connect to {self.name} over {carrier}: {text}")
+
+    def disconnect(self, source: str) -> None:
+        """Stop receiving from a source. Never raises."""
+        self.remove_input(source)
+        try:
+            administer(self.locate(source), Bottle([Vocab("del"), self.name]), self.key)
+        except GrabberError as error:
+            log.debug("%s: %s", self.name, error)
+
+    def deliver(self, request: Request) -> Reply:
+        """Keep the message for `read`."""
+        self._put(request.data, request.message.envelope)
+        return None
+
+    def carriers(self, *, outgoing: bool) -> dict[str, str]:
+        """The carrier of each connection, by the name at its other end."""
+        found = super().carriers(outgoing=outgoing)
+        return found if outgoing else found | dict.fromkeys(self._pulled, wire.MJPEG.name)
+
+    def remove_input(self, name: str) -> bool:
+        """Drop the connections from `name`; whether there were any."""
+        with self._lock:
+            puller = self._pulled.pop(name, None)
+        if puller:
+            puller.close()
+        return super().remove_input(name) or puller is not None
+
+    def close(self) -> None:
+        """Leave all sources, drop the name, wake whoever reads."""
+        for name in list(self._pulled):
+            self.remove_input(name)
+        for name in [name for name, carrier in self.carriers(outgoing=False).items() if name.startswith("/")]:
+            self.disconnect(name)
+        super().close()
+        with self._changed:
+            self._closing.set()
+            self._arrived.clear()
+            self._changed.notify_all()
+
+    def _put(self, payload: memoryview | bytes, envelope: str = "") -> None:
+        with self._changed:
+            self.overwritten += len(self._arrived) == self._arrived.maxlen
+            self._arrived.append((payload, envelope))
+            self._changed.notify()
+
+    def _pull(self, target: Target) -> None:
+        address = self.locate(target.name)
+        self.remove_input(target.name)
+        puller = _Puller(self.name, target.name, address, self.key, self._put, self._pull_ended)
+        with self._lock:
+            self._pulled[target.name] = puller
+        puller.start()
+
+    def _pull_ended(self, puller: _Puller) -> None:
+        with self._lock:
+            if self._pulled.get(puller.source) is puller:
+                del self._pulled[puller.source]
+
+
+class _Puller:
+    """Fetches pictures from one source over mjpeg."""
+
+    def __init__(
+        self,
+        reader: str,
+        source: str,
+        address: tuple[str, int],
+        key: bytes | None,
+        put: Callable[[bytes], None],
+        on_end: Callable[[_Puller], None],
+    ) -> None:
+        self.source = source
+        self._reader = reader
+        self._put = put
+        self._on_end = on_end
+        self._closed = False
+        self._sock = sockets.connect(address, key=key)
+        sockets.set_deadline(self._sock, None)
+        self._thread = threading.Thread(target=self._run, name=f"yarp {reader} from {source}", daemon=True)
+
+    def start(self) -> None:
+        """Ask for the stream."""
+        sockets.send(self._sock, [mjpeg.REQUEST % self._sock.getpeername()[0].encode()])
+        self._thread.start()
+
+    def close(self) -> None:
+        """Hang up."""
+        self._closed = True
+        with suppress(OSError):
+            self._sock.shutdown(socket.SHUT_RDWR)
+        if self._thread is not threading.current_thread() and self._thread.ident is not None:
+            self._thread.join(5)
+
+    def _run(self) -> None:
+        stream = mjpeg.StreamReader()
+        try:
+            while data := self._sock.recv(1 << 18):
+                for jpeg in stream.feed(data)[-1:]:
+                    self._put(jpeg)
+            raise TransportError("the source closed the connection")
+        except (GrabberError, OSError) as error:
+            if not self._closed:
+                log.info("%s: connection from %s (mjpeg) closed: %s", self._reader, self.source, error)
+        finally:
+            sockets.hang_up(self._sock)
+            self._on_end(self)
+
+
+def administer(
+    address: tuple[str, int], request: Bottle, key: bytes | None = None, timeout: float = 5.0
+) -> Bottle:
+    """Ask a port to do something, as `yarp connect` does: by text_ack. Raises TransportError."""
+    sock = sockets.connect(address, timeout, key)
+    try:
+        sockets.send(
+            sock, [wire.encode_greeting(wire.TEXT_ACK, "admin"), f"a\r\n{request.to_text()}\r\n".encode()]
+        )
+        data, deadline = b"", time.monotonic() + timeout
+        while not data.endswith(b"<ACK>\r\n"):
+            more = sock.recv(65536) if time.monotonic() < deadline else b""
+            data += more
+            if not more or len(data) > RPC_LIMIT:
+                raise TransportError(f"the port at {address[0]}:{address[1]} did not answer")
+    except OSError as error:
+        raise TransportError(f"the port at {address[0]}:{address[1]} did not answer: {error}") from error
+    finally:
+        sock.close()
+    _, _, answer = data.decode("utf-8", "surrogateescape").partition("\r\n")
+    return Bottle.from_text(answer.removesuffix("<ACK>\r\n"))
+
+
+def _handled(name: str, handler: Handler | None, request: Request) -> Reply:
+    if handler is None:
+        return None
+    try:
+        return handler(request)
+    except GrabberError as error:
+        log.info("%s: request of %s refused: %s", name, request.info.peer, error)
+        return Bottle([Vocab("fail"), str(error)])
+
+
+def ping(address: tuple[str, int], key: bytes | None = None, timeout: float = 2.0) -> Sequence[object]:
+    """What a port says to `[ver]`, as `yarp ping` asks it. Raises TransportError."""
+    return administer(address, Bottle([Vocab("ver")]), key, timeout)

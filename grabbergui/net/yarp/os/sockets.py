@@ -1,0 +1,137 @@
+"""Blocking sockets as ports use them: gathered writes, exact reads, deadlines kept by the kernel.
+
+Deadlines are SO_RCVTIMEO and SO_SNDTIMEO rather than Python's, which would turn one read of a picture
+into many small ones.
+"""
+
+from __future__ import annotations
+
+import socket
+import struct
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+
+from grabbergui.core.errors import AckTimeoutError, TransportError
+from grabbergui.net.yarp.os.auth import MESSAGE, Handshake
+from grabbergui.net.yarp.os.bottle import Buffer
+
+BUFFER_BYTES = 4 << 20
+CONNECT_TIMEOUT = 5.0
+_GATHER = 64
+
+
+def connect(
+    address: tuple[str, int], timeout: float = CONNECT_TIMEOUT, key: bytes | None = None
+) -> socket.socket:
+    """Dial a port, authentication included. Raises TransportError, AccessDeniedError."""
+    host, port = address
+    try:
+        sock = socket.create_connection(address, timeout)
+    except OSError as error:
+        raise TransportError(f"nothing answers at {host}:{port}: {error}") from error
+    try:
+        prepare(sock)
+        set_deadline(sock, timeout)
+        if key:
+            authenticate(sock, key, accepting=False)
+    except BaseException:
+        sock.close()
+        raise
+    return sock
+
+
+def prepare(sock: socket.socket) -> None:
+    """Small messages leave at once, large ones find room, dead peers are noticed in the end."""
+    sock.settimeout(None)
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for option in (socket.SO_SNDBUF, socket.SO_RCVBUF):
+        sock.setsockopt(socket.SOL_SOCKET, option, BUFFER_BYTES)
+
+
+def set_deadline(sock: socket.socket, seconds: float | None, *, sending: bool = True) -> None:
+    """How long one read or write may stand still; None for ever."""
+    seconds = seconds or 0.0
+    if sys.platform == "win32":
+        value = struct.pack("@L", round(seconds * 1000))
+    else:
+        value = struct.pack("@ll", int(seconds), round(seconds % 1 * 1_000_000) % 1_000_000)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value)
+    if sending:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, value)
+
+
+def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
+    """Write all parts as one; returns their bytes. Raises AckTimeoutError, TransportError."""
+    pending = [view for view in (memoryview(part).cast("B") for part in parts) if len(view)]
+    total = 0
+    try:
+        while pending:
+            sent = sock.sendmsg(pending[:_GATHER])
+            total += sent
+            while sent and pending:
+                if sent < len(pending[0]):
+                    pending[0] = pending[0][sent:]
+                    break
+                sent -= len(pending.pop(0))
+    except BlockingIOError as error:
+        raise AckTimeoutError("the peer takes no more bytes") from error
+    except OSError as error:
+        raise TransportError(f"the connection broke: {error}") from error
+    return total
+
+
+def receive_some(sock: socket.socket, into: memoryview) -> int:
+    """Read up to the whole of it, once; 0 means the peer has closed.
+
+    Raises AckTimeoutError when the deadline passed with nothing, TransportError.
+    """
+    try:
+        return sock.recv_into(into, 0, socket.MSG_WAITALL)
+    except BlockingIOError as error:
+        raise AckTimeoutError("the peer sends nothing") from error
+    except OSError as error:
+        raise TransportError(f"the connection broke: {error}") from error
+
+
+def receive_exactly(sock: socket.socket, size: int) -> bytes:
+    """Exactly so many bytes. Raises AckTimeoutError, TransportError where the peer closes before."""
+    data = bytearray(size)
+    view = memoryview(data)
+    while len(view):
+        count = receive_some(sock, view)
+        if not count:
+            raise TransportError("the peer closed the connection")
+        view = view[count:]
+    return bytes(data)
+
+
+def authenticate(sock: socket.socket, key: bytes, *, accepting: bool) -> None:
+    """Prove to each other that both know the key. Raises AccessDeniedError, TransportError."""
+    handshake = Handshake(key, accepting=accepting)
+    first = handshake.begin()
+    if first:
+        send(sock, [first])
+    while not handshake.done:
+        answer = handshake.received(receive_exactly(sock, MESSAGE))
+        if answer:
+            send(sock, [answer])
+
+
+def hang_up(sock: socket.socket) -> None:
+    """Close it, waking whoever waits in it. Never raises."""
+    with suppress(OSError):
+        sock.shutdown(socket.SHUT_RDWR)
+    sock.close()
+
+
+def local_address_towards(host: str, port: int) -> str:
+    """Our address as seen from there; sends nothing. Raises TransportError."""
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect(address)
+            return str(probe.getsockname()[0])
+    except OSError as error:
+        raise TransportError(f"no way to {host}:{port}: {error}") from error

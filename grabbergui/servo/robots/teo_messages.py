@@ -1,0 +1,112 @@
+"""What is said to TEO's control boards and Cartesian controllers on YARP; no I/O.
+
+Control boards speak `remote_controlboard`: angles in degrees, streamed commands as a pair of lists, encoders
+as a plain list. Cartesian controllers speak the vocabularies of roboticslab's ICartesianControl: metres,
+radians, rotation vectors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.values import Item, Vocab, word
+from grabbergui.servo.geometry import Pose, Vector, pose_from_vector, vector_from_pose
+
+OK, FAIL = Vocab("ok"), Vocab("fail")
+NOT_CONTROLLING, VELOCITY_CONTROLLING = Vocab("ccnc"), Vocab("ccvc")
+POSITION_MODE, VELOCITY_MODE = Vocab("pos"), Vocab("vel")
+
+
+# -- control board -------------------------------------------------------------------------------
+def velocity_moves(velocity: Vector) -> Bottle:
+    """A streamed velocity for all joints, given in rad/s."""
+    return Bottle([[Vocab("vmos")], _degrees(velocity)])
+
+
+def read_velocity_moves(message: Bottle, joints: int) -> Vector | None:
+    """Rad/s of such a command; None where it is another command. Raises RemoteProtocolError."""
+    if len(message) != 2 or not isinstance(message[0], list) or [word(i) for i in message[0]] != ["vmos"]:
+        return None
+    return np.radians(numbers(message[1], joints))
+
+
+def relative_moves(move: Vector) -> Bottle:
+    """The request for a relative move of all joints, given in radians."""
+    return Bottle([Vocab("set"), Vocab("rels"), _degrees(move)])
+
+
+def control_modes(mode: Vocab, joints: int) -> Bottle:
+    """The request that puts all joints into one mode."""
+    modes: list[Item] = [mode] * joints
+    return Bottle([Vocab("set"), Vocab("icmd"), Vocab("cmds"), modes])
+
+
+def stop_all() -> Bottle:
+    """The request that stops all joints."""
+    return Bottle([Vocab("set"), Vocab("stos")])
+
+
+def encoders(angles: Vector) -> Bottle:
+    """What a control board streams, of radians."""
+    return Bottle(_degrees(angles))
+
+
+def read_encoders(message: Bottle, joints: int) -> Vector:
+    """Radians of a streamed reading. Raises RemoteProtocolError."""
+    return np.radians(numbers(message, joints))
+
+
+# -- Cartesian controller ------------------------------------------------------------------------
+def twist(values: Vector) -> Bottle:
+    """A streamed twist, m/s and rad/s."""
+    return Bottle([Vocab("twst"), *map(float, values)])
+
+
+def read_twist(message: Bottle) -> Vector | None:
+    """The twist of such a command; None where it is another. Raises RemoteProtocolError."""
+    return numbers(message[1:], 6) if message and word(message[0]) == "twst" else None
+
+
+def expect_twists() -> Bottle:
+    """The request that gets a controller ready for streamed twists."""
+    return Bottle([Vocab("set"), Vocab("cpsc"), Vocab("twst")])
+
+
+def stop_control() -> Bottle:
+    """The request that ends whatever a controller does."""
+    return Bottle([Vocab("stop")])
+
+
+def status(state: Vocab, hand: Pose, time: float) -> Bottle:
+    """What a controller streams, and answers to `stat`."""
+    return Bottle([state, *map(float, vector_from_pose(hand)), float(time)])
+
+
+def read_status(message: Bottle) -> Pose:
+    """The hand's pose in a status, with or without the time at its end. Raises RemoteProtocolError."""
+    return pose_from_vector(numbers(message[1:7], 6))
+
+
+def succeeded(reply: Bottle | None) -> bool:
+    """Whether a reply begins or ends with `ok`: controllers say it first, control boards last."""
+    return bool(reply) and "ok" in (word(reply[0]), word(reply[-1]))  # type: ignore[index]
+
+
+def numbers(items: Item | Sequence[Item], count: int) -> Vector:
+    """So many finite numbers. Raises RemoteProtocolError."""
+    if not isinstance(items, list) or len(items) != count:
+        raise RemoteProtocolError(f"{count} numbers were expected, not {str(items)[:60]}")
+    if not all(isinstance(item, (int, float)) for item in items):
+        raise RemoteProtocolError(f"something in {str(items)[:60]} is no number")
+    values = np.array([float(item) for item in items], np.float64)  # type: ignore[arg-type]
+    if not np.isfinite(values).all():
+        raise RemoteProtocolError(f"something in {str(items)[:60]} is not finite")
+    return values
+
+
+def _degrees(angles: Vector) -> list[Item]:
+    return [float(value) for value in np.degrees(angles)]

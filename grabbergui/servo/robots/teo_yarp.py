@@ -1,0 +1,151 @@
+"""TEO on a YARP network: the head through its control board, the arm through its Cartesian controller."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+
+import numpy as np
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, ProtocolError, TransportError
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.names import Target
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots.robot import Robot, RobotState
+
+log = logging.getLogger(__name__)
+
+HEAD, ARM = "/head", "/rightArm/CartesianControl"
+_STOP_TIMEOUT = 0.3
+_CARRIER = "fast_tcp"
+
+
+class TeoOverYarp(Robot):
+    """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on threads of their own."""
+
+    name = "TEO"
+
+    def __init__(self, names: NameClient, remote: str = "/teoSim", local: str = "/grabbergui/servo") -> None:
+        self.head_low, self.head_high = teo.HEAD.low, teo.HEAD.high
+        self._remote = remote
+        self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)
+        self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
+        self._head_state = InputPort(f"{local}{HEAD}/state:i", names)
+        self._arm_state = InputPort(f"{local}{ARM}/state:i", names)
+        self._head_rpc = RpcClient(f"{remote}{HEAD}/rpc:i", names)
+        self._arm_rpc = RpcClient(f"{remote}{ARM}/rpc:s", names)
+        self._readings: dict[str, tuple[float, np.ndarray]] = {}
+        self._mode: Vocab | None = None
+        self._ready_for_twists = False
+        self._running = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def open(self) -> None:
+        """See Robot. Opens our ports, connects them to the robot's, and starts to listen."""
+        try:
+            for port in self._ports:
+                port.open()
+            self._head_commands.add(Target.parse(f"{self._remote}{HEAD}/command:i", _CARRIER))
+            self._arm_commands.add(Target.parse(f"{self._remote}{ARM}/command:i", _CARRIER))
+            self._head_state.connect(f"{self._remote}{HEAD}/state:o", _CARRIER)
+            self._arm_state.connect(f"{self._remote}{ARM}/state:o", _CARRIER)
+        except GrabberError:
+            self.close()
+            raise
+        self._running.set()
+        self._listen("head", self._head_state, lambda bottle: messages.read_encoders(bottle, 2))
+        self._listen("hand", self._arm_state, messages.read_status)
+
+    def close(self) -> None:
+        """See Robot."""
+        if self._running.is_set():
+            self.stop()
+        self._running.clear()
+        for port in self._ports:
+            port.close()
+        for thread in self._threads:
+            thread.join()
+        self._threads = []
+        self._head_rpc.close()
+        self._arm_rpc.close()
+
+    def state(self) -> RobotState | None:
+        """See Robot; as old as the older of head and hand."""
+        head, hand = self._readings.get("head"), self._readings.get("hand")
+        if head is None or hand is None:
+            return None
+        return RobotState(min(head[0], hand[0]), head[1], hand[1])
+
+    def move_head(self, velocity: Vector) -> None:
+        """See Robot."""
+        self._set_mode(messages.VELOCITY_MODE)
+        self._head_commands.write_bottle(messages.velocity_moves(velocity))
+
+    def step_head(self, move: Vector) -> None:
+        """See Robot."""
+        self._set_mode(messages.POSITION_MODE)
+        self._ask(self._head_rpc, messages.relative_moves(move))
+
+    def move_hand(self, twist: Vector) -> None:
+        """See Robot."""
+        if not self._ready_for_twists:
+            self._ask(self._arm_rpc, messages.expect_twists())
+            self._ready_for_twists = True
+        self._arm_commands.write_bottle(messages.twist(twist))
+
+    def stop(self) -> None:
+        """See Robot. Says it on the streams, which do not wait, then asks for it and awaits the answer."""
+        self._arm_commands.write_bottle(messages.twist(np.zeros(6)))
+        if self._mode == messages.VELOCITY_MODE:
+            self._head_commands.write_bottle(messages.velocity_moves(np.zeros(2)))
+        self._ready_for_twists = False
+        for client, request in (
+            (self._arm_rpc, messages.stop_control()),
+            (self._head_rpc, messages.stop_all()),
+        ):
+            try:
+                self._ask(client, request, _STOP_TIMEOUT)
+            except GrabberError as error:
+                log.error("%s did not confirm the stop: %s", client.target, error)
+
+    def camera_pose(self, head: Vector) -> Pose:
+        """See Robot."""
+        return teo.HEAD.forward(head) @ teo.CAMERA_ON_HEAD
+
+    @property
+    def _ports(self) -> tuple[OutputPort | InputPort, ...]:
+        return self._head_commands, self._arm_commands, self._head_state, self._arm_state
+
+    def _set_mode(self, mode: Vocab) -> None:
+        if self._mode != mode:
+            self._ask(self._head_rpc, messages.control_modes(mode, 2))
+            self._mode = mode
+
+    def _ask(self, client: RpcClient, request: Bottle, timeout: float = 1.0) -> None:
+        reply = client.call(request, timeout)
+        if not messages.succeeded(reply):
+            raise TransportError(f"{client.target} refused {request.to_text()}: {reply}")
+
+    def _listen(self, name: str, port: InputPort, read: Callable[[Bottle], np.ndarray]) -> None:
+        thread = threading.Thread(target=self._receive, args=(name, port, read), name=port.name, daemon=True)
+        thread.start()
+        self._threads.append(thread)
+
+    def _receive(self, name: str, port: InputPort, read: Callable[[Bottle], np.ndarray]) -> None:
+        while self._running.is_set():
+            with suppress(FrameTimeoutError):
+                data, _ = port.read(0.2)
+                try:
+                    # The robot's clock may be another; a reading is as old as its arrival.
+                    self._readings[name] = (time.monotonic(), read(Bottle.decode(data)))
+                except ProtocolError as error:
+                    log.warning("%s: %s", port.name, error)

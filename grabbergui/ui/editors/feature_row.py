@@ -1,0 +1,162 @@
+"""One feature on a line or two: its name, its editor, its automatic mode."""
+
+from __future__ import annotations
+
+import logging
+
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
+from grabbergui.models.feature_regulation import as_editable
+from grabbergui.models.feature_text import breakable, tooltip_html
+from grabbergui.ui.editors.auto_button import AutoButton
+from grabbergui.ui.editors.editor_choice import editor_class
+from grabbergui.ui.editors.feature_editor import FeatureEditor
+from grabbergui.ui.editors.simple_editors import ReadingLabel
+
+log = logging.getLogger(__name__)
+
+INDENT = 14
+"""Pixels by which a feature stands below its selector."""
+
+
+class FeatureRow(QWidget):
+    """The name on the left, the editor on the right; a slider gets a line of its own below.
+
+    Empty until the first `setFeature`; all rows of a width have their columns in the same places.
+    """
+
+    edited = pyqtSignal(str, object)
+    """Name and value that a person wants, of the feature or of its automatic mode."""
+    executed = pyqtSignal(str)
+    held = pyqtSignal(str)
+    released = pyqtSignal(str)
+
+    def __init__(
+        self, description: FeatureDescription, parent: QWidget | None = None, *, indented: bool = False
+    ) -> None:
+        super().__init__(parent)
+        self.name = description.name
+        self.title = description.title
+        self.editor: FeatureEditor | None = None
+        self.auto: AutoButton | None = None
+        self._feature: Feature | None = None
+        self._auto_feature: Feature | None = None
+        self._label = QLabel(breakable(self.title))
+        self._label.setWordWrap(True)
+        self._label.setTextFormat(Qt.TextFormat.PlainText)
+        self._label.setSizePolicy(_column_policy())
+        self._cell = QWidget()
+        self._cell.setSizePolicy(_column_policy())
+        self._cell_line = QHBoxLayout(self._cell)
+        self._slider_line = QHBoxLayout()
+        for line in (self._cell_line, self._slider_line):
+            line.setContentsMargins(0, 0, 0, 0)
+            line.setSpacing(6)
+        self._grid = grid = QGridLayout(self)
+        grid.setContentsMargins(INDENT if indented else 0, 1, 0, 1)
+        grid.setHorizontalSpacing(8)
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(0, 11)
+        grid.setColumnStretch(1, 13)
+        grid.addWidget(self._label, 0, 0)
+        grid.addWidget(self._cell, 0, 1)
+        grid.addLayout(self._slider_line, 1, 0, 1, 2)
+        self._cell.setMinimumHeight(self.fontMetrics().height() + 8)
+
+    def standBesideOthers(self) -> None:
+        """Keep the slider's line as high as an `auto` button, and leave more to the value."""
+        self._grid.setColumnStretch(0, 3)
+        self._grid.setColumnStretch(1, 4)
+        button = AutoButton()
+        button.setFont(self.font())
+        self._slider_line.addStrut(button.sizeHint().height())
+
+    @property
+    def autoName(self) -> str | None:
+        """Name of the automatic mode's feature, once known."""
+        return self._feature.auto if self._feature is not None else None
+
+    def setFeature(self, feature: Feature) -> None:
+        """Show a feature. Never emits `edited`; a feature that cannot be shown disables this row only."""
+        self._feature = feature
+        shown = as_editable(feature, self._auto_feature)
+        self.setToolTip(tooltip_html(shown))
+        try:
+            self._show(shown)
+        except Exception:
+            # Whatever is odd about one node, the panel must go on.
+            log.exception("%s cannot be shown", feature.name)
+            self._drop_editor()
+            self.setEnabled(False)
+
+    def setAuto(self, feature: Feature) -> None:
+        """Show the automatic mode; what it alone locks stays movable, and moving it takes it back."""
+        self._auto_feature = feature
+        if self.auto is None:
+            self.auto = AutoButton()
+            self.auto.modeChosen.connect(lambda mode: self._tell_auto(mode))
+            self._place_auto()
+        self.auto.setFeature(feature)
+        if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
+            self.setFeature(self._feature)
+
+    def _show(self, feature: Feature) -> None:
+        wanted = editor_class(feature, type(self.editor) if self.editor is not None else None)
+        if type(self.editor) is not wanted:
+            self._drop_editor()
+            self._build_editor(wanted)
+        assert self.editor is not None
+        self.editor.setFeature(feature)
+        usable = feature.access.writable
+        self._label.setEnabled(usable or feature.access.readable)
+        # What can only be read stays legible and can be copied.
+        self.editor.setEnabled(usable or (feature.access.readable and wanted is ReadingLabel))
+        if (slider := self.editor.slider()) is not None:
+            slider.setEnabled(usable)
+
+    def _build_editor(self, wanted: type[FeatureEditor]) -> None:
+        self.editor = editor = wanted()
+        editor.valueEdited.connect(self._on_editor_value_edited)
+        editor.editingStarted.connect(lambda: self.held.emit(self.name))
+        editor.editingFinished.connect(lambda: self.released.emit(self.name))
+        self._cell_line.insertWidget(0, editor, 1)
+        if (slider := editor.slider()) is not None:
+            self._slider_line.insertWidget(0, slider, 1)
+        self._place_auto()
+
+    def _drop_editor(self) -> None:
+        if self.editor is None:
+            return
+        if (slider := self.editor.slider()) is not None:
+            self._slider_line.removeWidget(slider)
+            slider.setParent(self.editor)
+        self._cell_line.removeWidget(self.editor)
+        self.editor.hide()
+        self.editor.deleteLater()
+        self.editor = None
+        self.released.emit(self.name)
+
+    def _place_auto(self) -> None:
+        if self.auto is None:
+            return
+        has_slider = self.editor is not None and self.editor.slider() is not None
+        (self._slider_line if has_slider else self._cell_line).addWidget(self.auto)
+
+    def _on_editor_value_edited(self, value: object) -> None:
+        if self._feature is not None and self._feature.kind is FeatureKind.COMMAND:
+            self.executed.emit(self.name)
+        else:
+            self.edited.emit(self.name, value)
+
+    def _tell_auto(self, mode: object) -> None:
+        if self.autoName:
+            self.edited.emit(self.autoName, mode)
+
+
+def _column_policy() -> QSizePolicy:
+    """As wide as the column, whatever is in it, and as high as its broken lines need."""
+    policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    policy.setHeightForWidth(True)
+    return policy

@@ -1,0 +1,156 @@
+"""A spin box for any number: 64-bit integers, fractions in full, units."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QFocusEvent, QKeyEvent, QResizeEvent, QShowEvent, QValidator
+from PyQt5.QtWidgets import QAbstractSpinBox, QWidget
+
+from grabbergui.core.features import Feature
+from grabbergui.models.feature_scale import nearest_allowed, stepped
+from grabbergui.models.feature_text import DIGITS, number_text, parse_number, unit_text
+from grabbergui.ui.editors.wheel_guard import WheelGuard
+
+LEAST_DIGITS = 4
+"""Significant digits of a fraction that are shown however little room there is."""
+
+LINE_EDIT_PADDING = 6
+"""Pixels that a line edit keeps free beside its text."""
+
+
+class NumberField(QAbstractSpinBox):
+    """Shows a number feature with its unit; arrows and wheel step it, Enter or leaving takes what was typed.
+
+    QSpinBox ends at 32 bits and QDoubleSpinBox rounds what it holds to what it shows; here the number stays
+    Python's. What was typed is moved to the nearest number allowed; Escape and nonsense change nothing.
+    """
+
+    valueEdited = pyqtSignal(object)
+    typingStarted = pyqtSignal()
+    typingFinished = pyqtSignal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._feature: Feature | None = None
+        self._typing = False
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setAccelerated(True)
+        self._guard = WheelGuard(self)
+        line = self.lineEdit()
+        assert line is not None
+        self._line = line
+        self._line.textEdited.connect(self._on_line_edit_text_edited)
+        self.editingFinished.connect(self._take_typed)
+
+    def setFeature(self, feature: Feature) -> None:
+        """Show a number feature; what is being typed stays."""
+        self._feature = feature
+        if not self._typing:
+            self._show()
+
+    # -- Qt's part of a spin box -----------------------------------------------------------------
+    def stepBy(self, steps: int) -> None:
+        """Change the value by some steps, at once."""
+        self._take_typed()
+        if self._feature is not None and self._feature.access.writable:
+            self._edit(stepped(self._feature, steps))
+            self.selectAll()
+
+    def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
+        """Which arrows lead anywhere."""
+        enabled = QAbstractSpinBox.StepEnabled(QAbstractSpinBox.StepEnabledFlag.StepNone)
+        feature = self._feature
+        if feature is None or not isinstance(feature.value, int | float) or not feature.access.writable:
+            return enabled
+        if feature.maximum is None or feature.value < feature.maximum:
+            enabled |= QAbstractSpinBox.StepEnabledFlag.StepUpEnabled
+        if feature.minimum is None or feature.value > feature.minimum:
+            enabled |= QAbstractSpinBox.StepEnabledFlag.StepDownEnabled
+        return enabled
+
+    def validate(self, text: str | None, position: int) -> tuple[QValidator.State, str, int]:
+        """Anything may be typed; it is judged when it is taken."""
+        return QValidator.State.Acceptable, text or "", position
+
+    def sizeHint(self) -> QSize:
+        """Wide enough for twelve characters."""
+        hint = super().sizeHint()
+        return QSize(hint.width() + self.fontMetrics().horizontalAdvance("0" * 12), hint.height())
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Escape gives up what was typed."""
+        if event is not None and event.key() == Qt.Key.Key_Escape and self._typing:
+            self._stop_typing()
+            return
+        super().keyPressEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent | None) -> None:
+        """Select the number, so that typing replaces it."""
+        super().focusInEvent(event)
+        self.selectAll()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many digits as there is room for."""
+        super().resizeEvent(event)
+        if not self._typing:
+            self._show()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Show as many digits as there is room for."""
+        super().showEvent(event)
+        if not self._typing:
+            self._show()
+
+    def selectAll(self) -> None:
+        """Select the number without its unit."""
+        self._line.setSelection(0, len(self.text().split(" ")[0]))
+
+    # -- ours ------------------------------------------------------------------------------------
+    def _show(self) -> None:
+        feature = self._feature
+        if feature is None or not isinstance(feature.value, int | float):
+            text = ""
+        else:
+            text = self._fitting(feature.value, unit_text(feature.unit))
+        if text != self._line.text():
+            self._line.setText(text)
+            # Twenty digits need the room of the arrows more than they need the arrows.
+            symbols = QAbstractSpinBox.ButtonSymbols
+            self.setButtonSymbols(symbols.UpDownArrows if len(text) < 14 else symbols.NoButtons)
+
+    def _fitting(self, number: int | float, unit: str) -> str:
+        """The number with its unit, with as many of its digits as there is room for."""
+        room = self._line.width() - LINE_EDIT_PADDING
+        text = ""
+        for digits in range(DIGITS, LEAST_DIGITS - 1, -1):
+            text = f"{number_text(number, digits)} {unit}".rstrip()
+            if not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= room:
+                break
+        return text
+
+    def _edit(self, number: int | float) -> None:
+        assert self._feature is not None
+        if number != self._feature.value:
+            self.valueEdited.emit(number)
+        self._show()
+
+    def _on_line_edit_text_edited(self, text: str) -> None:
+        if not self._typing:
+            self._typing = True
+            self.typingStarted.emit()
+
+    def _take_typed(self) -> None:
+        if not self._typing or self._feature is None:
+            return
+        try:
+            number = nearest_allowed(self._feature, parse_number(self._line.text(), self._feature))
+        except (ValueError, OverflowError):
+            pass
+        else:
+            self._edit(number)
+        self._stop_typing()
+
+    def _stop_typing(self) -> None:
+        self._typing = False
+        self._show()
+        self.typingFinished.emit()
