@@ -8,6 +8,7 @@ variables are YARP's: YARP_CONFIG_HOME, YARP_DATA_HOME, YARP_CONFIG_DIRS, YARP_D
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -17,15 +18,25 @@ from grabbergui.core.errors import UsageError
 def search_path(context: str = "", environment: Mapping[str, str] = os.environ) -> Iterator[Path]:
     """The folders in order; they need not exist."""
     yield Path.cwd()
+    config_home, *config_dirs = config_folders(environment)
     homes = [
-        _folder(environment, "YARP_CONFIG_HOME", "XDG_CONFIG_HOME", ".config"),
+        config_home,
         _folder(environment, "YARP_DATA_HOME", "XDG_DATA_HOME", ".local/share"),
-        *_folders(environment, "YARP_CONFIG_DIRS", "XDG_CONFIG_DIRS", "/etc/xdg"),
+        *config_dirs,
         *_folders(environment, "YARP_DATA_DIRS", "XDG_DATA_DIRS", "/usr/local/share:/usr/share"),
     ]
     if context:
         yield from (home / "contexts" / context for home in homes)
     yield from homes
+
+
+def config_folders(environment: Mapping[str, str] = os.environ) -> list[Path]:
+    """The user's folder of configuration, then the system's."""
+    home = {"win32": "AppData/Roaming", "darwin": "Library/Preferences"}.get(sys.platform, ".config")
+    return [
+        _folder(environment, "YARP_CONFIG_HOME", "XDG_CONFIG_HOME", home),
+        *_folders(environment, "YARP_CONFIG_DIRS", "XDG_CONFIG_DIRS", "/etc/xdg"),
+    ]
 
 
 def find(name: str, context: str = "", environment: Mapping[str, str] = os.environ) -> Path:

@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import configparser
 import os
 import re
-import sys
+from collections.abc import Mapping
 from pathlib import Path
 
+from grabbergui.config import ini, resource_finder
 from grabbergui.core.errors import UsageError
 from grabbergui.net.yarp.os.names import DEFAULT_PORT, Contact
 
 DEFAULT_NAMESPACE = "/root"
-
-
-def folders() -> list[Path]:
-    """Where YARP looks, first to last."""
-    env = os.environ
-    found = [Path(env[name]) for name in ("YARP_CONFIG_HOME", "YARP_CONF") if env.get(name)]
-    if env.get("XDG_CONFIG_HOME"):
-        found.append(Path(env["XDG_CONFIG_HOME"]) / "yarp")
-    elif sys.platform == "win32":
-        found.append(Path(env.get("APPDATA", "")) / "yarp" / "config")
-    elif sys.platform == "darwin":
-        found.append(Path.home() / "Library" / "Preferences" / "yarp")
-    found.append(Path.home() / ".config" / "yarp")
-    found += [Path(folder) / "yarp" for folder in env.get("XDG_CONFIG_DIRS", "/etc/xdg").split(":")]
-    return found
 
 
 def namespace() -> str:
@@ -43,7 +28,7 @@ def name_server() -> Contact | None:
     file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else re.sub(r"[^0-9A-Za-z]", "_", name) + ".conf"
     text = _read(file_name)
     if text.lstrip().startswith("["):
-        section = _sections(text).get("name", {})
+        section = _section(text, "name")
         words = [section.get("host", ""), section.get("port", str(DEFAULT_PORT))]
     else:
         words = text.split()
@@ -63,27 +48,23 @@ def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
 
 def authentication_key() -> bytes | None:
     """The key of `auth.conf`; None where ports need none."""
-    key = _sections(_read("auth.conf")).get("auth", {}).get("key", "").strip().strip('"')
-    return key.encode() or None
+    return _section(_read("auth.conf"), "auth").get("key", "").encode() or None
 
 
 def _read(name: str) -> str:
     override = os.environ.get("YARP_CONF", "")
     if name == "yarp.conf" and override and Path(override).is_file():
         return Path(override).read_text(errors="replace")
-    for folder in folders():
+    for folder in (*([Path(override)] if override else []), *resource_finder.config_folders()):
         path = folder / name
         if path.is_file():
             return path.read_text(errors="replace")
     return ""
 
 
-def _sections(text: str) -> dict[str, dict[str, str]]:
-    # YARP's files separate key and value by a blank, = or both; they may begin without a section.
-    lines = [re.sub(r"^\s*([\w.]+)[ \t]*=?[ \t]+", r"\1 = ", line) for line in text.splitlines()]
-    parser = configparser.ConfigParser(interpolation=None, strict=False, allow_no_value=True)
-    try:
-        parser.read_string("[DEFAULT]\n" + "\n".join(lines))
-    except configparser.Error as error:
-        raise UsageError(f"a YARP configuration file cannot be read: {error}") from error
-    return {name.lower(): {k: v or "" for k, v in parser.items(name)} for name in parser.sections()}
+def _section(text: str, name: str) -> Mapping[str, str]:
+    """A section's values, its name and keys in small letters."""
+    for section in ini.parse(text, "YARP's configuration").values():
+        if section.name.lower() == name:
+            return {key.lower(): value for key, value in section.values.items()}
+    return {}
