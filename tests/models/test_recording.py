@@ -16,7 +16,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback import source
-from grabbergui.driver.playback.recording import open_recording
+from grabbergui.driver.playback.opening import open_recording
 from grabbergui.driver.playback.stored import RecordingError
 from grabbergui.models.recorder import Recorder
 from grabbergui.models.recording_writers import RecordingKind, create_writer, kind_of

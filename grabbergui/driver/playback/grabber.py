@@ -12,7 +12,8 @@ from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.driver.playback import features
-from grabbergui.driver.playback.recording import Recording, open_recording
+from grabbergui.driver.playback.opening import open_recording
+from grabbergui.driver.playback.recording import Recording
 
 log = logging.getLogger(__name__)
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from pathlib import Path
 
-from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.frame import Frame
 
-VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
 DEFAULT_RATE = 25.0
 "Frames per second where nothing was noted."
 
@@ -37,30 +35,6 @@ class Recording(ABC):
     def duration(self) -> float:
         """Seconds from the first frame to the last."""
         return (self.times_ns[-1] - self.times_ns[0]) / 1e9 if self.times_ns else 0.0
-
-
-def open_recording(path: Path) -> Recording:
-    """The recording in a folder or file. Raises SourceNotFoundError, UsageError, RecordingError."""
-    # On demand: each kind needs another library.
-    if not path.exists():
-        raise SourceNotFoundError(
-            f"there is no recording {path}; write file: and a folder, a movie or an .mcap"
-        )
-    if path.is_dir():
-        from grabbergui.driver.playback.folder import FolderRecording
-
-        return FolderRecording(path)
-    if path.suffix.lower() == ".mcap":
-        from grabbergui.driver.playback.mcap_file import McapRecording
-
-        return McapRecording(path)
-    if path.suffix.lower() in VIDEO_SUFFIXES:
-        from grabbergui.driver.playback.video import VideoRecording
-
-        return VideoRecording(path)
-    raise UsageError(
-        f"{path} is no recording; there are folders of pictures, .mcap and {', '.join(VIDEO_SUFFIXES)}"
-    )
 
 
 def rising(times: list[int]) -> list[int]:

@@ -15,7 +15,7 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.playback.recording import VIDEO_SUFFIXES
+from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
 from grabbergui.models import feature_set_files
 from grabbergui.models.connection import Connection, OpenSource
 from grabbergui.models.feature_set import FeatureSet, Selectors, capture

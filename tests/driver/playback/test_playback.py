@@ -19,7 +19,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback import source
-from grabbergui.driver.playback.recording import open_recording
+from grabbergui.driver.playback.opening import open_recording
 
 STEP_NS = 50_000_000
 

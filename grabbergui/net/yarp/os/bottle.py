@@ -12,8 +12,11 @@ from collections.abc import Iterable
 from typing import Final, cast
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp.os import bottle_text
 from grabbergui.net.yarp.os.values import (
     FALSE,
+    MAX_DEPTH,
+    MAX_ITEMS,
     TRUE,
     Dialect,
     Float32,
@@ -31,12 +34,6 @@ INT32, STRING, VOCAB, FLOAT64_3, BLOB, INT64, VOCAB64, FLOAT64_4 = 1, 4, 9, 10, 
 INT8, INT16, FLOAT32_3 = 32, 64, 128
 LIST, DICT, ELEMENT = 256, 512, 0xFF
 FLOAT32_4 = 10
-
-MAX_DEPTH: Final = 64
-"""Lists within lists; YARP has no limit, we do not follow a peer into its stack overflow."""
-
-MAX_ITEMS: Final = 1_000_000
-"""Items of one message: each costs some ten times its wire size in Python."""
 
 _HEAD = struct.Struct("<ii")
 _I32 = struct.Struct("<i")
@@ -118,14 +115,10 @@ class Bottle(list[Item]):
     @classmethod
     def from_text(cls, text: str, dialect: Dialect = Dialect.YARP3) -> Bottle:
         """Read the text form, as typed into `yarp rpc`. Raises RemoteProtocolError."""
-        from grabbergui.net.yarp.os import bottle_text
-
-        return cls(bottle_text.parse(text, dialect))
+        return cls(bottle_text.parse(text, dialect, nested=Bottle))
 
     def to_text(self) -> str:
         """The text form, as `yarp read` prints it."""
-        from grabbergui.net.yarp.os import bottle_text
-
         return bottle_text.render(self)
 
     def find(self, key: str) -> Item | None:

@@ -21,14 +21,12 @@ from grabbergui.net.yarp.os.bottle import (
     INT32,
     INT64,
     LIST,
-    MAX_DEPTH,
-    MAX_ITEMS,
     STRING,
     VOCAB,
     VOCAB64,
     Buffer,
 )
-from grabbergui.net.yarp.os.values import Dialect
+from grabbergui.net.yarp.os.values import MAX_DEPTH, MAX_ITEMS, Dialect
 
 _SIZES = {INT8: 1, INT16: 2, INT32: 4, VOCAB: 4, FLOAT32_3: 4, INT64: 8, VOCAB64: 8, FLOAT64_4: 8}
 _I32 = struct.Struct("<i")

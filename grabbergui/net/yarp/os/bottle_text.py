@@ -8,10 +8,20 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.net.yarp.os.bottle import MAX_DEPTH, MAX_ITEMS, Bottle
-from grabbergui.net.yarp.os.values import FALSE, TRUE, Dialect, Int64, Item, Vocab, Vocab64
+from grabbergui.net.yarp.os.values import (
+    FALSE,
+    MAX_DEPTH,
+    MAX_ITEMS,
+    TRUE,
+    Dialect,
+    Int64,
+    Item,
+    Vocab,
+    Vocab64,
+)
 
 _BLANKS = frozenset(" \t\r\n")
 _SEPARATORS = _BLANKS | {","}
@@ -30,9 +40,15 @@ _C_INTEGER = re.compile(r"([+-]?)(?:0[xX]([0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))
 _C_FLOAT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII)
 
 
-def parse(text: str, dialect: Dialect = Dialect.YARP3) -> list[Item]:
-    """The items of a line. Raises RemoteProtocolError where brackets or quotes do not match."""
-    return _parse(text, dialect, 0)
+_List = Callable[[list[Item]], list[Item]]
+
+
+def parse(text: str, dialect: Dialect = Dialect.YARP3, nested: _List = list) -> list[Item]:
+    """The items of a line; lists among them are made by `nested`.
+
+    Raises RemoteProtocolError where brackets or quotes do not match.
+    """
+    return _parse(text, dialect, nested, 0)
 
 
 def is_complete(text: str) -> bool:
@@ -60,10 +76,10 @@ def render(items: list[Item]) -> str:
     return " ".join(_render_item(item) for item in items)
 
 
-def _parse(text: str, dialect: Dialect, level: int) -> list[Item]:
+def _parse(text: str, dialect: Dialect, nested: _List, level: int) -> list[Item]:
     if level > MAX_DEPTH:
         raise RemoteProtocolError(f"a Bottle's lists are nested deeper than {MAX_DEPTH}")
-    return [_item(token, dialect, level) for token in _tokens(text)]
+    return [_item(token, dialect, nested, level) for token in _tokens(text)]
 
 
 def _tokens(text: str) -> list[str]:
@@ -101,10 +117,10 @@ def _tokens(text: str) -> list[str]:
     return tokens
 
 
-def _item(token: str, dialect: Dialect, level: int) -> Item:
+def _item(token: str, dialect: Dialect, nested: _List, level: int) -> Item:
     match token[0]:
         case "(":
-            return Bottle(_parse(token[1:-1], dialect, level + 1))
+            return nested(_parse(token[1:-1], dialect, nested, level + 1))
         case "{":
             return bytes(_byte(part) for part in _tokens(token[1:-1]))
         case "[":
@@ -126,7 +142,7 @@ def _item(token: str, dialect: Dialect, level: int) -> Item:
 
 def _byte(token: str) -> int:
     # A blob holds numbers; anything else in it counts as 0, as in YARP.
-    number = 0 if token[0] in "({[" else _item(token, Dialect.YARP3, 0)
+    number = 0 if token[0] in "({[" else _item(token, Dialect.YARP3, list, 0)
     return int(number) & 0xFF if isinstance(number, (int, float)) and math.isfinite(number) else 0
 
 

@@ -7,7 +7,7 @@ Plain ``int`` stands for int32 (int64 where it does not fit), ``float`` for floa
 from __future__ import annotations
 
 from enum import Enum
-from typing import Union
+from typing import Final, Union
 
 from grabbergui.core.errors import LocalProtocolError
 
@@ -75,6 +75,12 @@ FALSE = Vocab(0)
 
 Item = Union[int, float, str, bytes, bytearray, memoryview, "list[Item]"]
 """What may stand in a Bottle. A ``bool`` goes as the vocab YARP uses for it."""
+
+MAX_DEPTH: Final = 64
+"""Lists within lists; YARP has no limit, we do not follow a peer into its stack overflow."""
+
+MAX_ITEMS: Final = 1_000_000
+"""Items of one message: each costs some ten times its wire size in Python."""
 
 
 def word(item: object) -> str:

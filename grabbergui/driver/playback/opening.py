@@ -1,0 +1,34 @@
+"""Which kind of recording a path holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from grabbergui.core.errors import SourceNotFoundError, UsageError
+from grabbergui.driver.playback.recording import Recording
+
+VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
+
+
+def open_recording(path: Path) -> Recording:
+    """The recording in a folder or file. Raises SourceNotFoundError, UsageError, RecordingError."""
+    # On demand: each kind needs another library.
+    if not path.exists():
+        raise SourceNotFoundError(
+            f"there is no recording {path}; write file: and a folder, a movie or an .mcap"
+        )
+    if path.is_dir():
+        from grabbergui.driver.playback.folder import FolderRecording
+
+        return FolderRecording(path)
+    if path.suffix.lower() == ".mcap":
+        from grabbergui.driver.playback.mcap_file import McapRecording
+
+        return McapRecording(path)
+    if path.suffix.lower() in VIDEO_SUFFIXES:
+        from grabbergui.driver.playback.video import VideoRecording
+
+        return VideoRecording(path)
+    raise UsageError(
+        f"{path} is no recording; there are folders of pictures, .mcap and {', '.join(VIDEO_SUFFIXES)}"
+    )
