@@ -29,6 +29,10 @@ class HeadController:
         self._next_step = -math.inf
         self._side = 1.0
 
+    def tune(self, config: HeadConfig) -> None:
+        """Other gains and limits from now on."""
+        self._config = config
+
     def see(self, target: Vector, camera: Pose) -> None:
         """Only look how far off centre it is."""
         self.offset = off_centre(target, camera)
@@ -109,6 +113,10 @@ class ArmController:
         self._standoff = standoff
         self._twist = np.zeros(6)
         self._resting = np.zeros(2, bool)
+
+    def tune(self, config: ArmConfig) -> None:
+        """Other gains and limits from now on."""
+        self._config = config
 
     def goal(self, marker: Pose) -> Pose:
         """Where the hand shall be for a marker."""

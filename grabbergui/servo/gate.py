@@ -60,6 +60,11 @@ class CommandGate:
         """Why the emergency stop is on; empty while it is not."""
         return self._halted
 
+    def tune(self, config: Config) -> None:
+        """Other limits from now on."""
+        with self._lock:
+            self._config = config
+
     def send(self, command: Command, now: float) -> bool:
         """Pass on a command; whether it went through. A robot that fails to take it is stopped."""
         with self._lock:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -50,6 +50,12 @@ class ServoLoop:
         self._watch = EncoderWatch(config.safety.freeze)
         self._pending: Sighting | None = None
         self._last = 0.0
+
+    def tune(self, config: Config) -> None:
+        """Other gains and limits of head and arm from now on; what concerns detection and safety stays."""
+        self.config = replace(self.config, head=config.head, arm=config.arm, loop=config.loop)
+        self.head.tune(config.head)
+        self.arm.tune(config.arm)
 
     def see(self, sighting: Sighting) -> None:
         """Take in what a picture showed; it counts in the next turn. Older pictures than before do not."""

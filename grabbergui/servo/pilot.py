@@ -55,6 +55,7 @@ class Pilot:
         self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
+        self._tuned: Config | None = None
         self._running = threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -90,11 +91,19 @@ class Pilot:
         """End an emergency stop; the loop decides anew what to do. Any thread."""
         self.gate.release()
 
+    @property
+    def robot(self) -> Robot:
+        """What is moved."""
+        return self._robot
+
+    def tune(self, config: Config) -> None:
+        """Other gains, limits and rate from the next turn on. Any thread."""
+        self._tuned = config
+
     def _run(self) -> None:
         queue = self._grabber.open_queue(1)
         try:
             self._grabber.start()
-            period = 1 / self.config.loop.rate
             due = time.monotonic()
             while self._running.is_set():
                 frame = None
@@ -108,7 +117,7 @@ class Pilot:
                 if captured is None and now < due:
                     continue
                 self._turn(now, captured, frame)
-                due = max(due + period, now)
+                due = max(due + 1 / self.config.loop.rate, now)
         except GrabberError as error:
             log.error("servo loop: %s", error)
             self.failed.emit(str(error))
@@ -131,6 +140,11 @@ class Pilot:
         return captured
 
     def _turn(self, now: float, captured: float | None, frame: Frame | None) -> None:
+        tuned, self._tuned = self._tuned, None
+        if tuned is not None:
+            self.loop.tune(tuned)
+            self.config = self.loop.config
+            self.gate.tune(self.config)
         self._follow_stop(now)
         stopped_before = self.loop.machine.state is State.STOPPED
         turn = self.loop.turn(now, self._reading())

@@ -5,6 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grabbergui.servo.geometry import Pose, Vector
 
 
@@ -68,3 +71,11 @@ class Robot(ABC):
     @abstractmethod
     def camera_pose(self, head: Vector) -> Pose:
         """The camera's optical frame in the base for given pan and tilt."""
+
+    def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
+        """Its body at a reading, for eyes: lines from joint to joint, each (n, 3), metres in the base.
+
+        Any thread; nothing is asked of the robot. Where no more is known of it than every robot tells, one
+        line from the base to the camera.
+        """
+        return [np.vstack((np.zeros(3), self.camera_pose(state.head)[:3, 3]))]

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
@@ -110,6 +110,10 @@ class SimTeo(Robot):
     def camera_pose(self, head: Vector) -> Pose:
         """See Robot."""
         return teo.HEAD.forward(head) @ teo.CAMERA_ON_HEAD
+
+    def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
+        """See Robot."""
+        return teo.skeleton(state.head, state.arm)
 
     def camera_at(self, moment: float) -> Pose:
         """Where the camera was at a moment on the robot's clock, or is now if that is to come."""

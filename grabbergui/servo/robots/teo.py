@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from grabbergui.servo.geometry import Pose, pose, rotation_from_vector
+from grabbergui.servo.geometry import Pose, Vector, pose, rotation_from_vector
 from grabbergui.servo.kinematics import Chain, Joint
 
 FASTEST = 50.0
@@ -48,3 +49,15 @@ CAMERA_ON_HEAD: Pose = pose(
     (0.07, 0.0, 0.06),
 )
 "The camera's optical frame (z forward, x right, y down) as seen from the head's (x forward, z up)."
+
+
+def skeleton(head: Vector, arm: Vector | None) -> list[NDArray[np.float64]]:
+    """Lines through the joints, each (n, 3), metres: trunk and neck, and the arm if its angles are known."""
+    shoulder = RIGHT_ARM.base[:3, 3]
+    chest = np.array([0.0, 0.0, shoulder[2]])
+    neck = [frame[:3, 3] for frame in HEAD.frames(head)]
+    camera = (HEAD.forward(head) @ CAMERA_ON_HEAD)[:3, 3]
+    lines = [np.vstack((np.zeros(3), *neck, camera))]
+    if arm is not None:
+        lines.append(np.vstack((chest, *(frame[:3, 3] for frame in RIGHT_ARM.frames(arm)))))
+    return lines

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, ProtocolError, TransportError
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -120,6 +121,10 @@ class TeoOverYarp(Robot):
     def camera_pose(self, head: Vector) -> Pose:
         """See Robot."""
         return teo.HEAD.forward(head) @ teo.CAMERA_ON_HEAD
+
+    def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
+        """See Robot; without the arm, whose controller tells no joint angles."""
+        return teo.skeleton(state.head, state.arm)
 
     @property
     def _ports(self) -> tuple[OutputPort | InputPort, ...]:

@@ -1,0 +1,70 @@
+"""Gains, limits and rate changed while it runs, and what a robot tells of its body."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from robots_for_tests import RecordingRobot, seeing
+
+from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.servo.config import Config, SafetyConfig
+from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.sim_teo import SimTeo
+
+BOARD = at(0.70, 0.25, 0.36)
+
+
+def tuned(**changes):
+    config = Config()
+    return dataclasses.replace(config, head=dataclasses.replace(config.head, **changes))
+
+
+def head_speed(loop, robot, seconds=0.3):
+    """Of the fastest command that a target far off centre leads to; the robot itself stays where it is."""
+    fastest = 0.0
+    for _ in range(round(seconds / 0.02)):
+        robot.time += 0.02
+        loop.see(seeing(robot, robot.time, BOARD))
+        fastest = max(fastest, float(np.abs(loop.turn(robot.time, robot.state()).command.head).max()))
+    return fastest
+
+
+def test_a_gain_counts_from_the_next_turn_on():
+    robot = RecordingRobot()
+    loop = ServoLoop(Config(), robot)
+    before = head_speed(loop, robot)
+    loop.tune(tuned(gain=Config().head.gain / 2))
+    assert head_speed(loop, robot) == pytest.approx(before / 2, rel=0.05)
+
+
+def test_what_concerns_safety_is_not_tuned():
+    loop = ServoLoop(Config(), RecordingRobot())
+    loop.tune(dataclasses.replace(Config(), safety=SafetyConfig(freeze=60.0)))
+    assert loop.config.safety == SafetyConfig()
+
+
+def test_the_gate_holds_the_limit_that_was_tuned():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    command = Command(head=np.radians([30.0, 0.0]))
+    assert gate.send(command, 0.0)
+    gate.tune(tuned(fastest=20.0))
+    assert not gate.send(command, 0.02)
+
+
+def test_a_body_reaches_from_the_base_to_the_camera_and_to_the_hand():
+    robot = SimTeo(lambda: 0.0, head=(0.3, -0.2))
+    state = robot.state()
+    neck, arm = robot.skeleton(state)
+    assert neck[0] == pytest.approx(np.zeros(3))
+    assert neck[-1] == pytest.approx(robot.camera_pose(state.head)[:3, 3])
+    assert arm[-1] == pytest.approx(state.hand[:3, 3])
+
+
+def test_a_body_of_which_nothing_is_known_still_carries_the_camera():
+    robot = RecordingRobot()
+    (line,) = robot.skeleton(robot.state())
+    assert line[-1] == pytest.approx(robot.camera_pose(robot.head)[:3, 3])
+    assert len(teo.skeleton(np.zeros(2), None)) == 1
