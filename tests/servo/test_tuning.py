@@ -13,7 +13,8 @@ from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.sim_teo import SimTeo
 
-BOARD = at(0.70, 0.25, 0.36)
+BOARD = at(0.70, 0.10, 0.36)
+"Not so far off centre that the highest speed would limit the head."
 
 
 def tuned(**changes):
