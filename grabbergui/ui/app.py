@@ -27,6 +27,8 @@ from grabbergui.ui.views.main_window import MainWindow
 
 log = logging.getLogger(__name__)
 
+FIRST_URI = "sim:colour"
+"""What a first start shows: a camera on which every control has something to act on, white balance too."""
 SIGNAL_POLL_MS = 200
 "Python runs signal handlers only between its own instructions; the event loop must let it."
 SCREENSHOT_FRAMES = 20
@@ -63,10 +65,9 @@ def run(
     dress(app, preferences.theme)
     window = MainWindow()
     controller = MainController(window, preferences, create)
-    recent = preferences.recent
     with _guarded(window), _stopped_by(stop, app) if stop is not None else _interruptible(app):
         window.show()
-        controller.begin(uri or (recent[0] if recent else sources.DEFAULT_URI))
+        controller.begin(first_source(uri, preferences))
         report = _Report(controller, screenshot)
         if duration is not None:
             QTimer.singleShot(round(duration * 1000), app.quit)
@@ -81,6 +82,12 @@ def run(
     window.deleteLater()
     app.processEvents()
     return code
+
+
+def first_source(uri: str | None, preferences: Preferences) -> str:
+    """What to open: what was asked for, what was open last, or the simulated camera."""
+    recent = preferences.recent
+    return uri or (recent[0] if recent else FIRST_URI)
 
 
 class _Report:

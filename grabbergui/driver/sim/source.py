@@ -1,7 +1,7 @@
 """`sim:`, the built-in simulated camera as a source.
 
 Options set what the camera wakes up with: `sim:?width=640&height=480&fps=60&pixel_format=BayerRG8`.
-`sim:scene` looks at a room with a person who holds a marker, in perspective.
+`sim:colour` wakes up in colour; `sim:scene` looks at a room with a person who holds a marker, in perspective.
 """
 
 from __future__ import annotations
@@ -19,11 +19,21 @@ from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.rendered.scene import RenderedScene
 
 SCENE_NAME = "scene"
+COLOUR_NAME = "colour"
+_KINDS: dict[str, dict[Register, RegisterValue]] = {
+    COLOUR_NAME: {
+        reg.DEVICE_MODEL_NAME: "Simulated colour camera",
+        reg.DEVICE_SERIAL_NUMBER: "SIM002",
+        reg.PIXEL_FORMAT: pfnc.by_name("BayerRG8").code,
+    }
+}
+"""By name, what sets a camera apart from the built-in one."""
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
-    """The built-in camera; it is always there."""
-    return [_info(SourceUri("sim"), str(reg.DEVICE_SERIAL_NUMBER.default))]
+    """The built-in camera and the one in colour; they are always there."""
+    uris = (SourceUri("sim"), SourceUri("sim", COLOUR_NAME))
+    return [_info(uri, _power_on(uri)) for uri in uris]
 
 
 def create(uri: SourceUri) -> FrameGrabber:
@@ -36,15 +46,18 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 def create_device(uri: SourceUri) -> SimulatedDevice:
     """The device alone, with the URI's options as its power-on values."""
-    if uri.name not in ("", SCENE_NAME, reg.DEVICE_SERIAL_NUMBER.default):
+    if uri.name not in ("", COLOUR_NAME, SCENE_NAME, reg.DEVICE_SERIAL_NUMBER.default):
         raise SourceNotFoundError(
             f"there is no simulated camera '{uri.name}'; write sim: for the built-in one, "
-            f"sim:{SCENE_NAME} for one in a room"
+            f"sim:{COLOUR_NAME} for one in colour, sim:{SCENE_NAME} for one in a room"
         )
     scene = RenderedScene() if uri.name == SCENE_NAME else None
-    power_on = power_on_values(uri.options)
-    serial = str(power_on.get(reg.DEVICE_SERIAL_NUMBER, reg.DEVICE_SERIAL_NUMBER.default))
-    return SimulatedDevice(_info(uri, serial), CameraModel(scene=scene, power_on=power_on))
+    power_on = _power_on(uri)
+    return SimulatedDevice(_info(uri, power_on), CameraModel(scene=scene, power_on=power_on))
+
+
+def _power_on(uri: SourceUri) -> dict[Register, RegisterValue]:
+    return {**_KINDS.get(uri.name, {}), **power_on_values(uri.options)}
 
 
 def _pixel_format(text: str) -> int:
@@ -99,12 +112,15 @@ def _allowed(register: Register) -> str:
     return f"; allowed is {register.minimum:g} to {register.maximum:g}{step}"
 
 
-def _info(uri: SourceUri, serial: str) -> DeviceInfo:
+def _info(uri: SourceUri, power_on: dict[Register, RegisterValue]) -> DeviceInfo:
+    def text(register: Register) -> str:
+        return str(power_on.get(register, register.default))
+
     return DeviceInfo(
         uri=str(uri),
-        vendor=str(reg.DEVICE_VENDOR_NAME.default),
-        model=str(reg.DEVICE_MODEL_NAME.default),
-        serial=serial,
+        vendor=text(reg.DEVICE_VENDOR_NAME),
+        model=text(reg.DEVICE_MODEL_NAME),
+        serial=text(reg.DEVICE_SERIAL_NUMBER),
         bus="Simulated",
         version=str(reg.DEVICE_VERSION.default),
         interface="this process",

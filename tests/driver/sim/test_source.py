@@ -10,6 +10,7 @@ import pytest
 from grabbergui.core.buffers import MOST
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, SourceNotFoundError, UsageError
 from grabbergui.core.grabber import Access
+from grabbergui.core.pfnc import by_name
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
@@ -21,7 +22,9 @@ def uri(text):
 
 
 def test_the_built_in_camera_is_always_found():
-    (info,) = discover(0.1)
+    info, colour = discover(0.1)
+    assert (colour.uri, colour.serial) == ("sim:colour", "SIM002")
+    assert create_device(uri("sim:colour")).model.memory.get(reg.PIXEL_FORMAT) == by_name("BayerRG8").code
     assert (info.uri, info.vendor, info.model, info.serial, info.bus) == (
         "sim:",
         "grabbergui",

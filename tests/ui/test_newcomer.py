@@ -1,0 +1,216 @@
+"""What a newcomer does on the first day, with mouse and keys only, each from a first start.
+
+Nothing is known but what the window shows: texts of buttons and menus, and where they are.
+"""
+
+import os
+import time
+
+import pytest
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
+from PyQt5.QtGui import QMouseEvent
+from PyQt5.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMenu, QPushButton, QToolButton
+
+from grabbergui.models.connection import LinkState
+from grabbergui.ui.app import first_source
+from grabbergui.ui.views.settings_report import SettingsReport
+from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
+
+
+class Newcomer:
+    """Sees what is on the screen and touches it."""
+
+    def __init__(self, desk):
+        self.desk = desk
+        self.window = desk.window
+        self.qtbot = desk.qtbot
+        self.until = desk.until
+
+    # -- looking -------------------------------------------------------------------------------------
+    def reads(self, text):
+        """Whether a text that can be seen holds this."""
+        labels = [label for label in self.window.findChildren(QLabel) if label.isVisible()]
+        return any(text.lower() in label.text().lower() for label in labels)
+
+    def button(self, text):
+        """The button that can be seen and says this."""
+        buttons = [*self.window.findChildren(QToolButton), *self.window.findChildren(QPushButton)]
+        seen = [b for b in buttons if b.isVisible() and b.text().replace("&", "").rstrip("…") == text]
+        assert len(seen) == 1, f"{len(seen)} buttons say {text}"
+        return seen[0]
+
+    def frame(self):
+        """A frame of now, as the camera sends it."""
+        before = self.desk.program.picture.frame
+        self.until(lambda: self.desk.program.picture.frame is not before)
+        return self.desk.program.picture.frame
+
+    def brightness(self):
+        return float(self.frame().rgb().mean())
+
+    def row(self, name, rows=None):
+        """The controls of a feature that can be seen."""
+        rows = rows or self.window.favourites.rows
+        self.until(lambda: any(row.isVisible() and row.editor is not None for row in rows.rows(name)))
+        return next(row for row in rows.rows(name) if row.isVisible())
+
+    # -- touching ------------------------------------------------------------------------------------
+    def press(self, text):
+        button = self.button(text)
+        self.until(button.isEnabled)
+        self.qtbot.mouseClick(button, Qt.LeftButton)
+
+    def choose_in_menu(self, title, text):
+        """Open a menu of the window by mouse and click on one of its lines."""
+        bar = self.window.menuBar()
+        top = next(a for a in bar.actions() if a.text().replace("&", "") == title)
+        self.qtbot.mouseClick(bar, Qt.LeftButton, pos=bar.actionGeometry(top).center())
+        self.until(lambda: isinstance(QApplication.activePopupWidget(), QMenu))
+        menu = top.menu()
+        line = next(a for a in menu.actions() if a.text().replace("&", "").rstrip("…") == text)
+        assert line.isEnabled()
+        self.qtbot.mouseClick(menu, Qt.LeftButton, pos=menu.actionGeometry(line).center())
+
+    def drag(self, widget, first, last):
+        self.qtbot.mousePress(widget, Qt.LeftButton, pos=first)
+        for step in range(1, 5):
+            place = QPointF(first + (last - first) * step / 4)  # QTest's own moves hold no button
+            QApplication.sendEvent(
+                widget, QMouseEvent(QEvent.MouseMove, place, Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
+            )
+        self.qtbot.mouseRelease(widget, Qt.LeftButton, pos=last)
+
+    def drag_slider(self, name, share):
+        """Take a control's handle to a share of its way."""
+        slider = self.row(name).editor.slider()
+        self.until(slider.isEnabled)
+        y, width = slider.height() // 2, slider.width()
+        now = (slider.value() - slider.minimum()) / (slider.maximum() - slider.minimum())
+        self.drag(slider, QPoint(round(10 + now * (width - 20)), y), QPoint(round(share * width), y))
+
+    def name_file(self, path):
+        """Type a path into the next dialog for files, and press Enter."""
+
+        def answer():
+            dialog = QApplication.activeModalWidget()
+            if not isinstance(dialog, QFileDialog):
+                QTimer.singleShot(20, answer)
+                return
+            edit = dialog.findChild(QLineEdit, "fileNameEdit")
+            edit.clear()
+            self.qtbot.keyClicks(edit, str(path))
+            self.qtbot.keyClick(edit, Qt.Key_Return)
+
+        QTimer.singleShot(0, answer)
+
+
+@pytest.fixture
+def newcomer(window_desk):
+    window_desk.program.begin(first_source(None, window_desk.preferences))
+    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
+    window_desk.watch()
+    return Newcomer(window_desk)
+
+
+def listed(newcomer):
+    sources = newcomer.window.sources.sourceList
+    return [sources.item(row).data(SOURCE_ROLE) for row in range(sources.count())]
+
+
+def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
+    window = newcomer.window
+    newcomer.until(lambda: any("Simulated" in s.info.model and s.connected for s in listed(newcomer)))
+    newcomer.until(lambda: newcomer.reads("Live"))
+    assert newcomer.reads("a real camera appears here by itself"), "how to find a real one is said"
+    newcomer.press("Disconnect")
+    newcomer.until(lambda: newcomer.reads("Nothing is connected"))
+    assert newcomer.reads("choose a source on the left")
+    sources = window.sources.sourceList
+    row = next(i for i, source in enumerate(listed(newcomer)) if source.info.uri == "sim:")
+    place = sources.visualItemRect(sources.item(row)).center()
+    newcomer.qtbot.mouseClick(sources.viewport(), Qt.LeftButton, pos=place)
+    newcomer.press("Connect")
+    newcomer.until(lambda: newcomer.reads("Live"))
+    newcomer.desk.watch()
+
+
+def test_the_picture_is_made_brighter(newcomer):
+    before = newcomer.brightness()
+    assert newcomer.reads("Exposure") and newcomer.reads("Gain")
+    newcomer.drag_slider("ExposureTime", 0.75)
+    newcomer.until(lambda: newcomer.brightness() > 1.5 * before)
+    assert not newcomer.desk.errors
+
+
+def test_the_white_balance_is_set(newcomer):
+    def cast():
+        """By how much the colours' means differ on what is grey: the dial of black and white rays."""
+        red, green, blue = newcomer.frame().rgb()[200:700, :400].reshape(-1, 3).mean(axis=0)
+        return max(abs(red - green), abs(blue - green)) / green
+
+    newcomer.desk.grabber.write_feature("BalanceRatio", 1.0)  # as under another lamp
+    newcomer.until(lambda: cast() > 0.2)
+    before = cast()
+    newcomer.qtbot.mouseClick(newcomer.window.features.filterEdit, Qt.LeftButton)
+    newcomer.qtbot.keyClicks(newcomer.window.features.filterEdit, "white")
+    combo = newcomer.row("BalanceWhiteAuto", newcomer.window.features.rows).editor.combo
+    newcomer.until(combo.isEnabled)
+    newcomer.qtbot.mouseClick(combo, Qt.LeftButton)
+    newcomer.until(lambda: QApplication.activePopupWidget() is not None)
+    for _ in range(combo.findText("Once") - combo.currentIndex()):
+        newcomer.qtbot.keyClick(combo.view(), Qt.Key_Down)
+    newcomer.qtbot.keyClick(combo.view(), Qt.Key_Return)
+    newcomer.until(lambda: cast() < before / 2)
+    assert not newcomer.desk.errors
+
+
+def test_a_region_is_drawn_and_the_whole_sensor_comes_back(newcomer):
+    canvas = newcomer.window.picture.canvas
+    newcomer.press("Region")
+    newcomer.until(lambda: newcomer.reads("draw"))
+    middle = canvas.viewport().rect().center()
+    newcomer.drag(canvas.viewport(), middle - QPoint(100, 80), middle + QPoint(100, 80))
+    newcomer.until(lambda: newcomer.frame().width < 600)
+    assert newcomer.frame().height < 600
+    newcomer.press("Full sensor")
+    newcomer.until(lambda: newcomer.frame().width > 1224)
+    assert not newcomer.desk.errors
+
+
+def test_settings_are_saved_and_come_back(newcomer, tmp_path):
+    exposure = newcomer.desk.grabber.feature("ExposureTime").value
+    path = tmp_path / "mine.yaml"
+    newcomer.name_file(path)
+    newcomer.choose_in_menu("Camera", "Save settings")
+    newcomer.until(lambda: newcomer.reads("mine.yaml"))
+    newcomer.drag_slider("ExposureTime", 0.9)
+    newcomer.until(lambda: newcomer.desk.grabber.feature("ExposureTime").value > 2 * exposure)
+    newcomer.name_file(path)
+    newcomer.choose_in_menu("Camera", "Load settings")
+    newcomer.until(lambda: isinstance(QApplication.activeModalWidget(), SettingsReport))
+    assert newcomer.desk.grabber.feature("ExposureTime").value == pytest.approx(exposure, rel=1e-3)
+    newcomer.qtbot.keyClick(QApplication.activeModalWidget(), Qt.Key_Escape)
+    newcomer.until(lambda: QApplication.activeModalWidget() is None)
+
+
+in_full = pytest.mark.skipif(
+    not os.environ.get("GRABBERGUI_SLOW_TESTS"), reason="takes ten seconds; set GRABBERGUI_SLOW_TESTS=1"
+)
+
+
+@pytest.mark.parametrize("seconds", [2, pytest.param(10, marks=in_full)])
+def test_seconds_are_recorded_and_played_back(newcomer, seconds):
+    newcomer.press("Record")
+    newcomer.until(lambda: newcomer.reads(" frames"))
+    begun = time.monotonic()
+    newcomer.until(lambda: time.monotonic() - begun > seconds, seconds + 5)
+    newcomer.press("Stop recording")
+    newcomer.until(lambda: newcomer.window.recordingBar.playButton.isVisible(), 20)
+    newcomer.press("Play")
+    newcomer.until(lambda: newcomer.desk.program.connection.source.uri.scheme == "file")
+    newcomer.until(lambda: newcomer.desk.program.connection.state is LinkState.STREAMING)
+    newcomer.desk.watch(5)
+    played = newcomer.desk.grabber
+    assert played.feature("PlaybackDuration").value == pytest.approx(seconds, abs=0.7)
+    assert played.feature("PlaybackFrameCount").value > 10 * seconds
+    assert newcomer.frame().pixel_format.name == "BayerRG8"
