@@ -34,7 +34,9 @@ from grabbergui.servo.robots.sim_teo import SimTeo
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512
-"Of the pictures: the sensor's, binned; width in the steps that the camera takes."
+"Of the pictures: the middle of the sensor, binned; 64° wide."
+OFFSET_X = (reg.SENSOR_WIDTH // BINNING - WIDTH) // 2
+OFFSET_Y = (reg.SENSOR_HEIGHT // BINNING - HEIGHT) // 2
 EXPOSURE_US = 8000.0
 
 
@@ -42,7 +44,9 @@ def settings(pixel_format: str = "Mono8") -> FrameSettings:
     """What the camera on the head is set to."""
     ratios = (1.0, 1.0, 1.0) if pixel_format == "Mono8" else (1.6, 1.0, 1.3)
     optics = Optics(binning_horizontal=BINNING, binning_vertical=BINNING, ratios=ratios)
-    return FrameSettings(WIDTH, HEIGHT, 0, 0, by_name(pixel_format), optics, EXPOSURE_US, 0.0, 2.0)
+    return FrameSettings(
+        WIDTH, HEIGHT, OFFSET_X, OFFSET_Y, by_name(pixel_format), optics, EXPOSURE_US, 0.0, 2.0
+    )
 
 
 def calibration() -> Calibration:
@@ -75,8 +79,8 @@ def mounted_camera(robot: SimTeo, things: Things, fps: float = 30.0) -> FrameGra
         power_on={
             reg.BINNING_HORIZONTAL: BINNING,
             reg.BINNING_VERTICAL: BINNING,
-            reg.OFFSET_X: 0,
-            reg.OFFSET_Y: 0,
+            reg.OFFSET_X: chosen.offset_x,
+            reg.OFFSET_Y: chosen.offset_y,
             reg.WIDTH: chosen.width,
             reg.HEIGHT: chosen.height,
             reg.PIXEL_FORMAT: by_name("RGB8").code,

@@ -4,6 +4,7 @@ import numpy as np
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, pinhole
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
@@ -11,11 +12,13 @@ from grabbergui.servo import geometry
 
 
 def settings(binning=4, pixel_format="Mono8", exposure=10_000.0, **optics):
+    """The middle of the sensor, 2432×2048 of its pixels."""
+    width, height = 2432 // binning, 2048 // binning
     return FrameSettings(
-        2448 // binning // 8 * 8,
-        2048 // binning,
-        0,
-        0,
+        width,
+        height,
+        (SENSOR_WIDTH // binning - width) // 2,
+        (SENSOR_HEIGHT // binning - height) // 2,
         by_name(pixel_format),
         Optics(binning_horizontal=binning, binning_vertical=binning, **optics),
         exposure,

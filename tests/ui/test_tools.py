@@ -176,7 +176,7 @@ def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(d
     assert (abs(x - left - 200) < 20, abs(y - top - 100) < 20) == (True, True)
     assert desk.program.connection.state is LinkState.STREAMING
     window.actionFullSensor.trigger()
-    desk.until(lambda: window.picture.canvas.pictureSize == (2448, 2048))
+    desk.until(lambda: window.picture.canvas.pictureSize == (4096, 2160))
     assert window.picture.canvas.fitted and not desk.errors
 
 

@@ -12,9 +12,11 @@ from enum import IntEnum
 from grabbergui.core.pfnc import CONVERTIBLE, by_name
 from grabbergui.driver.sim.memory import Kind, Register, RegisterValue
 
-SENSOR_WIDTH, SENSOR_HEIGHT = 2448, 2048
+SENSOR_WIDTH, SENSOR_HEIGHT = 4096, 2160
 WIDTH_STEP, HEIGHT_STEP, OFFSET_STEP = 8, 2, 2
 SMALLEST_WIDTH, SMALLEST_HEIGHT = 16, 2
+FIRST_WIDTH, FIRST_HEIGHT = 1224, 1024
+"""The region in the sensor's middle that is seen after power-on."""
 
 LINE_TIME_US = 2.0
 "Time to read out one line of the sensor."
@@ -236,10 +238,24 @@ SENSOR_WIDTH_REGISTER = _uint32("SensorWidth", 0x100200, SENSOR_WIDTH, writable=
 SENSOR_HEIGHT_REGISTER = _uint32("SensorHeight", 0x100204, SENSOR_HEIGHT, writable=False)
 WIDTH_MAX = _uint32("WidthMax", 0x100208, SENSOR_WIDTH, writable=False)
 HEIGHT_MAX = _uint32("HeightMax", 0x10020C, SENSOR_HEIGHT, writable=False)
-WIDTH = _uint32("Width", 0x100210, 1224, SMALLEST_WIDTH, SENSOR_WIDTH, WIDTH_STEP)
-HEIGHT = _uint32("Height", 0x100214, 1024, SMALLEST_HEIGHT, SENSOR_HEIGHT, HEIGHT_STEP)
-OFFSET_X = _uint32("OffsetX", 0x100218, 612, 0, SENSOR_WIDTH - SMALLEST_WIDTH, OFFSET_STEP)
-OFFSET_Y = _uint32("OffsetY", 0x10021C, 512, 0, SENSOR_HEIGHT - SMALLEST_HEIGHT, OFFSET_STEP)
+WIDTH = _uint32("Width", 0x100210, FIRST_WIDTH, SMALLEST_WIDTH, SENSOR_WIDTH, WIDTH_STEP)
+HEIGHT = _uint32("Height", 0x100214, FIRST_HEIGHT, SMALLEST_HEIGHT, SENSOR_HEIGHT, HEIGHT_STEP)
+OFFSET_X = _uint32(
+    "OffsetX",
+    0x100218,
+    (SENSOR_WIDTH - FIRST_WIDTH) // 2,
+    0,
+    SENSOR_WIDTH - SMALLEST_WIDTH,
+    OFFSET_STEP,
+)
+OFFSET_Y = _uint32(
+    "OffsetY",
+    0x10021C,
+    (SENSOR_HEIGHT - FIRST_HEIGHT) // 2,
+    0,
+    SENSOR_HEIGHT - SMALLEST_HEIGHT,
+    OFFSET_STEP,
+)
 
 BINNING_HORIZONTAL = _uint32("BinningHorizontal", 0x100220, 1, 1, 4)
 BINNING_VERTICAL = _uint32("BinningVertical", 0x100224, 1, 1, 4)

@@ -156,7 +156,7 @@ def test_every_choice_can_be_made(camera):
 
 
 def test_the_fastest_rate_is_the_same_in_formula_and_camera(camera):
-    for exposure, height, limited in ((10.0, 2, "Off"), (9_000.0, 2048, "Off"), (500.0, 1024, "On")):
+    for exposure, height, limited in ((10.0, 2, "Off"), (9_000.0, 2160, "Off"), (500.0, 1024, "On")):
         camera.write_feature("ExposureTime", exposure)
         camera.write_feature("Height", height)
         camera.write_feature("DeviceLinkThroughputLimitMode", limited)
@@ -168,7 +168,7 @@ def test_the_fastest_rate_is_the_same_in_formula_and_camera(camera):
 
 def test_dependent_features_follow(camera):
     camera.write_feature("Width", 640)
-    assert camera.feature("OffsetX").maximum == 2448 - 640
+    assert camera.feature("OffsetX").maximum == 4096 - 640
     camera.write_feature("PixelFormat", "Mono10p")
     assert camera.feature("PixelSize").value == 10
     assert camera.feature("BalanceRatio").access is AccessMode.NOT_AVAILABLE

@@ -56,20 +56,27 @@ def test_a_string_may_be_written_in_part(bench):
 # -- geometry ------------------------------------------------------------------------------------
 
 
+def test_after_power_on_the_middle_of_the_sensor_is_seen(bench):
+    assert (bench.get(reg.WIDTH), bench.get(reg.HEIGHT)) == (1224, 1024)
+    assert (bench.get(reg.WIDTH_MAX), bench.get(reg.HEIGHT_MAX)) == (4096, 2160)
+    assert 2 * bench.get(reg.OFFSET_X) + 1224 == 4096
+    assert 2 * bench.get(reg.OFFSET_Y) + 1024 == 2160
+
+
 def test_offsets_give_way_to_a_larger_picture(bench):
-    bench.set(reg.WIDTH, 2448)
+    bench.set(reg.WIDTH, 4096)
     assert bench.get(reg.OFFSET_X) == 0
     bench.set(reg.WIDTH, 640)
-    bench.set(reg.OFFSET_X, 2448 - 640)
-    assert refused(bench, reg.OFFSET_X, 2448 - 638) is Refusal.INVALID_PARAMETER
+    bench.set(reg.OFFSET_X, 4096 - 640)
+    assert refused(bench, reg.OFFSET_X, 4096 - 638) is Refusal.INVALID_PARAMETER
 
 
 def test_binning_shrinks_the_sensor(bench):
-    bench.set(reg.WIDTH, 2448)
-    bench.set(reg.BINNING_HORIZONTAL, 4)
-    assert bench.get(reg.WIDTH_MAX) == 608
-    assert bench.get(reg.WIDTH) == 608
-    assert refused(bench, reg.WIDTH, 616) is Refusal.INVALID_PARAMETER
+    bench.set(reg.WIDTH, 4096)
+    bench.set(reg.BINNING_HORIZONTAL, 3)
+    assert bench.get(reg.WIDTH_MAX) == 1360
+    assert bench.get(reg.WIDTH) == 1360
+    assert refused(bench, reg.WIDTH, 1368) is Refusal.INVALID_PARAMETER
 
 
 def test_the_payload_follows_format_and_chunks(bench):

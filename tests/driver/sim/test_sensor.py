@@ -149,7 +149,7 @@ def test_every_format_fills_its_payload(lit, pixel_format):
 
 
 def test_the_default_scene_moves(make_bench):
-    bench = make_bench(SMALL | {reg.OFFSET_X: 900, reg.OFFSET_Y: 900})
+    bench = make_bench(SMALL | {reg.OFFSET_X: 1724, reg.OFFSET_Y: 956})
     bench.start()
     first = bench.picture()
     bench.clock.advance(2)

@@ -5,6 +5,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, pinhole
 from grabbergui.driver.sim.rendered.textures import marker_board
 from grabbergui.driver.sim.rendered.world import Panel, draw
@@ -16,11 +17,12 @@ CAMERA = np.array([[0, 0, 1.0, 0], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.5], [0, 0, 0,
 
 
 def settings(binning=4, x=0, y=0, width=608, height=512, pixel_format="Mono8", exposure=10_000.0, **optics):
+    """A region that begins (x, y) pixels right of and below the middle 2432×2048 pixels' corner."""
     return FrameSettings(
         width,
         height,
-        x,
-        y,
+        (SENSOR_WIDTH - 2432) // 2 // binning + x,
+        (SENSOR_HEIGHT - 2048) // 2 // binning + y,
         by_name(pixel_format),
         Optics(binning, binning, **optics),
         exposure,
@@ -59,7 +61,7 @@ def test_a_region_is_cut_out_of_the_whole_picture():
 
 
 def test_mirrored_pictures_are_mirrored():
-    whole, mirrored = render(settings(width=612)), render(settings(width=612, reverse_x=True, reverse_y=True))
+    whole, mirrored = render(settings()), render(settings(reverse_x=True, reverse_y=True))
     assert np.abs(whole[::-1, ::-1] - mirrored).mean() < 1.5
 
 

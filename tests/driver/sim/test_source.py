@@ -50,7 +50,7 @@ def test_a_fast_rate_shortens_the_exposure():
     ("text", "says"),
     [
         ("sim:?size=1", "width, height, fps"),
-        ("sim:?width=641", "16 to 2448 in steps of 8"),
+        ("sim:?width=641", "16 to 4096 in steps of 8"),
         ("sim:?fps=many", "0.5 to 1000"),
         ("sim:?pixel_format=Mono9", "pixel_format=Mono9"),
     ],
@@ -149,8 +149,8 @@ def test_chunks_and_events_reach_the_listener():
     device.write(reg.ACQUISITION_START.address, bytes((0, 0, 0, 1)))
     assert heard.wait(5) and got.wait(5)
     device.close()
-    event_id, entry = events[0]
-    assert event_id == 0x9000 and entry[2:4] == b"\x90\x00" and len(entry) == 32
+    event_id, message = events[0]
+    assert event_id == 0x9000 and message[10:12] == b"\x90\x00" and len(message) == 8 + 32
     assert frames[0].chunks["ChunkFrameID"] == 1
     assert frames[0].chunks["ChunkExposureTime"] == 10_000.0
     assert len(frames[0].payload) == 64 * 48 + 72

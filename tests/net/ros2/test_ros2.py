@@ -172,8 +172,8 @@ def test_what_the_camera_does_is_seen_in_its_parameters(server, probe, camera):
 
 def whole_sensor():
     """What a calibration of the simulated camera's whole sensor says."""
-    info = CameraInfo(width=2448, height=2048, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
-    info.k = [1500.0, 0.0, 1223.5, 0.0, 1500.0, 1023.5, 0.0, 0.0, 1.0]
+    info = CameraInfo(width=4096, height=2160, distortion_model="plumb_bob", d=[0.1, 0.0, 0.0, 0.0, 0.0])
+    info.k = [1500.0, 0.0, 2047.5, 0.0, 1500.0, 1079.5, 0.0, 0.0, 1.0]
     return info
 
 
@@ -193,12 +193,12 @@ def test_a_region_leaves_pictures_and_calibration_right(server, probe, camera):
     assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor()).success
     images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
     before = camera.feature("OffsetX").value
-    until(lambda: infos.get(timeout=5).k[2] == 1223.5 - before)
+    until(lambda: infos.get(timeout=5).k[2] == 2047.5 - before)
 
     camera.write_feature("Height", 200)  # other proportions than the calibration's
     camera.write_feature("OffsetX", 64)
 
-    until(lambda: infos.get(timeout=5).k[2] == 1223.5 - 64)
+    until(lambda: infos.get(timeout=5).k[2] == 2047.5 - 64)
     until(lambda: images.get(timeout=5).height == 200)
 
 

@@ -1,7 +1,7 @@
 """`sim:scene`: a room with a person who holds a board with a marker, as a camera in it sees them.
 
 The camera may sit on something that moves (`mount`): a robot's head. What it sees is drawn anew for every
-frame with the pinhole of `FIELD_OF_VIEW`, so that exposure, gain, binning and regions act as on any scene.
+frame with a pinhole of `FOCAL_LENGTH`, so that exposure, gain, binning and regions act as on any scene.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from grabbergui.driver.sim.rendered.world import Matrix, Panel, draw
 from grabbergui.driver.sim.scene import Scene, SceneView
 from grabbergui.driver.sim.settings import FrameSettings
 
-FIELD_OF_VIEW = 64.0
-"Degrees that the whole width of the sensor sees."
+FOCAL_LENGTH = 1959.0
+"Pixels without binning: the whole width of the sensor sees 92.5°, the region after power-on 34.7°."
 
 Poses = Callable[[float], "Matrix | None"]
 "Seconds on the device's clock to a pose; None while the thing is not there."
@@ -49,8 +49,8 @@ def _about(axis: str, degrees: float) -> Matrix:
 
 def sensor_pinhole() -> Matrix:
     """(3, 3): the whole sensor's camera matrix, in pixels, without binning."""
-    focal = SENSOR_WIDTH / 2 / math.tan(math.radians(FIELD_OF_VIEW) / 2)
-    return np.array([[focal, 0, (SENSOR_WIDTH - 1) / 2], [0, focal, (SENSOR_HEIGHT - 1) / 2], [0, 0, 1.0]])
+    middle_x, middle_y = (SENSOR_WIDTH - 1) / 2, (SENSOR_HEIGHT - 1) / 2
+    return np.array([[FOCAL_LENGTH, 0, middle_x], [0, FOCAL_LENGTH, middle_y], [0, 0, 1.0]])
 
 
 def pinhole(settings: FrameSettings) -> Matrix:
