@@ -46,6 +46,21 @@ class DeviceInfo:
         return asdict(self)
 
 
+@dataclass(frozen=True)
+class DeviceEvent:
+    """Something that a camera told by itself, because its EventNotification is on."""
+
+    name: str
+    "As EventSelector has it, e.g. `ExposureEnd`; the id in hexadecimal where the description has no name."
+    event_id: int
+    values: dict[str, FeatureValue]
+    "What came with it, by feature name, e.g. `EventExposureEndTimestamp`."
+
+    def __str__(self) -> str:
+        said = ", ".join(f"{name}={value}" for name, value in self.values.items())
+        return f"{self.name}: {said}" if said else self.name
+
+
 class Access(Enum):
     """What is asked of a device on opening."""
 
@@ -111,6 +126,8 @@ class FrameGrabber(ABC):
     """Names (frozenset[str]) of features whose value, range or access may have changed."""
     connection_changed = Signal(ConnectionState, str)
     """The new state, and why, for people."""
+    event_received = Signal(DeviceEvent)
+    """The camera told something by itself. At the end of every exposure, if that is what was switched on."""
 
     def __init__(self, info: DeviceInfo) -> None:
         self.info = info

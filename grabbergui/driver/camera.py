@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 
 from grabbergui.core import pfnc
-from grabbergui.core.errors import DeviceLostError, FeatureAccessError, GrabberError, TransportError
+from grabbergui.core.errors import DeviceLostError, FeatureAccessError, GrabberError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
 from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
 from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.event_delivery import EventDelivery
 from grabbergui.driver.genapi.chunk_reader import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.poller import POLL_PERIOD, Poller
 from grabbergui.driver.settings_memory import SettingsMemory
 
 log = logging.getLogger(__name__)
@@ -24,8 +26,8 @@ log = logging.getLogger(__name__)
 RECONNECT_PERIOD = 0.5
 """Seconds between attempts to open a camera that was lost."""
 
-POLL_PERIOD = 0.2
-"""Seconds between looks at GenApi's polling times and at values under an automatic mode."""
+_EVENT_SWITCH = "EventNotification"
+"""Beginning of the names of features that switch events on: one with a selector, or one an event."""
 
 _CHANGES_PAYLOAD = (
     "PixelFormat", "Width", "Height", "Binning", "Decimation", "ChunkModeActive", "ChunkEnable",
@@ -53,7 +55,9 @@ class Camera(FrameGrabber):
         self._keep_trigger = False
         # Held for whole operations (start, stop, write with its restart), not while frames arrive.
         self._lock = threading.RLock()
-        self._poller: _Poller | None = None
+        self._poller: Poller | None = None
+        self._events: EventDelivery | None = None
+        self._hears_events = False
         self._automatic: dict[str, list[str]] = {}
         self._settings = SettingsMemory()
         self._closed = threading.Event()
@@ -68,15 +72,19 @@ class Camera(FrameGrabber):
                 return
             self.connection_changed.emit(ConnectionState.OPENING, "")
             self.device.on_lost = self._on_lost
+            self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
+            self.device.on_event = self._events.put
+            self._hears_events = False
             try:
                 self._connect(access)
             except BaseException:
                 self.device.close()
+                self._events.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
                 raise
             self._settings = SettingsMemory()
             self._closed.clear()
-            self._poller = _Poller(self._poll)
+            self._poller = Poller(self._poll)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
     def _connect(self, access: Access) -> None:
@@ -101,6 +109,9 @@ class Camera(FrameGrabber):
             nodes.close()
             self.device.close()
             reconnecting, self._reconnecting = self._reconnecting, None
+            events, self._events = self._events, None
+        if events is not None:
+            events.close()
         if poller is not None:
             poller.stop()
         if reconnecting is not None:
@@ -150,6 +161,8 @@ class Camera(FrameGrabber):
             # Refuse a wrong value before anything is switched or stopped for its sake.
             if feature.value is not None:
                 replace(feature, access=AccessMode.READ_WRITE).validated(value)
+            if name.startswith(_EVENT_SWITCH):
+                self._hear_events()
             with self._paused() if restart else nullcontext():
                 self._prepare_write(feature)
                 feature = self._opened().feature(name)
@@ -194,6 +207,8 @@ class Camera(FrameGrabber):
                 self._write_if_other("AcquisitionMode", "Continuous")
                 if not keep_trigger:
                     self._trigger_off()
+                if self._event_left_on():
+                    self._hear_events()
             self._start_stream()
 
     def stop(self) -> None:
@@ -313,6 +328,28 @@ class Camera(FrameGrabber):
     def _on_features_changed(self, names: frozenset[str]) -> None:
         self.features_changed.emit(names)
 
+    def _event_left_on(self) -> bool:
+        """Whether a user set, or who had the camera before, left the selected event switched on."""
+        nodes = self._opened()
+        return nodes.has(_EVENT_SWITCH) and nodes.feature(_EVENT_SWITCH).value not in ("Off", None)
+
+    def _hear_events(self) -> None:
+        self.device.open_events()
+        self._hears_events = True
+
+    def _on_event(self, event_id: int, message: bytes) -> None:
+        nodes = self._nodes
+        if nodes is None:
+            return
+        try:
+            event = nodes.take_event(event_id, message)
+        except GrabberError as error:
+            log.info("%s: %s", self.info.uri, error)
+            return
+        if event is not None:
+            log.info("%s: event %s", self.info.uri, event)
+            self.event_received.emit(event)
+
     def _poll(self) -> None:
         """Let values that move by themselves be noticed, while anybody listens."""
         nodes = self._nodes
@@ -376,6 +413,8 @@ class Camera(FrameGrabber):
             self._nodes.close()
         self._connect(self._access)
         nodes = self._opened()
+        if self._hears_events:
+            self.device.open_events()
         for refusal in self._settings.replay(nodes.write):
             log.warning("%s, set again: %s", self.info.uri, refusal)
         if streaming:
@@ -386,28 +425,3 @@ class Camera(FrameGrabber):
         if nodes is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return nodes
-
-
-class _Poller:
-    """Calls a function every POLL_PERIOD on a thread of its own until stopped."""
-
-    def __init__(self, function: Callable[[], None]) -> None:
-        self._function = function
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="feature-poll", daemon=True)
-        self._thread.start()
-
-    def stop(self) -> None:
-        """End it; returns once it has ended."""
-        self._stopped.set()
-        if self._thread is not threading.current_thread():
-            self._thread.join()
-
-    def _run(self) -> None:
-        while not self._stopped.wait(POLL_PERIOD):
-            try:
-                self._function()
-            except TransportError as error:
-                log.debug("polling features: %s", error)
-            except GrabberError as error:
-                log.info("polling features: %s", error)

@@ -15,8 +15,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 
 
-class ChunkLayout(Enum):
-    """How chunks lie behind a picture in the payload."""
+class DataLayout(Enum):
+    """How chunks lie behind a picture in the payload, and events in the messages that carry them."""
 
     GIGE_VISION = "GigE Vision"
     USB3_VISION = "USB3 Vision"
@@ -45,10 +45,13 @@ class Device(ABC):
     """Called once, from any thread, when the device vanished or our control was taken; says why."""
 
     on_event: Callable[[int, bytes], None] | None = None
-    """Called with (event id, event data as GenApi's event adapters expect it) for each device event."""
+    """Called on any thread with (event id, the message that carried it) for each event; returns at once."""
 
-    chunk_layout: ChunkLayout | None = None
+    chunk_layout: DataLayout | None = None
     """Of the payloads it delivers; None where it has no chunks, or reads them itself."""
+
+    event_layout: DataLayout | None = None
+    """Of the messages that `on_event` gets: one event each, its header included; None where it has none."""
 
     @abstractmethod
     def open(self, access: Access) -> Access:
@@ -72,6 +75,9 @@ class Device(ABC):
     @abstractmethod
     def description(self) -> bytes:
         """The GenICam XML, unzipped, as the device stores it (junk before `<?xml` included)."""
+
+    def open_events(self) -> None:  # noqa: B027 - most transports need nothing
+        """Get ready to hear events, before one is switched on. May be called again; raises as `write`."""
 
     @abstractmethod
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:

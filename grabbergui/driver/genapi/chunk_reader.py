@@ -15,7 +15,7 @@ from genicam import genapi
 from numpy.typing import NDArray
 
 from grabbergui.core.features import AccessMode, Category, FeatureKind, FeatureValue
-from grabbergui.driver.device import ChunkLayout
+from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi import node_features
 from grabbergui.driver.genapi.xml_text import clean_xml
 
@@ -27,18 +27,18 @@ MOST_CHUNKS = 256
 LARGEST_CHUNK = 65536
 """Bytes; a longer one is the picture itself, which nobody reads as a feature."""
 
-_TAG = {ChunkLayout.GIGE_VISION: struct.Struct(">II"), ChunkLayout.USB3_VISION: struct.Struct("<II")}
+_TAG = {DataLayout.GIGE_VISION: struct.Struct(">II"), DataLayout.USB3_VISION: struct.Struct("<II")}
 """Id and length behind each chunk's data (GigE Vision 2.x, 25.8; USB3 Vision 1.x, 5.4.3)."""
 _ADAPTER = {
-    ChunkLayout.GIGE_VISION: genapi.ChunkAdapterGEV,
-    ChunkLayout.USB3_VISION: genapi.ChunkAdapterU3V,
+    DataLayout.GIGE_VISION: genapi.ChunkAdapterGEV,
+    DataLayout.USB3_VISION: genapi.ChunkAdapterU3V,
 }
 
 
 class ChunkReader:
     """Reads the chunks of one stream's payloads. One thread."""
 
-    def __init__(self, xml: bytes, features: Category, layout: ChunkLayout) -> None:
+    def __init__(self, xml: bytes, features: Category, layout: DataLayout) -> None:
         """`features`: the camera's tree, which names what chunks may carry."""
         self._layout = layout
         self._map = genapi.NodeMap()
@@ -81,7 +81,7 @@ class ChunkReader:
         return values
 
 
-def without_pictures(payload: NDArray[np.uint8], layout: ChunkLayout) -> bytes:
+def without_pictures(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
     """The chunks of a payload with pictures cut down to their tags; empty where the tags are malformed."""
     tag = _TAG[layout]
     pieces: list[bytes] = []

@@ -21,9 +21,11 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureValue
+from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import Role, automatic_mode_of
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi.event_reader import EventReader
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.genapi.xml_text import clean_xml, port_name
 
@@ -60,6 +62,8 @@ class CameraNodeMap:
         self._categories: set[str] = set()
         self._callbacks: list[tuple[Any, int]] = []
         with self._lock:
+            # First, because an event's nodes count as implemented only once something can deliver it.
+            self._events = EventReader(self._map, device.event_layout) if device.event_layout else None
             self._root = self._build_tree()
             self._listen()
 
@@ -125,9 +129,25 @@ class CameraNodeMap:
         with self._use():
             self._map.poll(elapsed_ms)
 
+    def take_event(self, event_id: int, message: bytes) -> DeviceEvent | None:
+        """Let the event's nodes hold what a message says; None where this transport has no events.
+
+        Raises RemoteProtocolError for a message that GenApi cannot read.
+        """
+        with self._use():
+            if self._events is None:
+                return None
+            self._events.deliver(message)
+            # The event's own nodes; what else it made stale is read when somebody looks.
+            told = sorted(name for name in self._changed if name.startswith("Event"))
+            return self._events.event(event_id, {name: self.feature(name) for name in told})
+
     def close(self) -> None:
         """Drop the callbacks; the map must not be used any more."""
         with self._lock:
+            events, self._events = self._events, None
+            if events is not None:
+                events.close()
             self._on_change = lambda names: None
             for node, handle in self._callbacks:
                 node.deregister_callback(handle)

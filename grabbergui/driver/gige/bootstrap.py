@@ -37,6 +37,7 @@ class Register(IntEnum):
     ACTION_SIGNALS = 0x0908
     ACTION_DEVICE_KEY = 0x090C
     STREAM_CAPABILITY = 0x092C
+    MESSAGE_CAPABILITY = 0x0930
     GVCP_CAPABILITY = 0x0934
     HEARTBEAT_TIMEOUT_MS = 0x0938
     TICK_FREQUENCY_HIGH = 0x093C
@@ -127,6 +128,13 @@ class Capability(IntFlag):
     HEARTBEAT_DISABLE = 0x20000000
     SERIAL_NUMBER = 0x40000000
     USER_NAME = 0x80000000
+
+
+class MessageCapability(IntFlag):
+    """Message channel capability, register 0x0930."""
+
+    SOURCE_PORT = 0x80000000
+    "MCSP tells where messages come from."
 
 
 class Control(IntFlag):

@@ -20,7 +20,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
-from grabbergui.driver.device import ChunkLayout, Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap, discovery
 from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
@@ -33,6 +33,7 @@ from grabbergui.driver.gige.gvcp_device import Identity
 from grabbergui.driver.gige.heartbeat import Pulse
 from grabbergui.driver.gige.interfaces import Interface, interface_of
 from grabbergui.driver.gige.memory import DeviceMemory
+from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
 from grabbergui.driver.gige.stream import Stream, tick_frequency
 
@@ -57,7 +58,8 @@ class GigeOptions:
 class GigeDevice(Device):
     """One camera, named by IP address, serial number, MAC address or user name; empty: the first found."""
 
-    chunk_layout = ChunkLayout.GIGE_VISION
+    chunk_layout = DataLayout.GIGE_VISION
+    event_layout = DataLayout.GIGE_VISION
 
     def __init__(self, name: str = "", options: GigeOptions | None = None) -> None:
         self.name = name
@@ -70,6 +72,7 @@ class GigeDevice(Device):
         self._link: ControlLink | None = None
         self._memory: DeviceMemory | None = None
         self._stream: Stream | None = None
+        self._messages: MessageChannel | None = None
         self._tick_frequency = 0
         self._last_statistics = StreamStatistics()
 
@@ -110,6 +113,12 @@ class GigeDevice(Device):
         """See Device."""
         link, memory = self._link, self._memory
         self.close_stream()
+        messages, self._messages = self._messages, None
+        if messages is not None:
+            if link is not None and link.lost is None:
+                messages.close()
+            else:
+                messages.abandon()
         self._link = self._memory = self._stream = None
         if link is None:
             return
@@ -205,6 +214,20 @@ class GigeDevice(Device):
         memory = self._opened()
         urls = [memory.read_text(bootstrap.FIRST_URL), memory.read_text(bootstrap.SECOND_URL)]
         return fetch_description(urls, memory.read)
+
+    # -- events ----------------------------------------------------------------------------------
+    def open_events(self) -> None:
+        """See Device."""
+        memory = self._opened()
+        can = memory.capability & (Capability.EVENT | Capability.EVENTDATA)
+        if self._messages is not None or not can or not memory.read_register(Register.MESSAGE_CHANNELS):
+            return
+        local_ip = self._require_interface().ip
+        self._messages = MessageChannel(memory, self.info.address, local_ip, self._tell_event)
+
+    def _tell_event(self, event_id: int, message: bytes) -> None:
+        if self.on_event is not None:
+            self.on_event(event_id, message)
 
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:

@@ -12,7 +12,8 @@ from grabbergui.core.errors import DeviceLostError, DeviceStatusError, LocalProt
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
-from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.gige.gvcp_messages import Event as Message
 from grabbergui.driver.sim import chunks
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
@@ -29,14 +30,14 @@ _STATUS = {
 "GVCP's codes, for want of any of our own."
 
 _POLL_S = 0.1
-_EVENT = struct.Struct(">HHHHQqq")
-"""GVCP's EVENTDATA entry: reserved, id, stream channel, block id, timestamp; then our data: frame id,
-timestamp."""
-_NO_CHANNEL = 0xFFFF
+_EVENT_DATA = struct.Struct(">qq")
+"Frame id, timestamp."
 
 
 class SimulatedDevice(Device):
     """A `CameraModel` as a device. Its frames are rendered straight into the pool's buffers."""
+
+    event_layout = DataLayout.GIGE_VISION
 
     def __init__(self, info: DeviceInfo, model: CameraModel) -> None:
         self.info = info
@@ -154,5 +155,5 @@ class SimulatedDevice(Device):
     def _tell_event(self, event: Event, frame_id: int, timestamp: int) -> None:
         if self.on_event:
             event_id = EVENT_ID_BASE + event
-            entry = _EVENT.pack(0, event_id, _NO_CHANNEL, frame_id & 0xFFFF, timestamp, frame_id, timestamp)
-            self.on_event(event_id, entry)
+            told = Message(event_id, frame_id, timestamp, data=_EVENT_DATA.pack(frame_id, timestamp))
+            self.on_event(event_id, told.encode(1, ack_required=False))

@@ -22,7 +22,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
-from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.u3v.bootstrap import (
     STRING_SIZE,
     Abrm,
@@ -52,6 +52,9 @@ TRANSFERS_IN_FLIGHT = 64
 
 class U3vDevice(Device):
     """One camera, opened by exclusive claim of its interfaces: USB3 Vision has no second reader."""
+
+    chunk_layout = DataLayout.USB3_VISION
+    event_layout = DataLayout.USB3_VISION
 
     def __init__(
         self,

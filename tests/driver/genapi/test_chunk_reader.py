@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui import sources
-from grabbergui.driver.device import ChunkLayout
+from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi.chunk_reader import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
 from grabbergui.driver.sim.gige.server import GigeCamera
 
-GEV = ChunkLayout.GIGE_VISION
+GEV = DataLayout.GIGE_VISION
 
 
 def payload_of(*chunks):
@@ -33,7 +33,7 @@ def test_lengths_that_lead_out_of_the_payload_give_nothing():
     assert without_pictures(np.zeros(8 * (MOST_CHUNKS + 1), np.uint8), GEV) == b""
 
 
-@given(st.binary(max_size=200), st.sampled_from(list(ChunkLayout)))
+@given(st.binary(max_size=200), st.sampled_from(list(DataLayout)))
 def test_any_bytes_give_no_more_than_went_in(data, layout):
     assert len(without_pictures(np.frombuffer(data, np.uint8), layout)) <= len(data)
 

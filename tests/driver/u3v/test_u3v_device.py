@@ -19,7 +19,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
@@ -177,6 +177,39 @@ def test_chunks_lie_behind_the_picture(plug_in) -> None:
     assert frame.raw().shape == (48, 64)
     length = int.from_bytes(frame.payload[-4:].tobytes(), "little")
     assert 0 < length < 100
+
+
+def test_chunks_are_values_of_the_frame(plug_in) -> None:
+    _, device = plug_in()
+    camera = Camera(device)
+    camera.open()
+    camera.write_feature("ChunkModeActive", True)
+    camera.write_feature("ExposureTime", 1500.0)
+    frames = grab(camera, 3)
+    camera.close()
+    ids = [frame.chunks["ChunkFrameID"] for frame in frames]
+    assert ids == list(range(ids[0], ids[0] + 3))
+    assert all(frame.chunks["ChunkTimestamp"] == frame.timestamp_ns for frame in frames)
+    assert all(frame.chunks["ChunkExposureTime"] == 1500.0 for frame in frames)
+    assert frames[0].raw().shape == (48, 64)
+
+
+def test_events_are_features_and_a_signal(plug_in) -> None:
+    _, device = plug_in()
+    camera = Camera(device)
+    told: list[DeviceEvent] = []
+    camera.event_received.connect(told.append)
+    camera.open()
+    camera.write_feature("EventSelector", "ExposureEnd")
+    camera.write_feature("EventNotification", "On")
+    frames = grab(camera, 2)
+    wait_for(lambda: len(told) >= 2)
+    assert told[0].name == "ExposureEnd"
+    assert told[0].values["EventExposureEndFrameID"] == 1 == frames[0].frame_id + 1
+    assert camera.feature("EventExposureEndFrameID").value in {
+        event.values["EventExposureEndFrameID"] for event in told
+    }
+    camera.close()
 
 
 # -- finding ---------------------------------------------------------------------------------------

@@ -1,0 +1,139 @@
+"""The message channel: what the device tells by itself arrives on a socket of its own and is acknowledged."""
+
+from __future__ import annotations
+
+import logging
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+
+from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
+from grabbergui.driver.gige.bootstrap import PORT_MASK, MessageCapability, Register
+from grabbergui.driver.gige.gvcp import FLAG_ACK_REQUIRED, Ack, CommandCode, Status, split_command
+from grabbergui.driver.gige.gvcp_messages import Event
+from grabbergui.driver.gige.memory import DeviceMemory
+
+log = logging.getLogger(__name__)
+
+IDLE_WAIT = 0.2
+"Seconds that the thread waits for a message before it looks whether it shall end."
+REMEMBERED = 64
+"Request ids by which a repeated message is known."
+
+
+class MessageInbox:
+    """What arrives on the channel: messages in, acknowledges and events out. No I/O."""
+
+    def __init__(self) -> None:
+        self.ignored = 0
+        "Malformed datagrams."
+        self.repeated = 0
+        "Messages that came once more because their acknowledge was lost."
+        self._heard: deque[int] = deque(maxlen=REMEMBERED)
+
+    def receive(self, datagram: bytes) -> tuple[bytes, tuple[Event, ...]]:
+        """The acknowledge to send (empty where none is wanted), and the events not heard before."""
+        try:
+            header, payload = split_command(datagram)
+            if header.command not in (CommandCode.EVENT, CommandCode.EVENTDATA):
+                raise RemoteProtocolError(f"command 0x{header.command:04X} on the message channel")
+            events = Event.decode_all(header.command, payload, header.flags)
+        except RemoteProtocolError as error:
+            self.ignored += 1
+            log.debug("message channel: %s", error)
+            return b"", ()
+        wanted = header.flags & FLAG_ACK_REQUIRED
+        ack = Ack(Status.SUCCESS, header.command + 1, header.req_id).encode() if wanted else b""
+        # Only what is acknowledged is ever repeated.
+        if wanted and header.req_id in self._heard:
+            self.repeated += 1
+            return ack, ()
+        self._heard.append(header.req_id)
+        return ack, events
+
+
+class MessageChannel:
+    """Hears one device until closed. `on_event` is called on a thread of its own and returns at once."""
+
+    def __init__(
+        self,
+        memory: DeviceMemory,
+        device_ip: str,
+        local_ip: str,
+        on_event: Callable[[int, bytes], None],
+    ) -> None:
+        """Begin to listen and tell the device where. Raises TransportError, and as register writes do."""
+        self.inbox = MessageInbox()
+        self._memory = memory
+        self._device_ip = device_ip
+        self._on_event = on_event
+        self._closing = False
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.settimeout(IDLE_WAIT)
+            self._socket.bind((local_ip, 0))
+            self._open(local_ip)
+        except OSError as error:
+            self._socket.close()
+            raise TransportError(f"no socket for events on {local_ip}: {error}") from error
+        except BaseException:
+            self._socket.close()
+            raise
+        self._thread = threading.Thread(target=self._run, name="gige-messages", daemon=True)
+        self._thread.start()
+
+    @property
+    def port(self) -> int:
+        """The host's UDP port that messages come to."""
+        return int(self._socket.getsockname()[1])
+
+    def close(self) -> None:
+        """Tell the device to be silent and end the thread. Called once; never raises."""
+        try:
+            self._memory.write_register(Register.MCP, 0)
+        except GrabberError as error:
+            log.info("closing the message channel: %s", error)
+        self.abandon()
+
+    def abandon(self) -> None:
+        """End the thread without a word to a device that is gone."""
+        self._closing = True
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+        self._socket.close()
+
+    def _open(self, local_ip: str) -> None:
+        memory = self._memory
+        memory.write_register(Register.MCDA, int.from_bytes(socket.inet_aton(local_ip), "big"))
+        memory.write_register(Register.MCP, self._socket.getsockname()[1])
+        if memory.read_register(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
+            source_port = memory.read_register(Register.MCSP) & PORT_MASK
+            if source_port:
+                # A datagram to where messages come from lets them through a stateful firewall.
+                self._socket.sendto(b"", (self._device_ip, source_port))
+
+    def _run(self) -> None:
+        while not self._closing:
+            try:
+                datagram, source = self._socket.recvfrom(2048)
+            except TimeoutError:
+                continue
+            except OSError as error:
+                log.debug("message channel: %s", error)
+                continue
+            if source[0] == self._device_ip:
+                self._take(datagram, source)
+            else:
+                self.inbox.ignored += 1
+
+    def _take(self, datagram: bytes, source: tuple[str, int]) -> None:
+        ack, events = self.inbox.receive(datagram)
+        if ack:
+            try:
+                self._socket.sendto(ack, source)
+            except OSError as error:
+                log.debug("acknowledging an event: %s", error)
+        for event in events:
+            # GenApi's adapter takes whole messages; one event each, so that every one is told apart.
+            self._on_event(event.event_id, event.encode(1, ack_required=False))

@@ -1,0 +1,251 @@
+"""Device events: the message channel's codec and socket, and events in the node map of an open camera."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import queue
+import socket
+import struct
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui import sources
+from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
+from grabbergui.driver.camera import Camera
+from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
+from grabbergui.driver.gige.bootstrap import Register
+from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.gvcp import Ack, CommandCode, encode_command
+from grabbergui.driver.gige.gvcp_messages import Event
+from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.faults import Faults
+from grabbergui.driver.sim.gige.server import GigeCamera
+
+_numbers = itertools.count(1)
+EVENT = Event(0x9001, 7, 1234, data=struct.pack(">qq", 42, 1234))
+
+
+@pytest.fixture
+def simulate() -> Iterator[Callable[..., GigeCamera]]:
+    """Starts a small simulated camera at an address of its own."""
+    cameras: list[GigeCamera] = []
+
+    def start(**options: Any) -> GigeCamera:
+        power_on = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.FRAME_RATE: 50.0, reg.EXPOSURE_TIME: 1000.0}
+        address = f"127.79.{os.getpid() % 250 + 1}.{next(_numbers)}"
+        cameras.append(GigeCamera(address, power_on=power_on, **options))
+        return cameras[-1]
+
+    yield start
+    for camera in cameras:
+        camera.close()
+
+
+def eventually(condition: Callable[[], Any], seconds: float = 5) -> Any:
+    deadline = time.monotonic() + seconds
+    while not (result := condition()):
+        assert time.monotonic() < deadline, "did not happen in time"
+        time.sleep(0.005)
+    return result
+
+
+# -- inbox -------------------------------------------------------------------------------------------
+def test_a_message_is_acknowledged_with_its_own_id() -> None:
+    ack, events = MessageInbox().receive(EVENT.encode(0x1234))
+    assert Ack.decode(ack) == Ack(0, CommandCode.EVENTDATA + 1, 0x1234)
+    assert events == (EVENT,)
+
+
+def test_what_asks_for_no_acknowledge_gets_none_and_is_heard_each_time() -> None:
+    inbox = MessageInbox()
+    heard = [inbox.receive(EVENT.encode(1, ack_required=False)) for _ in range(2)]
+    assert heard == [(b"", (EVENT,))] * 2
+
+
+def test_a_repeated_message_is_acknowledged_and_not_heard_again() -> None:
+    inbox = MessageInbox()
+    first, again = (inbox.receive(EVENT.encode(9)) for _ in range(2))
+    assert again == (first[0], ()) and inbox.repeated == 1
+    assert inbox.receive(EVENT.encode(10))[1] == (EVENT,)
+
+
+def test_several_events_of_one_message_are_all_heard() -> None:
+    entries = b"".join(Event(number).entry() for number in (3, 4))
+    _, events = MessageInbox().receive(encode_command(CommandCode.EVENT, entries, 1))
+    assert [event.event_id for event in events] == [3, 4]
+
+
+@given(st.binary(max_size=80) | st.binary(max_size=60).map(lambda rest: b"\x42\x01\x00\xc2" + rest))
+def test_any_datagram_is_heard_or_counted(datagram: bytes) -> None:
+    inbox = MessageInbox()
+    ack, events = inbox.receive(datagram)
+    if inbox.ignored:
+        assert (ack, events) == (b"", ())
+    else:
+        assert datagram[:1] == b"\x42" and datagram[2:4] in (b"\0\xc0", b"\0\xc2")
+
+
+# -- channel -----------------------------------------------------------------------------------------
+class Registers:
+    """Memory that remembers writes."""
+
+    def __init__(self) -> None:
+        self.written: dict[int, int] = {}
+
+    def write_register(self, register: int, value: int) -> None:
+        self.written[register] = value
+
+    def read_register(self, register: int) -> int:
+        return 0
+
+
+def test_only_the_device_is_heard() -> None:
+    heard: queue.Queue[int] = queue.Queue()
+    registers = Registers()
+    channel = MessageChannel(
+        registers,  # type: ignore[arg-type]
+        "127.0.0.7",
+        "127.0.0.1",
+        lambda event_id, message: heard.put(event_id),
+    )
+    port = registers.written[Register.MCP]
+    assert registers.written[Register.MCDA] == 0x7F000001 and port == channel.port
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as stranger:
+        stranger.sendto(Event(0x9999).encode(1), ("127.0.0.1", port))
+    with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as device:
+        device.bind(("127.0.0.7", 0))
+        device.settimeout(5)
+        device.sendto(EVENT.encode(5), ("127.0.0.1", port))
+        assert Ack.decode(device.recv(100)).ack_id == 5
+    assert heard.get(timeout=5) == 0x9001 and heard.empty()
+    assert channel.inbox.ignored == 1
+    channel.close()
+    assert registers.written[Register.MCP] == 0
+
+
+# -- delivery ----------------------------------------------------------------------------------------
+def test_events_beyond_the_limit_cost_the_oldest() -> None:
+    gate, told = threading.Event(), []
+
+    def slow(event_id: int, message: bytes) -> None:
+        gate.wait(5)
+        told.append(event_id)
+
+    delivery = EventDelivery(slow, "slow")
+    delivery.put(0, b"")
+    eventually(lambda: not delivery._waiting)
+    for number in range(1, MOST_WAITING + 11):
+        delivery.put(number, b"")
+    gate.set()
+    eventually(lambda: told and told[-1] == MOST_WAITING + 10)
+    assert delivery.dropped == 10 and told[1] == 11
+    delivery.close()
+    delivery.put(1, b"")
+    assert "slow" not in {thread.name for thread in threading.enumerate()}
+
+
+# -- a camera ----------------------------------------------------------------------------------------
+class Listener:
+    """An open camera, what it told, and which features changed by that."""
+
+    def __init__(self, camera: Camera) -> None:
+        self.camera = camera
+        self.events: queue.Queue[DeviceEvent] = queue.Queue()
+        self.changed: set[str] = set()
+        camera.event_received.connect(lambda event: self.events.put(event))
+        camera.features_changed.connect(lambda names: self.changed.update(names))
+
+    def switch_on(self, event: str) -> None:
+        self.camera.write_feature("EventSelector", event)
+        self.camera.write_feature("EventNotification", "On")
+
+
+@pytest.mark.parametrize("kind", ["sim", "gige"])
+def test_an_event_arrives_in_the_node_map(kind: str, simulate: Callable[..., GigeCamera]) -> None:
+    uri = "sim:?width=64&height=48&fps=50" if kind == "sim" else f"gige:{simulate().address}"
+    camera = sources.create(uri)
+    assert isinstance(camera, Camera)
+    camera.open()
+    with closing(camera):
+        listener = Listener(camera)
+        listener.switch_on("ExposureEnd")
+        frames = camera.open_queue(8)
+        camera.start()
+        event = listener.events.get(timeout=5)
+        frame = frames.get(5)
+        camera.stop()
+        assert (event.name, event.event_id) == ("ExposureEnd", 0x9001)
+        assert event.values["EventExposureEndFrameID"] == frame.frame_id == 1
+        assert set(event.values) == {"EventExposureEndTimestamp", "EventExposureEndFrameID"}
+        assert set(event.values) <= listener.changed
+        assert camera.feature("EventExposureEndFrameID").value >= 1
+        assert not camera.feature("EventFrameStartFrameID").access.readable, "this one was never told"
+
+
+def test_opening_a_message_channel_waits_for_an_event_to_be_wanted(
+    simulate: Callable[..., GigeCamera],
+) -> None:
+    simulated = simulate()
+    camera = Camera(GigeDevice(simulated.address))
+    camera.open()
+    with closing(camera):
+        camera.start()
+        assert simulated.control.memory.read(Register.MCP, 4) == bytes(4)
+        camera.write_feature("EventNotification", "On")
+        assert simulated.control.memory.read(Register.MCP, 4) != bytes(4)
+    assert simulated.control.memory.read(Register.MCP, 4) == bytes(4)
+
+
+def test_an_event_that_was_left_switched_on_is_heard(simulate: Callable[..., GigeCamera]) -> None:
+    simulated = simulate()
+    simulated.model.memory.set(reg.EVENT_NOTIFICATION[reg.Event.FRAME_START], 1)
+    camera = Camera(GigeDevice(simulated.address))
+    camera.open()
+    with closing(camera):
+        listener = Listener(camera)
+        camera.start()
+        assert listener.events.get(timeout=5).name == "FrameStart"
+
+
+def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera]) -> None:
+    simulated = simulate()
+    camera = Camera(GigeDevice(simulated.address))
+    camera.open()
+    with closing(camera):
+        listener = Listener(camera)
+        listener.switch_on("Test")
+        camera.execute("TestEventGenerate")
+        assert listener.events.get(timeout=5).name == "Test"
+        eventually(lambda: not simulated.control._unheard)
+        assert listener.events.empty()
+
+
+def test_events_go_on_after_a_reboot(simulate: Callable[..., GigeCamera]) -> None:
+    simulated = simulate(faults=Faults(reboot_after=0.5))
+    camera = Camera(GigeDevice(simulated.address))
+    states: queue.Queue[ConnectionState] = queue.Queue()
+    camera.open()
+    with closing(camera):
+        camera.connection_changed.connect(lambda state, why: states.put(state))
+        listener = Listener(camera)
+        listener.switch_on("Test")
+        assert states.get(timeout=10) is ConnectionState.LOST
+        assert states.get(timeout=10) is ConnectionState.OPEN
+        camera.execute("TestEventGenerate")
+        assert listener.events.get(timeout=5).name == "Test"
+
+
+def test_a_camera_without_events_is_left_alone(aravis_camera: Any) -> None:
+    with closing(GigeDevice("127.0.0.1")) as device:
+        device.open(Access.CONTROL)
+        device.open_events()
+        assert device._messages is None
