@@ -8,7 +8,7 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
-from grabbergui.models.feature_regulation import as_editable
+from grabbergui.core.regulation import as_editable
 from grabbergui.models.feature_text import breakable, tooltip_html
 from grabbergui.ui.editors.auto_button import AutoButton
 from grabbergui.ui.editors.editor_choice import editor_class
