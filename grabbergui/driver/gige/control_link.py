@@ -17,7 +17,7 @@ from grabbergui.core.errors import DeviceLostError, TransportError
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import ReadMem, ReadReg, Request
-from grabbergui.driver.gige.heartbeat import Heartbeat, Pulse
+from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
 log = logging.getLogger(__name__)
 
@@ -80,10 +80,11 @@ class ControlLink:
         request = ReadMem(address, count)
         return request.decode_ack(self.execute(request))
 
-    def start_heartbeat(self, pulse: Pulse, *, controlling: bool) -> None:
-        """Keep the device awake and watch it, until `close`."""
+    def start_heartbeat(self, pulse: Pulse, *, controlling: bool, holder: Holder | None = None) -> None:
+        """Keep the device awake and watch it, until `close`; see Heartbeat."""
+        begin = time.monotonic() + pulse.period
         self._heartbeat = Heartbeat(
-            self._channel, pulse, controlling=controlling, now=time.monotonic() + pulse.period
+            self._channel, pulse, controlling=controlling, now=begin, holder=holder
         )
         self._thread = threading.Thread(target=self._run, name="gige-heartbeat", daemon=True)
         self._thread.start()

@@ -30,7 +30,7 @@ from grabbergui.driver.gige.description import fetch_description
 from grabbergui.driver.gige.discovery import FoundDevice
 from grabbergui.driver.gige.gvcp import Status, WriteReg
 from grabbergui.driver.gige.gvcp_device import Identity
-from grabbergui.driver.gige.heartbeat import Pulse
+from grabbergui.driver.gige.heartbeat import PRIVILEGE_AND_HOLDER, Holder, Pulse
 from grabbergui.driver.gige.interfaces import Interface, interface_of
 from grabbergui.driver.gige.memory import DeviceMemory
 from grabbergui.driver.gige.message_channel import MessageChannel
@@ -89,12 +89,15 @@ class GigeDevice(Device):
         try:
             memory = DeviceMemory(link)
             self._identify(link, memory, found)
+            holder = None
             if access is Access.CONTROL:
                 self._take_control(link)
                 memory.writable = True
+                holder = self._holder(link, memory.capability)
             timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
             link.on_lost = self._on_link_lost
-            link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=access is Access.CONTROL)
+            controlling = access is Access.CONTROL
+            link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
         except BaseException:
             link.close()
             raise
@@ -184,6 +187,19 @@ class GigeDevice(Device):
         except AckTimeoutError as error:
             link.read_register(Register.CCP)
             raise self._denied(link) from error
+
+    @staticmethod
+    def _holder(link: ControlLink, capability: Capability) -> Holder | None:
+        """Who the device says is in control, right after that was us: a router may hide who we are."""
+        needed = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
+        if capability & needed != needed:
+            return None
+        try:
+            _, *holder = PRIVILEGE_AND_HOLDER.decode_ack(link.execute(PRIVILEGE_AND_HOLDER))
+        except (DeviceStatusError, ProtocolError) as error:
+            log.info("who is in control cannot be read: %s", error)
+            return None
+        return holder[0], holder[1]
 
     def _denied(self, link: ControlLink) -> AccessDeniedError:
         try:

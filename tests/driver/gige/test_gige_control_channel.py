@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
 
 import pytest
@@ -11,10 +12,10 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import AckTimeoutError, DeviceStatusError, RemoteProtocolError
 from grabbergui.driver.gige import gvcp
-from grabbergui.driver.gige.bootstrap import Register
+from grabbergui.driver.gige.bootstrap import Control, Register
 from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, ReadReg, Status, WriteReg
-from grabbergui.driver.gige.heartbeat import Heartbeat, Pulse
+from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
 READ = ReadReg((Register.CCP,))
 WRITE = WriteReg(((0x20030, 1),))
@@ -164,9 +165,9 @@ def test_no_datagram_crashes_the_channel(datagrams: list[bytes]) -> None:
 class Driven:
     """A heartbeat on a channel, driven as `control_link` drives both."""
 
-    def __init__(self, *, controlling: bool = True) -> None:
+    def __init__(self, *, controlling: bool = True, holder: Holder | None = None) -> None:
         self.channel = ControlChannel()
-        self.heartbeat = Heartbeat(self.channel, Pulse(), controlling=controlling, now=0.0)
+        self.heartbeat = Heartbeat(self.channel, Pulse(), controlling=controlling, now=0.0, holder=holder)
         self.now = 0.0
         self.beats: list[float] = []
 
@@ -213,6 +214,25 @@ def test_a_few_lost_datagrams_are_no_loss() -> None:
 def test_lost_privilege_matters_to_a_controller_only(controlling: bool, lost: bool) -> None:
     driven = Driven(controlling=controlling).run(1.0, lambda now, data: ack_of(data, bytes(4)))
     assert (driven.heartbeat.lost is not None) is lost
+
+
+def test_control_in_other_hands_is_loss_although_somebody_has_it() -> None:
+    ours, theirs = (5000, 0xC0A80001), (6000, 0xC0A80002)
+
+    def answer(now: float, data: bytes) -> bytes:
+        return ack_of(data, struct.pack(">III", Control.CONTROL, *(ours if now < 2.0 else theirs)))
+
+    driven = Driven(holder=ours).run(5.0, answer)
+    assert driven.heartbeat.lost == "another application, at 192.168.0.2, took control of the camera"
+    assert driven.now - 2.0 < 1.0
+
+
+def test_a_refused_read_means_that_another_has_it_exclusively() -> None:
+    def answer(now: float, data: bytes) -> bytes:
+        return Ack(Status.ACCESS_DENIED, CommandCode.READREG + 1, int.from_bytes(data[6:8], "big")).encode()
+
+    driven = Driven(controlling=False).run(5.0, answer)
+    assert driven.heartbeat.lost is not None and "itself alone" in driven.heartbeat.lost
 
 
 def test_a_device_that_asked_for_patience_may_be_silent() -> None:
