@@ -135,7 +135,7 @@ class RenderedScene(Scene):
         for panel in self._room:
             draw(panel, picture, view, matrix)
         standing = self._standing(time_ns * 1e-9)
-        for panel in sorted(standing, key=lambda panel: -np.linalg.norm(panel.distance_key - pose[:3, 3])):
+        for panel in sorted(standing, key=lambda panel: -panel.distance_from(pose[:3, 3])):
             draw(panel, picture, view, matrix)
         return picture
 

@@ -43,10 +43,12 @@ class Panel:
         world: Matrix = (self.pose @ flat.T).T[:, :3]
         return world
 
-    @property
-    def distance_key(self) -> Matrix:
-        """Where it is, for sorting by distance."""
-        return self.pose[:3, 3]
+    def distance_from(self, eye: Matrix) -> float:
+        """Metres from a point to the plane it lies in, by which what hides what is decided.
+
+        Not to its middle: of two that hang one behind the other the lower is nearer to a low eye.
+        """
+        return float((eye - self.pose[:3, 3]) @ self.pose[:3, 2])
 
 
 _pyramids: dict[int, tuple[Texture, list[NDArray[np.uint16]]]] = {}
