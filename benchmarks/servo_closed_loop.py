@@ -18,7 +18,6 @@ from grabbergui.driver.sim.rendered.scene import Things, swaying
 from grabbergui.servo import control, geometry
 from grabbergui.servo.desk import Desk, single_threaded
 from grabbergui.servo.robots.robot import teo
-from grabbergui.servo.robots.sim_teo import HOME
 from grabbergui.servo.state_machine import State
 
 SHOWN = 2.0
@@ -41,7 +40,7 @@ def random_board(random):
         aside = abs(math.degrees(math.atan2(sight[1], sight[0])))
         goal = board @ geometry.pose(control.HAND_ON_MARKER, (0, 0, 0.10))
         visible = down < 33 and aside < 60 and facing < 45 and board[2, 1] > 0.6
-        if board[0, 3] > 0.35 and visible and arm.inverse(goal, np.radians(HOME)) is not None:
+        if board[0, 3] > 0.35 and visible and arm.inverse(goal, teo.HOME) is not None:
             return board
 
 
@@ -53,7 +52,7 @@ def run(random):
         board=lambda seconds: board if seconds >= SHOWN else None,
     )
     head = np.radians((random.uniform(-50, 50), random.uniform(-20, 5)))
-    arm = np.radians(np.array(HOME) + random.uniform(-12, 12, 6))
+    arm = np.radians(np.degrees(teo.HOME) + random.uniform(-12, 12, 6))
     desk = Desk(things=things, head=tuple(head), arm=teo.RIGHT_ARM.clamped(arm))
     desk.run(LONGEST, State.REACHED)
     reached = desk.loop.machine.state is State.REACHED

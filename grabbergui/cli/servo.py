@@ -123,11 +123,12 @@ def _parts(
     from grabbergui.driver.sim.rendered.scene import Things
     from grabbergui.servo import desk, geometry
     from grabbergui.servo.control import ArmController
-    from grabbergui.servo.robots.sim_teo import SimTeo
+    from grabbergui.servo.robots import teo
+    from grabbergui.servo.robots.simulated import SimRobot
 
     if options.robot == "teo":
         return *_on_yarp(options, stack), None
-    robot = SimTeo()
+    robot = SimRobot(teo.BODY)
     robot.open()
     stack.callback(robot.close)
     if options.source:

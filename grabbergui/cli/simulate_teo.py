@@ -31,7 +31,8 @@ def _run(options: argparse.Namespace) -> int:
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import desk
     from grabbergui.servo.config import MarkerConfig
-    from grabbergui.servo.robots.sim_teo import SimTeo
+    from grabbergui.servo.robots import teo
+    from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.teo_ports import TeoPorts
 
     check_port_name(options.name)
@@ -48,7 +49,7 @@ def _run(options: argparse.Namespace) -> int:
             stack.callback(server.close)
             address = f"{server.contact.host}:{server.contact.port}"
         names = NameClient.find(address)
-        robot = SimTeo()
+        robot = SimRobot(teo.BODY)
         stack.callback(robot.close)
         camera = desk.mounted_camera(robot, desk.things_for(MarkerConfig()), options.fps)
         camera.open()

@@ -30,7 +30,9 @@ from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.geometry import Pose
 from grabbergui.servo.heads import CascadeFinder
 from grabbergui.servo.loop import ServoLoop, Turn
-from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.robot import Body
+from grabbergui.servo.robots.simulated import SimRobot
 
 BINNING = 4
 WIDTH, HEIGHT = 608, 512
@@ -68,7 +70,7 @@ def detector(config: Config, of: Calibration) -> Detector:
     return Detector(ArucoFinder(config.marker.dictionary, config.marker.size, of), CascadeFinder(of))
 
 
-def mounted_camera(robot: SimTeo, things: Things, fps: float = 30.0) -> FrameGrabber:
+def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameGrabber:
     """A simulated camera on the robot's head, like any other grabber; the clock is the real one."""
     from grabbergui.driver.camera import Camera
 
@@ -104,10 +106,16 @@ def mounted_camera(robot: SimTeo, things: Things, fps: float = 30.0) -> FrameGra
     return Camera(SimulatedDevice(info, model))
 
 
+def in_base(robot: SimRobot, thing: Pose) -> Pose:
+    """A thing of the room as seen from the robot's base."""
+    return geometry.inverse(robot.body.stands) @ thing
+
+
 @dataclass
 class Desk:
     """A run in simulated time. Set it up, then `run`."""
 
+    body: Body = teo.BODY
     config: Config = field(default_factory=Config)
     things: Things = field(default_factory=Things)
     head: tuple[float, float] = (0.0, 0.0)
@@ -120,7 +128,7 @@ class Desk:
 
     def __post_init__(self) -> None:
         things = things_for(self.config.marker, self.things)
-        self.robot = SimTeo(lambda: self.now, self.head, self.arm)
+        self.robot = SimRobot(self.body, lambda: self.now, self.head, self.arm)
         self.loop = ServoLoop(self.config, self.robot)
         self.gate = CommandGate(self.robot, self.config)
         self.camera_runs = True
@@ -163,7 +171,7 @@ class Desk:
         board = self.things.board(self.now)
         if board is None:
             return math.nan, math.nan
-        goal, hand = self.loop.arm.goal(board), self.robot.state().hand
+        goal, hand = self.loop.arm.goal(in_base(self.robot, board)), self.robot.state().hand
         return geometry.distance(hand, goal), geometry.angle_between(hand, goal)
 
     def _expose(self) -> None:

@@ -1,10 +1,9 @@
-"""A chain of rotary joints in classic Denavit–Hartenberg parameters: pose, Jacobian, joint velocities."""
+"""A chain of rotary joints: pose, Jacobian, joint velocities, and what keeps it from moving as it should."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from functools import cached_property
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,88 +11,43 @@ from numpy.typing import ArrayLike, NDArray
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.geometry import Pose, Vector, diff
 
-
-@dataclass(frozen=True)
-class Joint:
-    """One link of the table and the joint that moves it; degrees and metres, as tables have them."""
-
-    name: str
-    offset: float
-    d: float
-    a: float
-    alpha: float
-    low: float
-    high: float
-    fastest: float
-    "Degrees per second."
-
-    def frame(self, angle: float) -> Pose:
-        """The link's end as seen from its start, the joint at `angle` radians."""
-        theta, twist = angle + math.radians(self.offset), math.radians(self.alpha)
-        ct, st, ca, sa = math.cos(theta), math.sin(theta), math.cos(twist), math.sin(twist)
-        return np.array(
-            [
-                [ct, -st * ca, st * sa, self.a * ct],
-                [st, ct * ca, -ct * sa, self.a * st],
-                [0.0, sa, ca, self.d],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
+AT_LIMIT = 1e-3
+"Radians from a joint's limit within which it is said to be there."
+STRETCHED = 0.05
+"Singular value of the Jacobian (m/rad or rad/rad) below which a direction is as good as closed."
 
 
-@dataclass(frozen=True, eq=False)
-class Chain:
-    """Joints between a fixed base and a tool. Angles are radians."""
+class Chain(ABC):
+    """Joints between a fixed base and a tool. Angles are radians. Any thread."""
 
-    name: str
-    base: Pose
-    joints: tuple[Joint, ...]
-    tool: Pose
+    def __init__(
+        self, name: str, joint_names: Sequence[str], low: ArrayLike, high: ArrayLike, fastest: ArrayLike
+    ) -> None:
+        """`low` and `high` are each joint's limits, radians; `fastest` its highest speed, rad/s."""
+        self.name = name
+        self.joint_names = tuple(joint_names)
+        self.low = np.asarray(low, np.float64)
+        self.high = np.asarray(high, np.float64)
+        self.fastest = np.asarray(fastest, np.float64)
 
-    @cached_property
-    def low(self) -> Vector:
-        """Lowest angle of each joint."""
-        return np.radians([joint.low for joint in self.joints])
-
-    @cached_property
-    def high(self) -> Vector:
-        """Highest angle of each joint."""
-        return np.radians([joint.high for joint in self.joints])
-
-    @cached_property
-    def fastest(self) -> Vector:
-        """Highest speed of each joint, rad/s."""
-        return np.radians([joint.fastest for joint in self.joints])
-
-    def checked(self, angles: ArrayLike) -> Vector:
-        """The angles as an array. Raises UsageError where they are too few, too many or not finite."""
-        array = np.asarray(angles, np.float64)
-        if array.shape != (len(self.joints),) or not np.isfinite(array).all():
-            raise UsageError(
-                f"{self.name} has {len(self.joints)} joints; {array.tolist()} are not their angles"
-            )
-        return array
-
+    @abstractmethod
     def frames(self, angles: ArrayLike) -> list[Pose]:
-        """The poses of base, every joint's axis (z) in turn, and the tool; one more than two than joints."""
-        poses = [self.base]
-        for joint, angle in zip(self.joints, self.checked(angles), strict=True):
-            poses.append(poses[-1] @ joint.frame(float(angle)))
-        return [*poses, poses[-1] @ self.tool]
+        """The poses of base, every link in turn, and the tool."""
+
+    @abstractmethod
+    def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
+        """(6, joints): the tool's twist for each joint's rad/s."""
 
     def forward(self, angles: ArrayLike) -> Pose:
         """The tool's pose."""
         return self.frames(angles)[-1]
 
-    def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
-        """(6, joints): the tool's twist for each joint's rad/s."""
-        frames = self.frames(angles)
-        tip = frames[-1][:3, 3]
-        columns = []
-        for frame in frames[: len(self.joints)]:
-            axis = frame[:3, 2]
-            columns.append(np.concatenate((np.cross(axis, tip - frame[:3, 3]), axis)))
-        return np.column_stack(columns)
+    def checked(self, angles: ArrayLike) -> Vector:
+        """The angles as an array. Raises UsageError where they are too few, too many or not finite."""
+        array = np.asarray(angles, np.float64)
+        if array.shape != self.low.shape or not np.isfinite(array).all():
+            raise UsageError(f"{self.name} has {len(self.low)} joints; {array.tolist()} are not their angles")
+        return array
 
     def clamped(self, angles: Vector) -> Vector:
         """The nearest angles within the limits."""
@@ -111,22 +65,34 @@ class Chain:
         that would go on outwards is held, and the others share its work.
         """
         jacobian = self.jacobian(angles)
-        free = np.ones(len(self.joints), bool)
-        velocities = np.zeros(len(self.joints))
-        for _ in self.joints:
+        free = np.ones(len(self.low), bool)
+        velocities = np.zeros(len(self.low))
+        for _ in self.low:
             part = jacobian[:, free]
             system = part @ part.T + damping**2 * np.eye(6)
             velocities[:] = 0.0
             velocities[free] = part.T @ np.linalg.solve(system, twist)
-            outwards = ((angles <= self.low + 1e-6) & (velocities < 0)) | (
-                (angles >= self.high - 1e-6) & (velocities > 0)
-            )
+            outwards = self._outwards(angles, velocities, 1e-6)
             if not (outwards & free).any():
                 break
             free &= ~outwards
             if not free.any():
-                return np.zeros(len(self.joints))
+                return np.zeros(len(self.low))
         return self.limited(velocities)
+
+    def hindrance(self, angles: Vector, twist: Vector) -> str:
+        """What keeps the tool from following a twist, for people; empty where nothing does."""
+        jacobian = self.jacobian(angles)
+        wanted = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 0.02**2 * np.eye(6), twist)
+        limited = self._outwards(angles, wanted, AT_LIMIT)
+        if limited.any():
+            names = [name for name, there in zip(self.joint_names, limited, strict=True) if there]
+            return f"{' and '.join(names)} {'is at its limit' if len(names) == 1 else 'are at their limits'}"
+        directions, strengths, _ = np.linalg.svd(jacobian)
+        share = np.abs(directions.T @ (twist / np.linalg.norm(twist)))
+        if (share[strengths < STRETCHED] > 0.3).any():
+            return f"{self.name} is stretched or folded so that it cannot move that way"
+        return ""
 
     def inverse(
         self, goal: Pose, start: ArrayLike, steps: int = 300, tolerance: float = 1e-6
@@ -140,3 +106,10 @@ class Chain:
             moved = self.velocities_for(angles, error, damping=1e-3)
             angles = self.clamped(angles + np.clip(moved, -0.2, 0.2))
         return None
+
+    def _outwards(self, angles: Vector, velocities: Vector, margin: float) -> NDArray[np.bool_]:
+        """Joints at a limit that such velocities would drive further."""
+        outwards: NDArray[np.bool_] = ((angles <= self.low + margin) & (velocities < 0)) | (
+            (angles >= self.high - margin) & (velocities > 0)
+        )
+        return outwards

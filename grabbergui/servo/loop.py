@@ -36,12 +36,12 @@ class ServoLoop:
     """Tracks, controllers and the state machine, joined. Use from one thread."""
 
     def __init__(self, config: Config, robot: Robot) -> None:
-        """Of the robot only what never changes is used: its limits and its camera's place."""
+        """Of the robot only its body is used, which never changes."""
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
         self.marker = MarkerTrack(config.marker.id, config.track)
         self.person = HeadTrack(config.track)
-        self.head = HeadController(config.head, robot.head_low, robot.head_high)
+        self.head = HeadController(config.head, robot.body.head.low, robot.body.head.high)
         self.arm = ArmController(config.arm, config.marker.standoff)
         self.sighting: Sighting | None = None
         "The newest picture's."

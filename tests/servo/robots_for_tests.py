@@ -7,18 +7,15 @@ from grabbergui.servo import geometry
 from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import Robot, RobotState
-from grabbergui.servo.robots.sim_teo import HOME
 
 
 class RecordingRobot(Robot):
     """Joints follow commands at once when `advance` is called."""
 
-    name = "recording robot"
-
     def __init__(self):
-        self.head_low, self.head_high = teo.HEAD.low, teo.HEAD.high
+        super().__init__(teo.BODY, "recording robot")
         self.head = np.zeros(2)
-        self.hand = teo.RIGHT_ARM.forward(np.radians(HOME))
+        self.hand = teo.RIGHT_ARM.forward(teo.HOME)
         self.velocity, self.twist = np.zeros(2), np.zeros(6)
         self.moves, self.stops = [], 0
         self.time = 0.0
@@ -49,9 +46,6 @@ class RecordingRobot(Robot):
     def stop(self):
         self.stops += 1
         self.velocity, self.twist = np.zeros(2), np.zeros(6)
-
-    def camera_pose(self, head):
-        return teo.HEAD.forward(head) @ teo.CAMERA_ON_HEAD
 
     def advance(self, now, seconds):
         if not self.frozen:

@@ -16,7 +16,7 @@ from grabbergui.driver.sim.rendered.scene import Things, board_pose
 from grabbergui.servo import desk, plots, report
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.sim_teo import HOME, SimTeo
+from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
 
 
@@ -78,7 +78,7 @@ class Clock:
 
 def test_the_simulated_robot_forgets_a_command_after_a_while():
     clock = Clock()
-    robot = SimTeo(clock)
+    robot = SimRobot(teo.BODY, clock)
     robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
     robot.move_head(np.array([0.3, 0.0]))
     clock.now = 0.15
@@ -89,7 +89,7 @@ def test_the_simulated_robot_forgets_a_command_after_a_while():
 
 def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_told():
     clock, random = Clock(), np.random.default_rng(7)
-    robot = SimTeo(clock)
+    robot = SimRobot(teo.BODY, clock)
     for _ in range(400):
         robot.move_hand(random.normal(0, 5, 6))
         robot.move_head(random.normal(0, 20, 2))
@@ -104,15 +104,15 @@ def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_told():
 @pytest.mark.parametrize("bad", [np.full(6, np.nan), np.zeros(3)])
 def test_the_simulated_robot_rests_on_what_is_no_command(bad):
     clock = Clock()
-    robot = SimTeo(clock)
+    robot = SimRobot(teo.BODY, clock)
     robot.move_hand(bad)
     clock.now = 0.1
-    assert np.allclose(robot.state().arm, np.radians(HOME))
+    assert np.allclose(robot.state().arm, teo.HOME)
 
 
 def test_the_simulated_hand_moves_as_it_is_told():
     clock = Clock()
-    robot = SimTeo(clock)
+    robot = SimRobot(teo.BODY, clock)
     start = robot.state().hand
     for _ in range(50):
         robot.move_hand(np.array([0.03, 0.02, -0.01, 0, 0, 0.1]))
@@ -125,7 +125,7 @@ def test_the_simulated_hand_moves_as_it_is_told():
 # -- real time -----------------------------------------------------------------------------------
 @pytest.fixture
 def live():
-    robot = SimTeo()
+    robot = SimRobot(teo.BODY)
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
     pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))

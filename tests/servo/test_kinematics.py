@@ -4,7 +4,6 @@ import pytest
 from grabbergui.core.errors import UsageError
 from grabbergui.servo import geometry
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.sim_teo import HOME
 
 CHAINS = [teo.HEAD, teo.RIGHT_ARM]
 
@@ -41,7 +40,7 @@ def test_the_jacobian_is_the_derivative(chain):
 
 
 def test_joint_velocities_give_the_twist_that_was_asked_for():
-    arm, angles = teo.RIGHT_ARM, np.radians(HOME)
+    arm, angles = teo.RIGHT_ARM, teo.HOME
     twist = np.array([0.03, -0.02, 0.05, 0.1, 0.05, -0.1])
     velocities = arm.velocities_for(angles, twist, damping=1e-6)
     assert arm.jacobian(angles) @ velocities == pytest.approx(twist, abs=1e-6)
@@ -58,7 +57,7 @@ def test_a_joint_at_its_limit_is_not_driven_further():
     arm = teo.RIGHT_ARM
     for joint, (low, high) in enumerate(zip(arm.low, arm.high, strict=True)):
         for limit, sign in ((low, 1), (high, -1)):
-            angles = np.radians(HOME)
+            angles = teo.HOME.copy()
             angles[joint] = limit
             for axis in range(6):
                 twist = np.zeros(6)
@@ -69,10 +68,10 @@ def test_a_joint_at_its_limit_is_not_driven_further():
 
 def test_inverse_kinematics_finds_what_it_can_and_says_what_it_cannot():
     arm = teo.RIGHT_ARM
-    goal = arm.forward(np.radians(HOME) + 0.2)
-    angles = arm.inverse(goal, np.radians(HOME))
+    goal = arm.forward(teo.HOME + 0.2)
+    angles = arm.inverse(goal, teo.HOME)
     assert arm.forward(angles) == pytest.approx(goal, abs=1e-5)
-    assert arm.inverse(geometry.pose(translation=(2.0, 0, 0)), np.radians(HOME)) is None
+    assert arm.inverse(geometry.pose(translation=(2.0, 0, 0)), teo.HOME) is None
 
 
 @pytest.mark.parametrize("angles", [[0.0], [0.0, float("nan")], [0, 0, 0]])

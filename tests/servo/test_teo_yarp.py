@@ -21,8 +21,9 @@ from grabbergui.servo import desk, geometry
 from grabbergui.servo.detection import MarkerDetection, Sighting
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
+from grabbergui.servo.robots import teo
 from grabbergui.servo.robots import teo_messages as messages
-from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.state_machine import State
@@ -99,7 +100,7 @@ def names():
 
 @pytest.fixture
 def simulated(names):
-    robot = SimTeo()
+    robot = SimRobot(teo.BODY)
     ports = TeoPorts(robot, names)
     ports.open()
     yield robot
@@ -150,7 +151,7 @@ def test_steps_go_by_request(robot, simulated):
 
 
 def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):
-    ports = TeoPorts(SimTeo(), names)
+    ports = TeoPorts(SimRobot(teo.BODY), names)
     ports.open()
     client = TeoOverYarp(names)
     client.open()

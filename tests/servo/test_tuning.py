@@ -11,7 +11,7 @@ from grabbergui.servo.config import Config, SafetyConfig
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots.simulated import SimRobot
 
 BOARD = at(0.70, 0.10, 0.36)
 "Not so far off centre that the highest speed would limit the head."
@@ -56,7 +56,7 @@ def test_the_gate_holds_the_limit_that_was_tuned():
 
 
 def test_a_body_reaches_from_the_base_to_the_camera_and_to_the_hand():
-    robot = SimTeo(lambda: 0.0, head=(0.3, -0.2))
+    robot = SimRobot(teo.BODY, lambda: 0.0, head=(0.3, -0.2))
     state = robot.state()
     neck, arm = robot.skeleton(state)
     assert neck[0] == pytest.approx(np.zeros(3))
@@ -68,4 +68,4 @@ def test_a_body_of_which_nothing_is_known_still_carries_the_camera():
     robot = RecordingRobot()
     (line,) = robot.skeleton(robot.state())
     assert line[-1] == pytest.approx(robot.camera_pose(robot.head)[:3, 3])
-    assert len(teo.skeleton(np.zeros(2), None)) == 1
+    assert len(teo.BODY.skeleton(np.zeros(2), None)) == 1

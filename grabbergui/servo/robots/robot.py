@@ -9,6 +9,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.servo.kinematics import Chain
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What a robot is made of. Its base is where both chains begin: x forward, y left, z up."""
+
+    name: str
+    head: Chain
+    "Pan (positive to the left) and tilt (positive down)."
+    arm: Chain
+    "To the hand, whose z points into what it reaches for."
+    camera: Pose
+    "The camera's optical frame (z forward, x right, y down) as seen from the head chain's tool."
+    home: Vector
+    "The arm's angles on waking up, radians."
+    stands: Pose
+    "Its base in the room of `sim:scene`."
+
+    def camera_pose(self, head: Vector) -> Pose:
+        """The camera's optical frame in the base for given pan and tilt."""
+        return self.head.forward(head) @ self.camera
+
+    def skeleton(self, head: Vector, arm: Vector | None) -> list[NDArray[np.float64]]:
+        """Lines from joint to joint, each (n, 3), metres in the base: to the camera, and to the hand.
+
+        The latter only where the arm's angles are known.
+        """
+        neck = [frame[:3, 3] for frame in self.head.frames(head)]
+        lines = [np.vstack((np.zeros(3), *neck, self.camera_pose(head)[:3, 3]))]
+        if arm is not None:
+            joints = [frame[:3, 3] for frame in self.arm.frames(arm)]
+            lines.append(np.vstack(((0.0, 0.0, joints[0][2]), *joints)))
+        return lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +69,9 @@ class Robot(ABC):
     COMMAND_TIMEOUT = 0.2
     "Seconds after which a robot stands still that gets no more commands."
 
-    name: str
-    head_low: Vector
-    "(2,) lowest pan and tilt, radians."
-    head_high: Vector
+    def __init__(self, body: Body, name: str = "") -> None:
+        self.body = body
+        self.name = name or body.name
 
     @abstractmethod
     def open(self) -> None:
@@ -68,14 +101,10 @@ class Robot(ABC):
     def stop(self) -> None:
         """Everything at rest, at once, whatever else is under way. Never raises."""
 
-    @abstractmethod
     def camera_pose(self, head: Vector) -> Pose:
         """The camera's optical frame in the base for given pan and tilt."""
+        return self.body.camera_pose(head)
 
     def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
-        """Its body at a reading, for eyes: lines from joint to joint, each (n, 3), metres in the base.
-
-        Any thread; nothing is asked of the robot. Where no more is known of it than every robot tells, one
-        line from the base to the camera.
-        """
-        return [np.vstack((np.zeros(3), self.camera_pose(state.head)[:3, 3]))]
+        """Its body at a reading, for eyes; see Body. Any thread; nothing is asked of the robot."""
+        return self.body.skeleton(state.head, state.arm)

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grabbergui.servo.geometry import Pose, Vector, pose, rotation_from_vector
-from grabbergui.servo.kinematics import Chain, Joint
+from grabbergui.servo.geometry import Pose, pose, rotation_from_vector
+from grabbergui.servo.robots.dh_chain import DhChain, Joint
+from grabbergui.servo.robots.robot import Body
 
 FASTEST = 50.0
 "Degrees per second of every joint."
 
-HEAD = Chain(
+HEAD = DhChain(
     "TEO's head",
     pose(translation=(0.0, 0.0, 0.1932)),
     (
@@ -27,7 +27,7 @@ HEAD = Chain(
     pose(),
 )
 
-RIGHT_ARM = Chain(
+RIGHT_ARM = DhChain(
     "TEO's right arm",
     np.array([[0, 1, 0, 0], [0, 0, 1, -0.3469], [1, 0, 0, 0.4982], [0, 0, 0, 1]], np.float64),
     (
@@ -50,14 +50,7 @@ CAMERA_ON_HEAD: Pose = pose(
 )
 "The camera's optical frame (z forward, x right, y down) as seen from the head's (x forward, z up)."
 
+HOME = np.radians([-20.0, -5.0, 0.0, -80.0, 0.0, 20.0])
+"The hand before the body, the elbow bent."
 
-def skeleton(head: Vector, arm: Vector | None) -> list[NDArray[np.float64]]:
-    """Lines through the joints, each (n, 3), metres: trunk and neck, and the arm if its angles are known."""
-    shoulder = RIGHT_ARM.base[:3, 3]
-    chest = np.array([0.0, 0.0, shoulder[2]])
-    neck = [frame[:3, 3] for frame in HEAD.frames(head)]
-    camera = (HEAD.forward(head) @ CAMERA_ON_HEAD)[:3, 3]
-    lines = [np.vstack((np.zeros(3), *neck, camera))]
-    if arm is not None:
-        lines.append(np.vstack((chest, *(frame[:3, 3] for frame in RIGHT_ARM.frames(arm)))))
-    return lines
+BODY = Body("TEO", HEAD, RIGHT_ARM, CAMERA_ON_HEAD, HOME, stands=pose())

@@ -14,7 +14,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import word
 from grabbergui.servo.robots import teo_messages as messages
-from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_yarp import ARM, HEAD
 
 log = logging.getLogger(__name__)
@@ -26,7 +26,7 @@ PERIOD = 0.01
 class TeoPorts:
     """A control board for the head and a Cartesian controller for the right arm. Any thread."""
 
-    def __init__(self, robot: SimTeo, names: NameClient, prefix: str = "/teoSim") -> None:
+    def __init__(self, robot: SimRobot, names: NameClient, prefix: str = "/teoSim") -> None:
         self._robot = robot
         self._expects_twists = False
         self._moving = False

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, ProtocolError, TransportError
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -18,7 +17,7 @@ from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.servo.geometry import Vector
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.robot import Robot, RobotState
@@ -33,10 +32,8 @@ _CARRIER = "fast_tcp"
 class TeoOverYarp(Robot):
     """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on threads of their own."""
 
-    name = "TEO"
-
     def __init__(self, names: NameClient, remote: str = "/teoSim", local: str = "/grabbergui/servo") -> None:
-        self.head_low, self.head_high = teo.HEAD.low, teo.HEAD.high
+        super().__init__(teo.BODY)
         self._remote = remote
         self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)
         self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
@@ -117,14 +114,6 @@ class TeoOverYarp(Robot):
                 self._ask(client, request, _STOP_TIMEOUT)
             except GrabberError as error:
                 log.error("%s did not confirm the stop: %s", client.target, error)
-
-    def camera_pose(self, head: Vector) -> Pose:
-        """See Robot."""
-        return teo.HEAD.forward(head) @ teo.CAMERA_ON_HEAD
-
-    def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
-        """See Robot; without the arm, whose controller tells no joint angles."""
-        return teo.skeleton(state.head, state.arm)
 
     @property
     def _ports(self) -> tuple[OutputPort | InputPort, ...]:

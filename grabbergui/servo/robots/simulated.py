@@ -1,0 +1,183 @@
+"""A simulated robot: its kinematics integrated in the time that passes, within its limits.
+
+Nothing runs of its own: whoever asks or commands brings the robot up to date first, in small steps, so that
+it behaves the same under a real clock and under one that a test turns.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.servo.kinematics import Chain
+from grabbergui.servo.robots.robot import Body, Robot, RobotState
+from grabbergui.servo.tracking import JointHistory
+
+STEP = 0.01
+"Seconds of one step of integration."
+RESPONSE = 0.03
+"Seconds that drives take to follow a command to 63 %."
+STEP_SPEED = math.radians(25)
+"Of relative moves of the head."
+AIM_S = 0.08
+"Seconds from its target at which the head, told to go there, slows down."
+
+
+class SimRobot(Robot):
+    """A body's head and arm. Any thread."""
+
+    def __init__(
+        self,
+        body: Body,
+        clock: Callable[[], float] = time.monotonic,
+        head: ArrayLike = (0.0, 0.0),
+        arm: ArrayLike | None = None,
+    ) -> None:
+        """`head` and `arm` are the joints' first angles, radians."""
+        super().__init__(body, f"simulated {body.name}")
+        self.limit_violations = 0
+        "Steps after which a joint was beyond its limits or faster than it can be; stays 0."
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._time = clock()
+        self._head = _Drive(body.head, np.asarray(head, np.float64))
+        self._arm = _Drive(body.arm, body.home if arm is None else np.asarray(arm, np.float64))
+        self._head_target: Vector | None = None
+        self._head_velocity = np.zeros(2)
+        "Of its motion, or on the way to its target the highest."
+        self._twist = np.zeros(6)
+        self._head_until = self._arm_until = -math.inf
+        self._history = JointHistory(400)
+        self._history.add(self._time, self._head.angles)
+
+    def open(self) -> None:
+        """See Robot."""
+        self._advance()
+
+    def close(self) -> None:
+        """See Robot."""
+        self.stop()
+
+    def state(self) -> RobotState:
+        """See Robot; always of this moment."""
+        with self._lock:
+            self._advance()
+            return RobotState(
+                self._time,
+                self._head.angles.copy(),
+                self.body.arm.forward(self._arm.angles),
+                self._arm.angles.copy(),
+            )
+
+    def move_head(self, velocity: Vector) -> None:
+        """See Robot."""
+        with self._lock:
+            self._advance()
+            self._head_target = None
+            self._head_velocity = _finite(velocity, 2)
+            self._head_until = self._time + self.COMMAND_TIMEOUT
+
+    def step_head(self, move: Vector) -> None:
+        """See Robot. Moves add up, as a control board's relative moves do from where the joint is."""
+        with self._lock:
+            self._advance()
+            self._aim(self._head.angles + _finite(move, 2), np.full(2, STEP_SPEED))
+
+    def aim_head(self, target: Vector, seconds: float) -> None:
+        """Go to pan and tilt (radians) within some time, and stay there: what trajectories ask for."""
+        with self._lock:
+            self._advance()
+            if np.shape(target) == (2,) and np.isfinite(target).all():
+                self._aim(target, np.abs(target - self._head.angles) / max(seconds, STEP))
+
+    def move_hand(self, twist: Vector) -> None:
+        """See Robot."""
+        with self._lock:
+            self._advance()
+            self._twist = _finite(twist, 6)
+            self._arm_until = self._time + self.COMMAND_TIMEOUT
+
+    def stop(self) -> None:
+        """See Robot."""
+        with self._lock:
+            self._advance()
+            self._head_target = None
+            self._head_until = self._arm_until = -math.inf
+            self._head.halt()
+            self._arm.halt()
+
+    def camera_at(self, moment: float) -> Pose:
+        """Where in the room the camera was at a moment on the robot's clock, or is if that is to come."""
+        with self._lock:
+            self._advance()
+            angles = self._history.at(min(moment, self._time))
+            return self.body.stands @ self.body.camera_pose(self._head.angles if angles is None else angles)
+
+    @property
+    def speed(self) -> float:
+        """Of the fastest joint, rad/s."""
+        with self._lock:
+            self._advance()
+            return float(max(np.abs(self._head.velocity).max(), np.abs(self._arm.velocity).max()))
+
+    def _aim(self, target: Vector, fastest: Vector) -> None:
+        self._head_target = self.body.head.clamped(target)
+        self._head_velocity = fastest
+
+    def _advance(self) -> None:
+        with self._lock:
+            now = self._clock()
+            while self._time < now - 1e-9:
+                seconds = min(STEP, now - self._time)
+                self._integrate(seconds)
+                self._time += seconds
+                self._history.add(self._time, self._head.angles)
+
+    def _integrate(self, seconds: float) -> None:
+        head = self._head_velocity if self._time < self._head_until else np.zeros(2)
+        if self._head_target is not None:
+            fastest = self._head_velocity
+            head = np.clip((self._head_target - self._head.angles) / AIM_S, -fastest, fastest)
+        twist = self._twist if self._time < self._arm_until else np.zeros(6)
+        arm = np.zeros_like(self._arm.angles)
+        if twist.any():
+            arm = self.body.arm.velocities_for(self._arm.angles, twist)
+        for drive, velocity in ((self._head, head), (self._arm, arm)):
+            self.limit_violations += drive.advance(velocity, seconds)
+
+
+class _Drive:
+    """The joints of one chain."""
+
+    def __init__(self, chain: Chain, angles: Vector) -> None:
+        self._chain = chain
+        self.angles = chain.clamped(chain.checked(angles))
+        self.velocity = np.zeros_like(chain.low)
+
+    def advance(self, wanted: Vector, seconds: float) -> bool:
+        """Follow a velocity, rad/s, for some time; whether a limit was broken, which must not be."""
+        chain = self._chain
+        wanted = np.clip(wanted, -chain.fastest, chain.fastest)
+        self.velocity = self.velocity + (wanted - self.velocity) * (1 - math.exp(-seconds / RESPONSE))
+        moved = self.angles + self.velocity * seconds
+        self.velocity = np.where((moved < chain.low) | (moved > chain.high), 0.0, self.velocity)
+        before, self.angles = self.angles, chain.clamped(moved)
+        too_fast = np.abs(self.angles - before) > chain.fastest * seconds + 1e-9
+        beyond = (self.angles < chain.low - 1e-9) | (self.angles > chain.high + 1e-9)
+        return bool((too_fast | beyond).any())
+
+    def halt(self) -> None:
+        """Brakes on."""
+        self.velocity = np.zeros_like(self.velocity)
+
+
+def _finite(values: Vector, size: int) -> Vector:
+    """A command's numbers; zeros where one of them is none, as drives refuse such a command."""
+    array = np.asarray(values, np.float64)
+    return array.copy() if array.shape == (size,) and np.isfinite(array).all() else np.zeros(size)

@@ -1,0 +1,53 @@
+"""TIAGo: its head and arm as its URDF has them, and where its camera sits.
+
+The base is the link that the torso lifts: head and arm both hang at it, so its height plays no part.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.servo.geometry import pose
+from grabbergui.servo.robots.robot import Body
+from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfChain, load_urdf
+
+BASE = "torso_lift_link"
+HEAD_JOINTS = ("head_1_joint", "head_2_joint")
+HEAD_SIGNS = np.array([1.0, -1.0])
+"Its tilt is positive upwards, ours downwards."
+ARM_JOINTS = tuple(f"arm_{number}_joint" for number in range(1, 8))
+HAND = "hand_grasping_frame"
+CAMERA = "xtion_rgb_optical_frame"
+
+_HAND_AXES = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
+"Our hand's axes as seen from TIAGo's, whose x points out of the palm: z forward, x down at home."
+
+
+def shipped_urdf() -> Path:
+    """TIAGo with a Hey5 hand, of example-robot-data. Raises SourceUnavailableError where that is missing."""
+    try:
+        from example_robot_data.robots_loader import getModelPath
+    except ImportError as error:
+        raise SourceUnavailableError(f"{HOW_TO_GET_IT} ({error})") from error
+    file = "/tiago_description/robots/tiago.urdf"
+    return Path(getModelPath(file) + file)
+
+
+def body(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> Body:
+    """TIAGo by a URDF, the shipped one by default; `hand` and `camera` are frames in it.
+
+    Raises SourceUnavailableError without Pinocchio, its robots, or the frames.
+    """
+    model = load_urdf(urdf or shipped_urdf())
+    return Body(
+        "TIAGo",
+        UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, camera, signs=HEAD_SIGNS),
+        UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES),
+        camera=pose(),
+        home=np.radians([13.0, -13.0, -149.0, 118.0, -29.0, -68.0, 24.0]),
+        # The torso lifted by 0.35 m on a floor at −0.95 m.
+        stands=pose(translation=(-0.10, 0.0, 0.29)),
+    )

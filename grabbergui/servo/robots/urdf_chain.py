@@ -1,0 +1,90 @@
+"""A chain out of a URDF, computed by Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.servo.geometry import Pose, inverse, pose
+from grabbergui.servo.kinematics import Chain
+
+HOW_TO_GET_IT = "Pinocchio is not installed: run pip install 'grabbergui[servo]'"
+
+
+def load_urdf(path: Path) -> Any:
+    """Pinocchio's model of a file. Raises SourceUnavailableError without Pinocchio or without the file."""
+    try:
+        import pinocchio
+    except ImportError as error:
+        raise SourceUnavailableError(f"{HOW_TO_GET_IT} ({error})") from error
+    try:
+        return pinocchio.buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError) as error:
+        raise SourceUnavailableError(f"{path} is no robot that Pinocchio can read: {error}") from error
+
+
+class UrdfChain(Chain):
+    """Some joints of a model between two of its frames, all others at rest."""
+
+    def __init__(
+        self,
+        name: str,
+        model: Any,
+        base: str,
+        joints: Sequence[str],
+        end: str,
+        *,
+        turned: ArrayLike | None = None,
+        signs: ArrayLike | None = None,
+    ) -> None:
+        """`base` and `end` are frames of the model; the tool is the latter, `turned` by a rotation (3, 3).
+
+        `signs` are −1 for joints that the model turns the other way, else 1. Raises SourceUnavailableError
+        where a name is not in the model.
+        """
+        import pinocchio
+
+        known = {frame.name for frame in model.frames}
+        if missing := [frame for frame in (base, *joints, end) if frame not in known]:
+            raise SourceUnavailableError(f"the URDF has no {' and no '.join(missing)}, which {name} needs")
+
+        self._pinocchio = pinocchio
+        resting = [model.getJointId(other) for other in model.names[1:] if other not in joints]
+        self._model = pinocchio.buildReducedModel(model, resting, pinocchio.neutral(model))
+        self._signs = np.ones(len(joints)) if signs is None else np.asarray(signs, np.float64)
+        low, high = (
+            self._signs * limit for limit in (self._model.lowerPositionLimit, self._model.upperPositionLimit)
+        )
+        fastest = self._model.velocityLimit
+        super().__init__(name, joints, np.minimum(low, high), np.maximum(low, high), fastest)
+        data = self._model.createData()
+        pinocchio.framesForwardKinematics(self._model, data, np.zeros(len(joints)))
+        self._from_world = inverse(data.oMf[self._model.getFrameId(base)].homogeneous)
+        self._end = self._model.getFrameId(end)
+        self._tool = pose(turned)
+
+    def frames(self, angles: ArrayLike) -> list[Pose]:
+        """See Chain; the z of each but first and last is its joint's axis."""
+        data = self._model.createData()
+        self._pinocchio.forwardKinematics(self._model, data, self._signs * self.checked(angles))
+        end = self._pinocchio.updateFramePlacement(self._model, data, self._end).homogeneous @ self._tool
+        links = [link.homogeneous for link in list(data.oMi)[1:]]
+        return [np.eye(4), *(self._from_world @ placed for placed in (*links, end))]
+
+    def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
+        """See Chain."""
+        jacobian = self._pinocchio.computeFrameJacobian(
+            self._model,
+            self._model.createData(),  # not shared: any thread may ask
+            self._signs * self.checked(angles),
+            self._end,
+            self._pinocchio.LOCAL_WORLD_ALIGNED,
+        )
+        axes = self._from_world[:3, :3]
+        in_base: NDArray[np.float64] = np.vstack((axes @ jacobian[:3], axes @ jacobian[3:])) * self._signs
+        return in_base
