@@ -128,6 +128,8 @@ class FrameGrabber(ABC):
     """The new state, and why, for people."""
     event_received = Signal(DeviceEvent)
     """The camera told something by itself. At the end of every exposure, if that is what was switched on."""
+    shared = False
+    """Whether others may write its features meanwhile: it is remote, or served to a network."""
 
     def __init__(self, info: DeviceInfo) -> None:
         self.info = info

@@ -14,6 +14,8 @@ class SharedGrabber(FrameGrabber):
     queues are closed with it. Stopping the stream stops it for all, as on the camera itself.
     """
 
+    shared = True
+
     def __init__(self, grabber: FrameGrabber) -> None:
         super().__init__(grabber.info)
         self._grabber = grabber

@@ -1,4 +1,4 @@
-"""The connection to one source: opening, streaming, closing, and what became of it."""
+"""The connection to sources: opening, streaming, closing, and what became of them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
+from grabbergui.models.changes.journal import ChangeJournal
+from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.feature_tree import FeatureTreeModel
 from grabbergui.models.feature_worker import FeatureWorker
 
@@ -40,11 +42,19 @@ class OpenSource:
 
     def __init__(self, uri: SourceUri) -> None:
         self.uri = uri
+        self.state = LinkState.OPENING
+        "Where it stands."
+        self.reason = ""
+        "Why, for people."
         self.worker = FeatureWorker(f"features {uri}")
         self.grabber: FrameGrabber | None = None
         "None until it is created, on the worker."
+        self.hands: NotingGrabber | None = None
+        "The operator's handle on the grabber: what is done with it can be looked at and undone."
         self.features: FeatureTreeModel | None = None
-        "None until the grabber is open."
+        "None until the grabber is open, and so is `hands`."
+        self.journal = ChangeJournal()
+        "What happened to its features."
         self.streaming_since: float | None = None
         "`time.monotonic` of the last start."
         self.read_only = ""
@@ -70,23 +80,29 @@ class OpenSource:
     def _close(self) -> None:
         if self.features is not None:
             self.features.close()  # made by a job that was under way when it was let go
+        if self.hands is not None:
+            self.hands.close()
         if self.grabber is not None:
             self.grabber.close()
 
 
 class Connection:
-    """Connects to one source at a time. No call waits; signals come from the source's own thread.
+    """Connects to sources, one of which is at hand. No call waits; signals come from the sources' threads.
 
-    `connect_to` closes what was open. A source that is slow to close does not hold up the next one; its
-    late answers are ignored.
+    `connect_to` closes what was at hand, `connect_beside` leaves it there. A source that is slow to close
+    does not hold up the next one; its late answers are ignored.
     """
 
     state_changed = Signal(LinkState, str)
-    """The new state, and why, for people."""
+    """The new state of the source at hand, and why, for people."""
     opened = Signal(OpenSource)
-    """A source can be used: its grabber is open."""
+    """A source is at hand and can be used: its grabber is open."""
     closing = Signal(OpenSource)
-    """A source is about to be closed: let go of its grabber."""
+    """The source at hand is about to be closed or put aside: let go of its grabber."""
+    ending = Signal(OpenSource)
+    """A source, at hand or aside, is about to be closed: let go of its grabber."""
+    sources_changed = Signal(tuple)
+    """All sources (tuple[OpenSource, ...]): one more, one less, another at hand, or in another state."""
     failed = Signal(str)
     """Something that was asked for did not work, in a sentence for people."""
     read_only = Signal(OpenSource)
@@ -95,34 +111,87 @@ class Connection:
     def __init__(self, create: Callable[[SourceUri], FrameGrabber] = sources.create) -> None:
         self._create = create
         self._source: OpenSource | None = None
-        self._state = LinkState.CLOSED
-        self._reason = ""
+        self._sources: tuple[OpenSource, ...] = ()
+        self._why_closed = ""
         self._lock = threading.Lock()
         self._leaving: list[OpenSource] = []
 
     @property
     def state(self) -> LinkState:
-        """Where it stands now. Any thread."""
-        return self._state
+        """Where the source at hand stands now. Any thread."""
+        source = self._source
+        return source.state if source is not None else LinkState.CLOSED
 
     @property
     def reason(self) -> str:
         """Why, for people."""
-        return self._reason
+        source = self._source
+        return source.reason if source is not None else self._why_closed
 
     @property
     def source(self) -> OpenSource | None:
-        """What is open or being opened."""
+        """What is at hand: open or being opened."""
         return self._source
 
+    @property
+    def sources(self) -> tuple[OpenSource, ...]:
+        """All that is open or being opened, in that order."""
+        return self._sources
+
     def connect_to(self, uri: str, *, start: bool = True) -> None:
-        """Open a source, and `start` it. Raises UsageError for a malformed URI; all else by `failed`."""
+        """Open a source in place of what is at hand, and `start` it; one that is aside is brought forward.
+
+        Raises UsageError for a malformed URI; all else by `failed`.
+        """
         parsed = SourceUri.parse(uri)
-        self.disconnect()
-        source = OpenSource(parsed)
+        if (aside := self._aside(parsed)) is not None:
+            self.bring_forward(aside)
+            return
+        if (before := self._source) is not None:
+            self._end(before, "")
+        self._begin(parsed, start, at_hand=True)
+
+    def connect_beside(self, uri: str, *, start: bool = True) -> None:
+        """Open one source more and leave what is at hand there. Raises UsageError as `connect_to`."""
+        parsed = SourceUri.parse(uri)
+        at_hand = self._source
+        if at_hand is not None and (self._aside(parsed) or _is_named(at_hand, parsed)):
+            self.failed.emit(f"{parsed} is open already")
+        else:
+            self._begin(parsed, start, at_hand=at_hand is None)
+
+    def bring_forward(self, source: OpenSource) -> None:
+        """Have another of the open sources at hand."""
         with self._lock:
-            self._source = source
-        self._change(source, LinkState.OPENING, f"Connecting to {parsed}")
+            if source not in self._sources or source is self._source:
+                return
+            before, self._source = self._source, source
+            state, reason = source.state, source.reason
+        if before is not None:
+            self.closing.emit(before)
+        self.state_changed.emit(LinkState.OPENING, f"Showing {source.title}")
+        if state is not LinkState.OPENING:
+            self._announce(source)
+            self.state_changed.emit(state, reason)
+        self.sources_changed.emit(self._sources)
+
+    def close(self, source: OpenSource) -> None:
+        """Close one source, at hand or aside; the one opened last comes in its place."""
+        self._end(source, "")
+        self._fill_hand()
+
+    def close_all(self) -> None:
+        """Close every source."""
+        for source in self._sources:
+            self._end(source, "")
+
+    def _begin(self, uri: SourceUri, start: bool, *, at_hand: bool) -> None:
+        source = OpenSource(uri)
+        with self._lock:
+            self._sources = (*self._sources, source)
+            if at_hand:
+                self._source = source
+        self._change(source, LinkState.OPENING, f"Connecting to {uri}")
 
         def failed(error: GrabberError) -> None:
             self._give_up(source, str(error))
@@ -132,9 +201,9 @@ class Connection:
         )
 
     def disconnect(self) -> None:
-        """Close what is open; does nothing where nothing is."""
+        """Close what is at hand; does nothing where nothing is."""
         if (source := self._source) is not None:
-            self._end(source, "")
+            self.close(source)
 
     def take_control(self) -> None:
         """Open a source that is open for reading only once more; it may have been given up meanwhile."""
@@ -143,13 +212,13 @@ class Connection:
 
     def start(self) -> None:
         """Start streaming, on the source's own thread."""
-        if (source := self._source) is not None and self._state is LinkState.OPEN:
+        if (source := self._source) is not None and source.state is LinkState.OPEN:
             self._start(source)
 
     def stop(self) -> None:
         """Stop streaming, on the source's own thread."""
         source = self._source
-        if source is None or source.grabber is None or self._state is not LinkState.STREAMING:
+        if source is None or source.grabber is None or source.state is not LinkState.STREAMING:
             return
         source.worker.submit(
             source.grabber.stop,
@@ -180,7 +249,11 @@ class Connection:
             grabber.open()
         except AccessDeniedError as error:
             self._open_beside(source, grabber, error)
-        source.features = FeatureTreeModel(grabber, source.worker)
+        hands = NotingGrabber(grabber, source.journal)
+        hands.open()
+        features = FeatureTreeModel(hands, source.worker, hands.watch)
+        features.structure_changed.connect(hands.relearn)
+        source.hands, source.features = hands, features
 
     @staticmethod
     def _open_beside(source: OpenSource, grabber: FrameGrabber, denied: AccessDeniedError) -> None:
@@ -195,10 +268,8 @@ class Connection:
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
             return
-        self._change(source, LinkState.OPEN, "")
-        self.opened.emit(source)
-        if source.read_only:
-            self.read_only.emit(source)
+        if self._change(source, LinkState.OPEN, ""):
+            self._announce(source)
         if start:
             self._start(source)
 
@@ -224,34 +295,66 @@ class Connection:
         if state is ConnectionState.LOST:
             self._change(source, LinkState.LOST, reason)
             self._complain(source, reason or f"the connection to {source.title} was lost")
-        elif state is ConnectionState.OPEN and self._state is LinkState.LOST and source.grabber is not None:
+        elif state is ConnectionState.OPEN and source.state is LinkState.LOST and source.grabber is not None:
             streaming = source.grabber.streaming
             self._change(source, LinkState.STREAMING if streaming else LinkState.OPEN, reason)
 
     # -- any thread ------------------------------------------------------------------------------
-    def _change(self, source: OpenSource, state: LinkState, reason: str) -> None:
+    def _change(self, source: OpenSource, state: LinkState, reason: str) -> bool:
+        """Note and tell a source's state. Whether it is the one at hand."""
         with self._lock:
-            if source is not self._source:
-                return
-            self._state, self._reason = state, reason
-        self.state_changed.emit(state, reason)
+            if source not in self._sources:
+                return False
+            source.state, source.reason = state, reason
+            at_hand = source is self._source
+        if at_hand:
+            self.state_changed.emit(state, reason)
+        self.sources_changed.emit(self._sources)
+        return at_hand
+
+    def _announce(self, source: OpenSource) -> None:
+        """Say that a source at hand can be used, and with which restriction."""
+        self.opened.emit(source)
+        if source.read_only:
+            self.read_only.emit(source)
 
     def _complain(self, source: OpenSource, message: str) -> None:
-        if source is self._source:
+        if source in self._sources:
             self.failed.emit(message)
 
     def _give_up(self, source: OpenSource, message: str) -> None:
         if self._end(source, message):
             self.failed.emit(message)
+            self._fill_hand()
+
+    def _aside(self, uri: SourceUri) -> OpenSource | None:
+        """The source aside that a URI names."""
+        return next((s for s in self._sources if s is not self._source and _is_named(s, uri)), None)
+
+    def _fill_hand(self) -> None:
+        """With nothing at hand, bring forward what was opened last."""
+        if self._source is None and self._sources:
+            self.bring_forward(self._sources[-1])
 
     def _end(self, source: OpenSource, reason: str) -> bool:
         with self._lock:
-            if source is not self._source:
+            if source not in self._sources:
                 return False
-            self._source = None
-            self._state, self._reason = LinkState.CLOSED, reason
+            self._sources = tuple(other for other in self._sources if other is not source)
+            at_hand = source is self._source
+            if at_hand:
+                self._source, self._why_closed = None, reason
             self._leaving = [*(s for s in self._leaving if not s.worker.close(0)), source]
-        self.closing.emit(source)
+        if at_hand:
+            self.closing.emit(source)
+        self.ending.emit(source)
         source.let_go()
-        self.state_changed.emit(LinkState.CLOSED, reason)
+        if at_hand:
+            self.state_changed.emit(LinkState.CLOSED, reason)
+        self.sources_changed.emit(self._sources)
         return True
+
+
+def _is_named(source: OpenSource, uri: SourceUri) -> bool:
+    """Whether a URI is how a source was asked for, or what it calls itself."""
+    return source.uri == uri or (source.grabber is not None and source.grabber.info.uri == str(uri))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
 from functools import partial
+from typing import TypeVar
 
 from psygnal import Signal
 
@@ -26,6 +27,8 @@ from grabbergui.models.feature_throttle import WriteThrottle
 from grabbergui.models.feature_worker import FeatureWorker
 
 log = logging.getLogger(__name__)
+
+T = TypeVar("T")
 
 READ_TURN = 0.01
 """Seconds of reading after which other jobs of the worker get their turn."""
@@ -47,9 +50,16 @@ class FeatureTreeModel:
     failed = Signal(GrabberError)
     """A write, command or read did not work."""
 
-    def __init__(self, grabber: FrameGrabber, worker: FeatureWorker) -> None:
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        worker: FeatureWorker,
+        witness: Callable[[Feature], None] = lambda feature: None,
+    ) -> None:
+        """`witness` is called on the worker with everything that is read."""
         self._grabber = grabber
         self._worker = worker
+        self._witness = witness
         self._lock = threading.RLock()
         self._closed = False
         self._features: dict[str, Feature] = {}
@@ -138,16 +148,18 @@ class FeatureTreeModel:
 
     def execute(self, name: str) -> None:
         """Run a command, after the writes asked for before it."""
+        self.run(partial(self._grabber.execute, name), done=lambda _: self.request([name]))
+
+    def run(self, job: Callable[[], T], done: Callable[[T], None] | None = None) -> None:
+        """Do something with the camera on the worker, after the writes asked for before it.
+
+        Then `done` with the result, on the worker too; a failure is told by `failed`.
+        """
         with self._lock:
             if self._closed:
                 return
             delay = self._throttle.barrier(time.monotonic())
-            self._worker.submit(
-                partial(self._grabber.execute, name),
-                done=lambda _: self.request([name]),
-                failed=self._fail,
-                delay=delay,
-            )
+            self._worker.submit(job, done=done, failed=self._fail, delay=delay)
 
     def hold(self, name: str) -> None:
         """Somebody has this control in hand: changes are kept back until `release`."""
@@ -216,7 +228,9 @@ class FeatureTreeModel:
 
     def _read(self, name: str, tell: bool) -> None:
         try:
-            self._publish(self._as_granted(self._grabber.feature(name)), tell)
+            feature = self._grabber.feature(name)
+            self._publish(self._as_granted(feature), tell)
+            self._witness(feature)
         except TransportError as error:
             if isinstance(error, DeviceLostError):
                 with self._lock:

@@ -44,6 +44,8 @@ class Ros2Grabber(FrameGrabber):
     time.
     """
 
+    shared = True
+
     def __init__(self, name: str, uri: str = "") -> None:
         name = "/" + name.strip("/")
         super().__init__(DeviceInfo(uri or f"ros2:{name}", bus="ROS 2", address=name))

@@ -40,6 +40,8 @@ class YarpGrabber(FrameGrabber):
     when it is back.
     """
 
+    shared = True
+
     def __init__(
         self,
         name: str,

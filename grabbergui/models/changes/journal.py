@@ -1,0 +1,203 @@
+"""Every change of an open source: a log to look at, and what of it can be undone."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+
+from psygnal import Signal
+
+from grabbergui.core.features import FeatureValue
+from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.changes.undo_history import PAUSE, Direction, Step, UndoHistory
+from grabbergui.models.feature_set import SettingKey
+
+MOST_CHANGES = 2000
+"Kept to be looked at; older ones are forgotten."
+
+Written = tuple[SettingKey, FeatureValue | None, FeatureValue | None]
+"A setting, what it was and what it became."
+
+
+class ChangeJournal:
+    """Keeps what happened to one source's features. Any thread; signals come from the one that noted.
+
+    A control that is moved on and on, or a value that the camera regulates, is one entry that grows.
+    """
+
+    noted = Signal(Change)
+    """A change; one that went on comes again under its number."""
+    steps_changed = Signal()
+    """What can be undone or redone is another."""
+
+    def __init__(
+        self,
+        most: int = MOST_CHANGES,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        time_of_day: Callable[[], float] = time.time,
+    ) -> None:
+        self._log: OrderedDict[int, Change] = OrderedDict()
+        self._most = most
+        self._going_on: dict[SettingKey | Origin, tuple[int, float]] = {}
+        "Number and moment of the last change of a setting by others, and of the operator's last."
+        self._history = UndoHistory()
+        self._clock = clock
+        self._time_of_day = time_of_day
+        self._count = 0
+        self._held: set[str] = set()
+        self._step: Step | None = None
+        self._reverting: Direction | None = None
+        self._lock = threading.RLock()
+
+    # -- what is known ---------------------------------------------------------------------------
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """What is kept, the oldest first."""
+        with self._lock:
+            return tuple(self._log.values())
+
+    def next_text(self, direction: Direction) -> str:
+        """What would be undone or redone next, for people; empty where nothing can be."""
+        with self._lock:
+            return str(self._history.next(direction) or "")
+
+    @property
+    def gathering(self) -> bool:
+        """Whether what is written just now belongs to a larger step."""
+        return self._step is not None
+
+    def clear(self) -> None:
+        """Forget the log; what can be undone stays."""
+        with self._lock:
+            self._log.clear()
+            self._going_on.clear()
+
+    # -- what happens ----------------------------------------------------------------------------
+    def wrote(
+        self, written: Sequence[Written], regulated: Mapping[SettingKey, FeatureValue] | None = None
+    ) -> None:
+        """The operator changed settings with one write: the one that was meant comes last.
+
+        `regulated` are values that an automatic mode takes over with this write.
+        """
+        with self._lock:
+            now, held = self._clock(), written[-1][0].name in self._held
+            changes = [self._enter(*setting, Origin.OPERATOR, now, held) for setting in written]
+            if self._reverting is None:
+                # The log joins by its own rule what goes on; a step counts from where it began.
+                pairs = zip(changes, written, strict=True)
+                begun = [replace(change, before=before) for change, (_, before, _) in pairs]
+                step = self._history.note(begun, self._step, now, held)
+                for key, value in (regulated or {}).items():
+                    step.regulated.setdefault(key, value)
+        for change in changes:
+            self.noted.emit(change)
+        self.steps_changed.emit()
+
+    def ran(self, name: str) -> None:
+        """The operator ran a command, which cannot be undone."""
+        with self._lock:
+            self._history.interrupt()
+            self._going_on.pop(Origin.OPERATOR, None)
+            change = self._append(SettingKey(name), None, None, Origin.OPERATOR, command=True)
+        self.noted.emit(change)
+
+    def saw(self, key: SettingKey, before: FeatureValue, after: FeatureValue, origin: Origin) -> None:
+        """Somebody else changed a setting."""
+        with self._lock:
+            change = self._enter(key, before, after, origin, self._clock(), False)
+        self.noted.emit(change)
+
+    def hold(self, name: str) -> None:
+        """A control is in somebody's hand: until `release` its writes are one step, however slow."""
+        with self._lock:
+            self._held.add(name)
+
+    def release(self, name: str) -> None:
+        """The hand let go."""
+        with self._lock:
+            self._held.discard(name)
+
+    @contextmanager
+    def within(self, step: Step) -> Iterator[None]:
+        """What is written in the block, by the source's own thread, belongs to this step."""
+        with self._lock:
+            self._step, outer = step, self._step
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._step = outer
+
+    # -- undoing ---------------------------------------------------------------------------------
+    @contextmanager
+    def reverting(self, direction: Direction) -> Iterator[Step | None]:
+        """The step to undo or redo, if any; the block does it, and what it writes is no step of its own.
+
+        Behind the block it can be taken the other way; where the block raised, the same way again.
+        """
+        with self._lock:
+            step = self._history.take(direction)
+            self._reverting = direction
+        reverted = False
+        try:
+            yield step
+            reverted = True
+        finally:
+            with self._lock:
+                self._reverting = None
+                if step is not None:
+                    self._history.put(direction.back if reverted else direction, step)
+            self.steps_changed.emit()
+
+    # -- the log, under the lock -----------------------------------------------------------------
+    def _enter(
+        self,
+        key: SettingKey,
+        before: FeatureValue | None,
+        after: FeatureValue | None,
+        origin: Origin,
+        now: float,
+        held: bool,
+    ) -> Change:
+        # The operator's changes come one after the other; others' go on side by side.
+        place: SettingKey | Origin = origin if origin is Origin.OPERATOR else key
+        number, moment = self._going_on.get(place, (0, now))
+        last = self._log.get(number)
+        cause = self._cause if origin is Origin.OPERATOR else ""
+        same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
+        if last is not None and same and (held or now - moment < PAUSE):
+            change = replace(last, after=after, time=self._time_of_day())
+            self._log[number] = change
+        else:
+            change = self._append(key, before, after, origin)
+        self._going_on[place] = (change.number, now)
+        return change
+
+    def _append(
+        self,
+        key: SettingKey,
+        before: FeatureValue | None,
+        after: FeatureValue | None,
+        origin: Origin,
+        *,
+        command: bool = False,
+    ) -> Change:
+        self._count += 1
+        cause = self._cause if origin is Origin.OPERATOR else ""
+        change = Change(self._count, self._time_of_day(), key, before, after, origin, cause, command)
+        self._log[change.number] = change
+        while len(self._log) > self._most:
+            self._log.popitem(last=False)
+        return change
+
+    @property
+    def _cause(self) -> str:
+        if self._reverting is not None:
+            return self._reverting.value
+        return self._step.cause if self._step is not None else ""

@@ -1,0 +1,123 @@
+"""Which changes can be taken back, and which of those be made once more: bookkeeping only.
+
+A step is what a person takes for one thing: a slider dragged from here to there, a file of settings loaded.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from grabbergui.core.features import FeatureValue
+from grabbergui.models.changes.change import Change
+from grabbergui.models.feature_set import SettingKey
+
+MOST_STEPS = 200
+MOST_SETTINGS = 5000
+"Changes within one step; the first ones stay."
+PAUSE = 1.0
+"Seconds without a write of a feature after which the next one is another step."
+
+Values = list[tuple[SettingKey, FeatureValue]]
+
+
+class Direction(Enum):
+    """Which way one goes through the steps."""
+
+    UNDO = "Undo"
+    REDO = "Redo"
+
+    @property
+    def back(self) -> Direction:
+        """The other way."""
+        return Direction.REDO if self is Direction.UNDO else Direction.UNDO
+
+
+@dataclass(eq=False)
+class Step:
+    """Changes that are taken back together. Give it to `ChangeJournal.within` to gather several writes."""
+
+    cause: str = ""
+    "What it is, for people: `Loaded settings.yaml`; empty for a single control."
+    changes: dict[SettingKey, Change] = field(default_factory=dict)
+    "In the order in which they began."
+    regulated: dict[SettingKey, FeatureValue] = field(default_factory=dict)
+    "Values from before an automatic mode took them over: taking back the mode brings them back."
+    last: float = 0.0
+    "When the last write came, in seconds of the journal's clock."
+
+    def add(self, change: Change, now: float) -> None:
+        """Take a change in; one of the same setting goes on from where it was."""
+        known = self.changes.get(change.key)
+        if known is not None:
+            change = replace(change, before=known.before)
+        elif len(self.changes) >= MOST_SETTINGS:
+            return
+        self.changes[change.key] = change
+        self.last = now
+
+    def values(self, direction: Direction) -> Values:
+        """What to write to take it back, or to make it once more, in this order."""
+        changes = [change for change in self.changes.values() if change.effective]
+        if direction is Direction.REDO:
+            return [(change.key, change.after) for change in changes if change.after is not None]
+        before = [(change.key, change.before) for change in reversed(changes)]
+        return [(key, value) for key, value in (*before, *self.regulated.items()) if value is not None]
+
+    def __str__(self) -> str:
+        return self.cause or ", ".join(str(change) for change in self.changes.values() if change.effective)
+
+
+class UndoHistory:
+    """Steps done and steps undone, the newest last; the oldest make way. One thread at a time."""
+
+    def __init__(self, most: int = MOST_STEPS) -> None:
+        self._steps: dict[Direction, deque[Step]] = {way: deque(maxlen=most) for way in Direction}
+        self._interrupted = False
+
+    def next(self, direction: Direction) -> Step | None:
+        """What would be undone or redone next."""
+        steps = self._steps[direction]
+        return steps[-1] if steps else None
+
+    def note(self, changes: Iterable[Change], step: Step | None, now: float, held: bool = False) -> Step:
+        """Something was changed: a part of `step`, or of the step before it where it goes on.
+
+        A single control goes on while it is `held`, or for a moment longer, as long as nothing else is
+        changed in between. Returns the step it became part of.
+        """
+        changes = list(changes)
+        step = step or self._going_on(changes[-1].key, now, held) or Step()
+        for change in changes:
+            step.add(change, now)
+        done = self._steps[Direction.UNDO]
+        if step not in done:
+            done.append(step)
+        if not str(step):
+            done.remove(step)  # it is back where it was
+        self._steps[Direction.REDO].clear()
+        self._interrupted = False
+        return step
+
+    def interrupt(self) -> None:
+        """Something happened that cannot be undone: what is changed next is a step of its own."""
+        self._interrupted = True
+
+    def take(self, direction: Direction) -> Step | None:
+        """The step to undo or redo; until it is `put` somewhere it is nowhere."""
+        self._interrupted = True
+        steps = self._steps[direction]
+        return steps.pop() if steps else None
+
+    def put(self, direction: Direction, step: Step) -> None:
+        """From here on it can be undone, or redone; other steps stay as they are."""
+        self._steps[direction].append(step)
+
+    def _going_on(self, key: SettingKey, now: float, held: bool) -> Step | None:
+        step = self.next(Direction.UNDO)
+        if step is None or step.cause or self._interrupted:
+            return None
+        same = next(reversed(step.changes)) == key
+        return step if same and (held or now - step.last < PAUSE) else None

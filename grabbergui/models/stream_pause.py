@@ -1,0 +1,24 @@
+"""The stream stops for a moment, for what cannot be changed while it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from grabbergui.core.grabber import FrameGrabber
+
+
+@contextmanager
+def stream_paused(grabber: FrameGrabber, needed: bool = True) -> Iterator[None]:
+    """Stop a running stream for the block, and start it again with triggers as they are then.
+
+    Does nothing where it does not run, or is not `needed`. Raises what stopping and starting raises.
+    """
+    if not needed or not grabber.streaming:
+        yield
+        return
+    grabber.stop()
+    try:
+        yield
+    finally:
+        grabber.start(keep_trigger=True)
