@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -69,6 +69,12 @@ def add_commands(commands: Any) -> None:
     ros2.add_argument("--frame-id", metavar="FRAME", help="of the pictures' headers (camera)")
     ros2.add_argument("--calibration", metavar="FILE", help="camera_info's YAML; set_camera_info writes it")
     ros2.add_argument("--qos", choices=("sensor_data", "reliable"), help="of the pictures (sensor_data)")
+    ros2.add_argument(
+        "--ros-args",
+        nargs=argparse.REMAINDER,
+        metavar="ARG",
+        help="last: what every ROS program takes, as --params-file FILE, -p NAME:=VALUE, -r FROM:=TO",
+    )
     parser.set_defaults(run=_run)
 
 
@@ -89,7 +95,7 @@ def _run(arguments: argparse.Namespace) -> int:
             if yarp is not None:
                 published["yarp"] = lambda: yarp.published
         if options.ros2:
-            ros2 = stack.enter_context(_on_ros2(grabber, options))
+            ros2 = stack.enter_context(_on_ros2(grabber, options, getattr(arguments, "ros_args", ())))
             published["ros2"] = lambda: ros2.published
         if options.metrics:
             metrics = stack.enter_context(MetricsServer(grabber, options.metrics, published))
@@ -171,7 +177,9 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabb
 
 
 @contextmanager
-def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[Ros2GrabberServer]:
+def _on_ros2(
+    grabber: FrameGrabber, options: ServeOptions, ros_args: Sequence[str]
+) -> Iterator[Ros2GrabberServer]:
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
     server = Ros2GrabberServer(
@@ -180,6 +188,7 @@ def _on_ros2(grabber: FrameGrabber, options: ServeOptions) -> Iterator[Ros2Grabb
         frame_id=options.frame_id,
         calibration=Path(options.calibration) if options.calibration else None,
         qos=options.qos,
+        ros_args=ros_args,
     )
     server.start()
     try:

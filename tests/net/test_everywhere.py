@@ -1,7 +1,6 @@
 """What changes anywhere is seen everywhere within 200 ms: each pair of ways to a camera, both ways."""
 
 import itertools
-import random
 import time
 from contextlib import ExitStack, contextmanager
 
@@ -12,6 +11,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.terminal.interpreter import Interpreter
+from ros2_domain import own_domain
 
 PROMPTLY = 0.2
 """Seconds."""
@@ -105,10 +105,9 @@ def ros2_ways(camera):
     from grabbergui.net.ros2.runtime import Ros2Node
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
-    # Nobody else's nodes, and none of ours beyond this machine.
     with pytest.MonkeyPatch.context() as patch, ExitStack() as stack:
-        patch.setenv("ROS_DOMAIN_ID", str(random.randrange(1, 100)))
-        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        for name, value in own_domain().items():
+            patch.setenv(name, value)
         stack.enter_context(Ros2GrabberServer(camera, "/everywhere"))
         remote = opened("ros2:/everywhere", stack)
         probe = Ros2Node("everywhere_probe")

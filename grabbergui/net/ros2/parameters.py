@@ -1,54 +1,58 @@
-"""Every GenICam feature as a ROS parameter with its range, in step with the camera both ways."""
+"""Every GenICam feature as a ROS parameter: the parameter services, answered by the camera itself."""
 
 from __future__ import annotations
 
 import logging
 import queue
 import threading
+from collections.abc import Callable
 from typing import Any
 
-from grabbergui.core.errors import GrabberError
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regulation import as_editable
+from grabbergui.net.ros2.parameter_values import TYPES, accepted, descriptor_of, message_of
 
 log = logging.getLogger(__name__)
 
-_DEFAULTS: dict[FeatureKind, FeatureValue] = {
-    FeatureKind.INTEGER: 0,
-    FeatureKind.FLOAT: 0.0,
-    FeatureKind.BOOLEAN: False,
-    FeatureKind.ENUMERATION: "",
-    FeatureKind.STRING: "",
-}
-"""Shown while a feature cannot be read."""
+_QOS_OVERRIDES = "qos_overrides."
 
 
 class FeatureParameters:
-    """Declares the parameters and keeps them in step.
+    """Serves a node's parameters: the camera's features, and what rclpy gives every node.
 
-    A parameter that is set writes the feature, on the node's thread; a feature that changes anywhere else is
-    set by a thread of ours.
+    The node is made with `start_parameter_services=False`. rclpy would keep a second copy of every value, and
+    never let one that is marked read-only follow the camera. Services run on the node's thread; changes are
+    told on /parameter_events by a thread of ours.
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber) -> None:
+        from rcl_interfaces import srv
+        from rcl_interfaces.msg import ParameterEvent
+        from rclpy.qos import qos_profile_parameter_events, qos_profile_parameters
+
         self._node = node
         self._grabber = grabber
         self._changed: queue.SimpleQueue[frozenset[str] | None] = queue.SimpleQueue()
-        self._shown: dict[str, FeatureValue] = {}
-        "What each parameter stands at by our own hand."
-        self._descriptors: dict[str, Any] = {}
         self._thread = threading.Thread(target=self._follow, name="ros2 parameters", daemon=True)
+        self._events = node.create_publisher(
+            ParameterEvent, "/parameter_events", qos_profile_parameter_events
+        )
+        for service, kind, action in (
+            ("list_parameters", srv.ListParameters, self._list),
+            ("get_parameters", srv.GetParameters, self._get),
+            ("get_parameter_types", srv.GetParameterTypes, self._get_types),
+            ("describe_parameters", srv.DescribeParameters, self._describe),
+            ("set_parameters", srv.SetParameters, self._set),
+            ("set_parameters_atomically", srv.SetParametersAtomically, self._set_together),
+        ):
+            name = f"{node.get_name()}/{service}"
+            node.create_service(kind, name, action, qos_profile=qos_profile_parameters)
 
     def start(self) -> None:
-        """Declare everything; may read hundreds of registers."""
-        features = [feature for feature in self._grabber.features() if feature.kind in _DEFAULTS]
-        for feature in features:
-            value = _shown_value(feature)
-            self._shown[feature.name] = value
-            self._descriptors[feature.name] = descriptor = _descriptor(feature)
-            self._node.declare_parameter(feature.name, value, descriptor, ignore_override=True)
+        """Write what a parameter file gave, and follow the camera."""
         self._apply_overrides()
-        self._node.add_on_set_parameters_callback(self._on_set)
         self._grabber.features_changed.connect(self._changed.put)
         self._thread.start()
 
@@ -59,93 +63,145 @@ class FeatureParameters:
         if self._thread.is_alive():
             self._thread.join()
 
+    # -- what there is -------------------------------------------------------------------------------
+    def _list(self, request: Any, answer: Any) -> Any:
+        """Names of features have no dots: each prefix is a whole name."""
+        answer.result = self._node.list_parameters(list(request.prefixes), request.depth)
+        wanted = frozenset(request.prefixes)
+        features = (
+            description.name
+            for description in self._grabber.feature_tree().descriptions()
+            if description.kind in TYPES and (not wanted or description.name in wanted)
+        )
+        answer.result.names = [*features, *answer.result.names]
+        return answer
+
+    def _get(self, request: Any, answer: Any) -> Any:
+        answer.values = self._each(request.names, _value, self._own_value)
+        return answer
+
+    def _get_types(self, request: Any, answer: Any) -> Any:
+        answer.types = self._each(request.names, lambda feature: TYPES[feature.kind], self._own_type)
+        return answer
+
+    def _describe(self, request: Any, answer: Any) -> Any:
+        answer.descriptors = self._each(
+            request.names,
+            lambda feature: descriptor_of(feature, settable=self._settable(feature)),
+            self._node.describe_parameter,
+        )
+        return answer
+
+    def _each(
+        self, names: list[str], of_feature: Callable[[Feature], Any], of_own: Callable[[str], Any]
+    ) -> list[Any]:
+        """An answer for each name; none at all where one is unknown, which is how rclpy says so."""
+        answers = []
+        for name in names:
+            try:
+                if self._node.has_parameter(name):
+                    answers.append(of_own(name))
+                else:
+                    answers.append(of_feature(self._feature(name)))
+            except GrabberError as error:
+                log.info("parameter %s: %s", name, error)
+                return []
+        return answers
+
+    def _own_value(self, name: str) -> Any:
+        return self._node.get_parameter(name).get_parameter_value()
+
+    def _own_type(self, name: str) -> int:
+        return int(self._node.get_parameter(name).type_.value)
+
+    def _feature(self, name: str) -> Feature:
+        feature = self._grabber.feature(name)
+        if feature.kind not in TYPES:
+            raise FeatureNotFoundError(
+                f"{name} is a command and no parameter; run it by the service `ask`", name
+            )
+        return feature
+
+    def _settable(self, feature: Feature) -> bool:
+        auto = self._grabber.feature(feature.auto) if feature.auto else None
+        return as_editable(feature, auto).access.writable
+
     # -- from ROS to the camera ----------------------------------------------------------------------
-    def _on_set(self, parameters: list[Any]) -> Any:
+    def _set(self, request: Any, answer: Any) -> Any:
+        answer.results = [self._set_one(parameter) for parameter in request.parameters]
+        return answer
+
+    def _set_together(self, request: Any, answer: Any) -> Any:
+        """All or none: at the first that is refused, those before it are put back."""
         from rcl_interfaces.msg import SetParametersResult
 
-        for parameter in parameters:
-            name, value = parameter.name, parameter.value
-            if name not in self._shown or value == self._shown[name]:
-                continue  # not a feature, or our own word about the camera
-            try:
-                self._shown[name] = _shown_value(self._grabber.write_feature(name, value))
-            except GrabberError as error:
-                return SetParametersResult(successful=False, reason=str(error))
-            if self._shown[name] != value:
-                # The camera made something else of it; the parameter follows.
-                self._changed.put(frozenset({name}))
+        before: list[tuple[str, FeatureValue]] = []
+        answer.result = SetParametersResult(successful=True)
+        for parameter in request.parameters:
+            name = parameter.name
+            old = self._grabber.feature(name).value if self._grabber.has_feature(name) else None
+            answer.result = self._set_one(parameter)
+            if not answer.result.successful:
+                self._put_back(before)
+                break
+            if old is not None:
+                before.append((name, old))
+        return answer
+
+    def _set_one(self, parameter: Any) -> Any:
+        from rcl_interfaces.msg import SetParametersResult
+
+        if self._node.has_parameter(parameter.name):
+            return self._set_own(parameter)
+        try:
+            feature = self._feature(parameter.name)
+            self._grabber.write_feature(feature.name, accepted(feature, parameter.value))
+        except GrabberError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _set_own(self, parameter: Any) -> Any:
+        from rcl_interfaces.msg import SetParametersResult
+        from rclpy.parameter import Parameter
+
+        try:
+            return self._node.set_parameters_atomically([Parameter.from_parameter_msg(parameter)])
+        except (RuntimeError, ValueError) as error:  # a type that ROS does not have
+            return SetParametersResult(successful=False, reason=f"{parameter.name}: {error}")
+
+    def _put_back(self, values: list[tuple[str, FeatureValue]]) -> None:
+        for name, value in reversed(values):
+            try:
+                self._grabber.write_feature(name, value)
+            except GrabberError as error:
+                log.warning("parameter %s could not be put back: %s", name, error)
 
     def _apply_overrides(self) -> None:
         """A parameter file's values are written in the file's order, like an operator's."""
-        overrides = getattr(self._node, "_parameter_overrides", {})
-        for name, parameter in overrides.items():
-            if name in self._shown:
-                try:
-                    self._grabber.write_feature(name, parameter.value)
-                except GrabberError as error:
-                    log.warning("parameter file: %s", error)
-                self._changed.put(frozenset({name}))
+        for name, parameter in getattr(self._node, "_parameter_overrides", {}).items():
+            if self._node.has_parameter(name) or name.startswith(_QOS_OVERRIDES):
+                continue  # rclpy has seen to it
+            result = self._set_one(parameter.to_parameter_msg())
+            if not result.successful:
+                log.warning("parameter file: %s", result.reason)
 
     # -- from the camera to ROS ----------------------------------------------------------------------
     def _follow(self) -> None:
-        from rclpy.exceptions import ParameterException
+        from rcl_interfaces.msg import Parameter, ParameterEvent
 
         while (names := self._changed.get()) is not None:
-            for name in sorted(names & self._shown.keys()):
+            event = ParameterEvent(node=self._node.get_fully_qualified_name())
+            for name in sorted(names):
                 try:
-                    self._show(self._grabber.feature(name))
-                except (GrabberError, ParameterException) as error:
-                    log.info("parameter %s: %s", name, error)
-
-    def _show(self, feature: Feature) -> None:
-        from rclpy.parameter import Parameter
-
-        descriptor = _descriptor(feature)
-        value = _shown_value(feature)
-        known = self._node.get_parameter(feature.name).value
-        if descriptor != self._descriptors[feature.name]:
-            self._descriptors[feature.name] = descriptor
-            # The value first goes along where the range moved away from it.
-            self._node.set_descriptor(feature.name, descriptor, alternative_value=_message(value))
-        self._shown[feature.name] = value
-        if known != value:
-            self._node.set_parameters([Parameter(feature.name, value=value)])
+                    feature = self._feature(name)
+                except GrabberError as error:
+                    log.debug("parameter %s: %s", name, error)
+                    continue
+                event.changed_parameters.append(Parameter(name=name, value=_value(feature)))
+            if event.changed_parameters:
+                event.stamp = self._node.get_clock().now().to_msg()
+                self._events.publish(event)
 
 
-def _shown_value(feature: Feature) -> FeatureValue:
-    return _DEFAULTS[feature.kind] if feature.value is None else feature.value
-
-
-def _message(value: FeatureValue) -> Any:
-    from rclpy.parameter import Parameter
-
-    return Parameter("value", value=value).get_parameter_value()
-
-
-def _descriptor(feature: Feature) -> Any:
-    """Type, range and meaning. What can never be set is told in words: ROS would not let us update it."""
-    from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-    from rclpy.parameter import Parameter
-
-    about = [feature.title, feature.tooltip or feature.description]
-    if feature.unit:
-        about.append(f"in {feature.unit}")
-    if feature.entries:
-        about.append(feature.range_text())
-    if not feature.access.writable:
-        about.append(feature.access_problem())
-    descriptor = ParameterDescriptor(name=feature.name, description="; ".join(filter(None, about)))
-    descriptor.type = Parameter.Type.from_parameter_value(_DEFAULTS[feature.kind]).value
-    descriptor.additional_constraints = feature.range_text()
-    low, high = feature.minimum, feature.maximum
-    if low is None or high is None or feature.value is None or not low <= float(feature.value) <= high:
-        return descriptor
-    if feature.kind is FeatureKind.INTEGER:
-        step = max(0, int(feature.increment or 1))
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=step)]
-    elif feature.kind is FeatureKind.FLOAT:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(low), to_value=float(high), step=0.0)
-        ]
-    return descriptor
+def _value(feature: Feature) -> Any:
+    return message_of(feature.kind, feature.value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import array
 import logging
 import threading
+import time
 from typing import Any
 
 import cv2
@@ -15,6 +16,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.ros2.camera_info import FittedCalibration, fill_camera_info
 from grabbergui.net.ros2.encodings import encoding_of, pixels_of
+from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
 
@@ -27,7 +29,7 @@ class PicturePublisher:
     A network that is slow loses frames here; the camera and other consumers do not notice.
     """
 
-    def __init__(self, node: Any, grabber: FrameGrabber, name: str, frame_id: str, qos: Any) -> None:
+    def __init__(self, node: Any, grabber: FrameGrabber, name: str, frame_id: str, qos: str) -> None:
         from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
         self.fitted = FittedCalibration(grabber)
@@ -36,11 +38,22 @@ class PicturePublisher:
         self.published = 0
         self._frame_id = frame_id
         self._image_type, self._compressed_type = Image, CompressedImage
-        self._images = [
-            node.create_publisher(Image, f"{name}/{topic}", qos) for topic in ("image", "image_raw")
-        ]
-        self._compressed = node.create_publisher(CompressedImage, f"{name}/image_raw/compressed", qos)
-        self._info = node.create_publisher(CameraInfo, f"{name}/camera_info", qos)
+        self._clock = node.get_clock()
+
+        def publisher(kind: Any, topic: str) -> Any:
+            """One whose quality of service a parameter file may change: qos_overrides.<topic>.publisher…."""
+            from rclpy.qos_overriding_options import QoSOverridingOptions
+
+            return node.create_publisher(
+                kind,
+                f"{name}/{topic}",
+                quality_of_service(qos),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+
+        self._images = [publisher(Image, topic) for topic in ("image", "image_raw")]
+        self._compressed = publisher(CompressedImage, "image_raw/compressed")
+        self._info = publisher(CameraInfo, "camera_info")
         self._queue = grabber.open_queue(2)
         self._refused = ""
         self._stopping = threading.Event()
@@ -77,7 +90,7 @@ class PicturePublisher:
                     log.warning("ROS 2: %s", error)
 
     def _publish(self, frame: Frame) -> None:
-        stamp = divmod(frame.received_ns, 1_000_000_000)
+        stamp = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
         wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]
         if wanted:
             message = self._image(frame)
@@ -125,6 +138,13 @@ class PicturePublisher:
         if calibration is not None:
             fill_camera_info(message, calibration)
         return message
+
+    def _on_ros_clock(self, host_ns: int) -> int:
+        """A host time on ROS's clock, which is another one only with `use_sim_time`."""
+        if not self._clock.ros_time_is_active:
+            return host_ns
+        age = time.time_ns() - host_ns
+        return max(0, int(self._clock.now().nanoseconds) - age)
 
     def _stamp(self, header: Any, stamp: tuple[int, int]) -> None:
         header.stamp.sec, header.stamp.nanosec = stamp

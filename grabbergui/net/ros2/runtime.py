@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import threading
+from collections.abc import Sequence
 from importlib import resources
 from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
+log = logging.getLogger(__name__)
+
 HOW_TO_GET_IT = "ROS 2 is not installed: run `make setup-ros2`, or source the system's setup.bash first"
+QUEUE_DEPTH = 5
+"""Pictures that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 
 
@@ -37,8 +43,13 @@ class Ros2Node:
     Callbacks run on that thread. Signals are left to the program.
     """
 
-    def __init__(self, name: str, namespace: str = "", **options: Any) -> None:
-        """Raises SourceUnavailableError without ROS 2."""
+    def __init__(
+        self, name: str, namespace: str = "", *, ros_args: Sequence[str] = (), **options: Any
+    ) -> None:
+        """Join the network. Raises SourceUnavailableError without ROS 2, UsageError for bad `ros_args`.
+
+        `ros_args` are what ROS's programs take behind `--ros-args`: `-r`, `-p`, `--params-file` …
+        """
         require_ros2()
         use_transport_profile()
         import rclpy
@@ -46,8 +57,17 @@ class Ros2Node:
         from rclpy.signals import SignalHandlerOptions
 
         self.context = rclpy.Context()
-        rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
-        self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)
+        arguments = ["--ros-args", *ros_args] if ros_args else []
+        try:
+            rclpy.init(
+                args=arguments, context=self.context, signal_handler_options=SignalHandlerOptions.NO
+            )
+            self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)
+        except (RuntimeError, ValueError) as error:
+            self.context.try_shutdown()
+            if not ros_args:
+                raise
+            raise UsageError(f"--ros-args {' '.join(ros_args)}: {error}") from error
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._closed = threading.Event()
@@ -71,19 +91,26 @@ class Ros2Node:
         self.context.try_shutdown()
 
     def _spin(self) -> None:
+        from rclpy.executors import ExternalShutdownException
+
         while not self._closed.is_set():
-            self._executor.spin_once(timeout_sec=0.2)
+            try:
+                self._executor.spin_once(timeout_sec=0.2)
+            except ExternalShutdownException:
+                return
+            except Exception:
+                # Whatever went wrong in one callback, the others are still wanted.
+                log.exception("%s: a callback failed", self.node.get_name())
 
 
 def quality_of_service(name: str) -> Any:
-    """A quality of service by name: `sensor_data` (best effort, the default) or `reliable`."""
-    from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+    """A fresh quality of service by name: `sensor_data` (best effort, the default) or `reliable`."""
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-    if name == "sensor_data":
-        return qos_profile_sensor_data
-    if name == "reliable":
-        return QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
-    raise UsageError(f"quality of service '{name}': write sensor_data or reliable")
+    policies = {"sensor_data": ReliabilityPolicy.BEST_EFFORT, "reliable": ReliabilityPolicy.RELIABLE}
+    if name not in policies:
+        raise UsageError(f"quality of service '{name}': write {' or '.join(policies)}")
+    return QoSProfile(depth=QUEUE_DEPTH, reliability=policies[name])
 
 
 def use_transport_profile() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.net.ros2.camera_info import read_camera_info
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.pictures import PicturePublisher
-from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service
+from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.net.ros2.services import GrabberServices
 
 log = logging.getLogger(__name__)
@@ -37,8 +38,9 @@ class Ros2GrabberServer:
         frame_id: str = "camera",
         calibration: Path | None = None,
         qos: str = "sensor_data",
+        ros_args: Sequence[str] = (),
     ) -> None:
-        """Get ready. Raises UsageError for a bad name, SourceUnavailableError without ROS 2."""
+        """Get ready. Raises UsageError for a bad name or `ros_args`, SourceUnavailableError without ROS 2."""
         name = "/" + name.strip("/")
         namespace, _, node_name = name.rpartition("/")
         if not all(part.isidentifier() for part in name.strip("/").split("/")):
@@ -46,9 +48,12 @@ class Ros2GrabberServer:
         self.name = name
         self._grabber = grabber
         self._calibration_file = calibration
-        self._ros = Ros2Node(node_name, namespace, enable_rosout=True)
+        # The parameter services are ours: see FeatureParameters.
+        self._ros = Ros2Node(
+            node_name, namespace, ros_args=ros_args, enable_rosout=True, start_parameter_services=False
+        )
         node = self._ros.node
-        self._pictures = PicturePublisher(node, grabber, name, frame_id, quality_of_service(qos))
+        self._pictures = PicturePublisher(node, grabber, name, frame_id, qos)
         self._services = GrabberServices(node, grabber, name)
         self._parameters = FeatureParameters(node, grabber)
         self._serve_camera_info(node)

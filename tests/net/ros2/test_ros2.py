@@ -1,8 +1,6 @@
 """With real rclpy: our server seen by an independent node, our client, and somebody else's driver."""
 
-import os
 import queue as queue_module
-import random
 import time
 
 import numpy as np
@@ -16,76 +14,14 @@ pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
 pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
 pytestmark = pytest.mark.ros2
 
-# Nobody else's nodes, and none of ours beyond this machine.
-os.environ["ROS_DOMAIN_ID"] = str(random.randrange(1, 100))
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-
 from grabber_interfaces import srv  # noqa: E402
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
+from ros2_peers import until  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
-from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service  # noqa: E402
+from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
-
-SENSOR = quality_of_service("sensor_data")
-
-
-@pytest.fixture
-def camera():
-    grabber = sources.create("sim:?width=320&height=240&fps=50&pixel_format=BayerRG8")
-    grabber.open()
-    yield grabber
-    grabber.close()
-
-
-@pytest.fixture
-def server(camera, tmp_path):
-    with Ros2GrabberServer(camera, "/cam", calibration=tmp_path / "cam.yaml") as server:
-        yield server
-
-
-class Probe:
-    """A node that knows nothing of our client."""
-
-    def __init__(self):
-        self.ros = Ros2Node("probe")
-        self.ros.start()
-
-    def subscribe(self, kind, topic):
-        received = queue_module.Queue()
-        self.ros.node.create_subscription(kind, topic, received.put, SENSOR)
-        return received
-
-    def call(self, kind, service, /, **request):
-        client = self.ros.node.create_client(kind, service)
-        assert client.wait_for_service(10), f"no service {service}"
-        future = client.call_async(kind.Request(**request))
-        until(future.done)
-        return future.result()
-
-
-@pytest.fixture
-def probe():
-    probe = Probe()
-    yield probe
-    probe.ros.close()
-
-
-@pytest.fixture
-def remote(server):
-    grabber = sources.create("ros2:/cam")
-    grabber.open()
-    yield grabber
-    grabber.close()
-
-
-def until(condition, seconds=10.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 def test_images_and_camera_info_at_the_cameras_rate(server, probe):
@@ -142,32 +78,6 @@ def test_failures_are_replies(server, probe):
     assert not answer.success and "did you mean Gain" in answer.message
     assert not probe.call(srv.GetFeature, "/cam/get_feature", feature=4711).success
     assert not probe.call(srv.SetMode, "/cam/set_mode", name="Gain", mode=9).success
-
-
-def test_features_are_parameters_with_ranges(server, probe, camera):
-    (gain,) = probe.call(DescribeParameters, "/cam/describe_parameters", names=["Gain"]).descriptors
-    assert (gain.floating_point_range[0].to_value, "dB" in gain.description) == (24.0, True)
-    (result,) = probe.call(
-        SetParameters, "/cam/set_parameters", parameters=[Parameter("Gain", value=7.5).to_parameter_msg()]
-    ).results
-    assert result.successful and camera.feature("Gain").value == 7.5
-    (result,) = probe.call(
-        SetParameters, "/cam/set_parameters", parameters=[Parameter("Width", value=17).to_parameter_msg()]
-    ).results
-    assert not result.successful and result.reason
-
-
-def test_what_the_camera_does_is_seen_in_its_parameters(server, probe, camera):
-    def exposure():
-        answer = probe.call(GetParameters, "/cam/get_parameters", names=["ExposureTime"])
-        return answer.values[0].double_value
-
-    exposure()
-    started = time.monotonic()
-    camera.write_feature("ExposureTime", 4321)
-    until(lambda: exposure() == 4321)
-
-    assert time.monotonic() - started < 1
 
 
 def whole_sensor():

@@ -1,0 +1,47 @@
+"""A camera served on ROS 2, in a domain of its own, and what looks at it."""
+
+import os
+
+import pytest
+
+from grabbergui import sources
+from ros2_domain import own_domain
+
+
+@pytest.fixture(autouse=True, scope="session")
+def domain():
+    """Kept to the end: nodes of `grabbergui list` stay until the process ends."""
+    os.environ.update(own_domain())
+
+
+@pytest.fixture
+def camera():
+    grabber = sources.create("sim:?width=320&height=240&fps=50&pixel_format=BayerRG8")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+@pytest.fixture
+def server(camera, tmp_path):
+    from grabbergui.net.ros2.server import Ros2GrabberServer
+
+    with Ros2GrabberServer(camera, "/cam", calibration=tmp_path / "cam.yaml") as server:
+        yield server
+
+
+@pytest.fixture
+def probe(domain):
+    from ros2_peers import Probe
+
+    probe = Probe()
+    yield probe
+    probe.close()
+
+
+@pytest.fixture
+def remote(server):
+    grabber = sources.create("ros2:/cam")
+    grabber.open()
+    yield grabber
+    grabber.close()

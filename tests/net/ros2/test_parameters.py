@@ -1,0 +1,298 @@
+"""Features as parameters, asked by rclpy's own parameter client, which `ros2 param` stands on."""
+
+import time
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+pytestmark = pytest.mark.ros2
+
+from rcl_interfaces.msg import Parameter as ParameterMessage  # noqa: E402
+from rcl_interfaces.msg import ParameterEvent, ParameterType, ParameterValue  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.parameter_client import AsyncParameterClient  # noqa: E402
+from ros2_peers import Probe, until  # noqa: E402
+from sensor_msgs.msg import Image  # noqa: E402
+
+from fakes import ScriptedGrabber  # noqa: E402
+from grabbergui import sources  # noqa: E402
+from grabbergui.core.errors import UsageError  # noqa: E402
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+
+
+class ParameterProbe(Probe):
+    """Another's node with rclpy's client of one node's parameters."""
+
+    def __init__(self, node):
+        super().__init__("parameter_probe")
+        self._client = AsyncParameterClient(self.node, node)
+        assert self._client.wait_for_services(10)
+
+    def _ask(self, future):
+        until(future.done)
+        return future.result()
+
+    def names(self, *arguments):
+        return self._ask(self._client.list_parameters(*arguments)).result.names
+
+    def values(self, *names):
+        return self._ask(self._client.get_parameters(list(names))).values
+
+    def types(self, *names):
+        return list(self._ask(self._client.get_parameter_types(list(names))).types)
+
+    def describe(self, *names):
+        return self._ask(self._client.describe_parameters(list(names))).descriptors
+
+    def set(self, **values):
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        return self._ask(self._client.set_parameters(parameters)).results
+
+    def set_together(self, **values):
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        return self._ask(self._client.set_parameters_atomically(parameters)).result
+
+    def set_message(self, message):
+        return self._ask(self._client.set_parameters([message])).results[0]
+
+    def load(self, path):
+        return self._ask(self._client.load_parameter_file(str(path))).results
+
+
+@pytest.fixture(scope="module")
+def camera():
+    grabber = sources.create("sim:?width=320&height=240&fps=50")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+@pytest.fixture(scope="module")
+def server(camera, domain):
+    with Ros2GrabberServer(camera, "/cam") as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
+def parameters(server):
+    probe = ParameterProbe("/cam")
+    yield probe
+    probe.close()
+
+
+def test_every_feature_with_a_value_is_listed_and_what_rclpy_has_besides(parameters, camera):
+    names = parameters.names()
+
+    features = [d.name for d in camera.feature_tree().descriptions() if d.kind is not FeatureKind.COMMAND]
+    assert names[: len(features)] == features
+    assert {"use_sim_time", "qos_overrides./cam/image_raw.publisher.depth"} <= set(names[len(features) :])
+
+
+def test_a_list_by_prefix(parameters):
+    assert parameters.names(["Gain"]) == ["Gain"]
+    assert all(name.startswith("qos_overrides.") for name in parameters.names(["qos_overrides"]))
+    assert "Gain" in parameters.names(None, 1)
+
+
+def test_values_and_types(parameters, camera):
+    gain, width, auto, reverse, latch = parameters.values(
+        "Gain", "Width", "GainAuto", "ReverseX", "use_sim_time"
+    )
+
+    assert (gain.double_value, width.integer_value, auto.string_value) == (0.0, 320, "Off")
+    assert (reverse.type, reverse.bool_value) == (ParameterType.PARAMETER_BOOL, False)
+    assert latch.type == ParameterType.PARAMETER_BOOL
+    assert parameters.types("Gain", "Width", "GainAuto", "use_sim_time") == [3, 2, 4, 1]
+
+
+def test_what_is_unknown_empties_the_answer_as_rclpy_does(parameters):
+    assert not parameters.values("Gain", "Gian")
+    assert not parameters.types("TimestampLatch")
+    assert not parameters.describe("Gian")
+
+
+def test_descriptors_say_range_unit_entries_and_who_may_write(parameters, camera):
+    gain, width, auto, sensor = parameters.describe("Gain", "Width", "GainAuto", "SensorWidth")
+
+    assert (gain.floating_point_range[0].from_value, gain.floating_point_range[0].to_value) == (0.0, 24.0)
+    assert "in dB" in gain.description and not gain.read_only
+    assert width.type == ParameterType.PARAMETER_INTEGER
+    assert width.integer_range[0].step == camera.feature("Width").increment > 1
+    assert auto.additional_constraints == "one of Off, Once, Continuous"
+    assert sensor.read_only and "read-only" in sensor.additional_constraints
+
+
+def test_the_read_only_flag_and_the_range_follow_the_camera(domain):
+    knob = Feature(
+        name="Knob", kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=3, minimum=0, maximum=9
+    )
+    grabber = ScriptedGrabber([knob])
+    with Ros2GrabberServer(grabber, "/scripted"):
+        parameters = ParameterProbe("/scripted")
+        assert parameters.describe("Knob")[0].read_only
+        assert not parameters.set(Knob=4)[0].successful
+
+        grabber.set("Knob", 8, access=AccessMode.READ_WRITE, maximum=20)
+
+        (descriptor,) = parameters.describe("Knob")
+        assert not descriptor.read_only and descriptor.integer_range[0].to_value == 20
+        assert parameters.values("Knob")[0].integer_value == 8
+        assert parameters.set(Knob=15)[0].successful and grabber.known["Knob"].value == 15
+        parameters.close()
+
+
+def test_what_an_automatic_mode_locks_can_be_set_and_switches_it_off(domain):
+    entries = (EnumEntry("Off"), EnumEntry("Continuous"))
+    knob = Feature(
+        name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_ONLY, value=1.0, auto="GainAuto"
+    )
+    auto = Feature(
+        name="GainAuto",
+        kind=FeatureKind.ENUMERATION,
+        access=AccessMode.READ_WRITE,
+        value="Continuous",
+        entries=entries,
+    )
+    grabber = ScriptedGrabber([knob, auto])
+    with Ros2GrabberServer(grabber, "/scripted"):
+        parameters = ParameterProbe("/scripted")
+        assert not parameters.describe("Gain")[0].read_only
+        grabber.set("GainAuto", "Off")
+        assert parameters.describe("Gain")[0].read_only
+        parameters.close()
+
+
+def test_what_cannot_be_read_is_not_set(parameters, camera):
+    hidden = [f for f in camera.features() if f.value is None and f.kind is not FeatureKind.COMMAND]
+    assert hidden
+
+    values = parameters.values(*(feature.name for feature in hidden))
+
+    assert [value.type for value in values] == [ParameterType.PARAMETER_NOT_SET] * len(hidden)
+
+
+def test_setting(parameters, camera):
+    assert parameters.set(Gain=7.5, Width=64)[1].successful
+    assert (camera.feature("Gain").value, camera.feature("Width").value) == (7.5, 64)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("Gain", 99.5, "allowed is 0 … 24 dB"),
+        ("Width", 17, "not on the step"),
+        ("GainAuto", "Sometimes", "one of Off, Once, Continuous"),
+        ("SensorWidth", 5, "read-only"),
+        ("Gian", 1.0, "did you mean Gain"),
+        ("Gain", "5", "is a double, not a string"),
+        ("Width", 64.0, "is an integer, not a double"),
+        ("ReverseX", 1, "is a boolean, not an integer"),
+        ("Gain", [1.0, 2.0], "is a double, not an array"),
+        ("Gain", None, "is a double, not not set"),
+        ("TimestampLatch", True, "is a command"),
+        ("use_sim_time", 3, "Wrong parameter type"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_reason(parameters, name, value, reason):
+    (result,) = parameters.set(**{name: value})
+
+    assert not result.successful and reason in result.reason
+
+
+def test_a_type_that_ros_does_not_have_is_refused(parameters):
+    for name in ("Gain", "use_sim_time"):
+        result = parameters.set_message(ParameterMessage(name=name, value=ParameterValue(type=77)))
+        assert not result.successful and result.reason
+
+
+def test_words_that_ros2_param_misreads_are_put_right(parameters, camera):
+    """`ros2 param set /cam GainAuto Off` sends false, `… Gain 5` an integer."""
+    camera.write_feature("GainAuto", "Continuous")
+
+    assert parameters.set(GainAuto=False)[0].successful and camera.feature("GainAuto").value == "Off"
+    assert parameters.set(Gain=5)[0].successful and camera.feature("Gain").value == 5
+    assert parameters.set(DeviceUserID=42)[0].successful and camera.feature("DeviceUserID").value == "42"
+
+
+def test_together_means_all_or_none(parameters, camera):
+    assert parameters.set_together(Gain=2.0, ExposureTime=5000.0).successful
+
+    result = parameters.set_together(Gain=3.0, ExposureTime=-1.0)
+
+    assert not result.successful and "ExposureTime" in result.reason
+    assert (camera.feature("Gain").value, camera.feature("ExposureTime").value) == (2.0, 5000.0)
+
+
+def test_changes_are_told_as_events(server, parameters, camera):
+    events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
+    until(lambda: parameters.node.count_publishers("/parameter_events") >= 2)
+
+    def told():
+        camera.write_feature("ExposureTime", 4321)
+        while not events.empty():
+            event = events.get()
+            if event.node == "/cam":
+                return {p.name: p.value.double_value for p in event.changed_parameters}
+        return None
+
+    assert until(told)["ExposureTime"] == 4321.0
+
+
+def test_what_the_camera_does_is_seen_at_once(parameters, camera):
+    started = time.monotonic()
+    camera.write_feature("ExposureTime", 4321)
+
+    assert parameters.values("ExposureTime")[0].double_value == 4321
+    assert time.monotonic() - started < 1
+
+
+def test_a_file_is_loaded_on_the_running_server(parameters, camera, tmp_path):
+    file = tmp_path / "camera.yaml"
+    file.write_text("/cam:\n  ros__parameters:\n    GainAuto: Off\n    Gain: 3.0\n    Width: 17\n")
+
+    results = {result.successful for result in parameters.load(file)}
+
+    assert results == {True, False} and camera.feature("Gain").value == 3
+
+
+def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, tmp_path, caplog):
+    file = tmp_path / "camera.yaml"
+    file.write_text(
+        "/cam:\n  ros__parameters:\n    Gain: 4.0\n    Gian: 1.0\n    Width: 17\n"
+        "    qos_overrides:\n      /cam/image_raw:\n        publisher: {reliability: reliable, depth: 3}\n"
+    )
+    with Ros2GrabberServer(camera, "/cam", ros_args=["--params-file", str(file)]):
+        probe = Probe()
+        offered = until(lambda: probe.node.get_publishers_info_by_topic("/cam/image_raw"))[0].qos_profile
+        other = until(lambda: probe.node.get_publishers_info_by_topic("/cam/image"))[0].qos_profile
+        probe.close()
+
+    assert camera.feature("Gain").value == 4
+    assert (offered.reliability.name, other.reliability.name) == ("RELIABLE", "BEST_EFFORT")
+    warnings = [record.message for record in caplog.records if "parameter file" in record.message]
+    assert len(warnings) == 2 and "did you mean Gain" in warnings[0] and "step" in warnings[1]
+
+
+def test_simulated_time_stamps_the_pictures(server, parameters):
+    from rosgraph_msgs.msg import Clock
+
+    clock = parameters.node.create_publisher(Clock, "/clock", 10)
+    images = parameters.subscribe(Image, "/cam/image_raw")
+    assert parameters.set(use_sim_time=True)[0].successful
+
+    def stamped():
+        message = Clock()
+        message.clock.sec = 1000
+        clock.publish(message)
+        return images.get(timeout=5).header.stamp.sec in (999, 1000)
+
+    until(stamped)
+
+
+def test_arguments_that_ros_does_not_understand_are_refused(camera, tmp_path):
+    with pytest.raises(UsageError, match="--ros-args --params-file"):
+        Ros2GrabberServer(camera, "/cam", ros_args=["--params-file", str(tmp_path / "missing.yaml")])
+    with pytest.raises(UsageError, match="--ros-args --nonsense"):
+        Ros2GrabberServer(camera, "/cam", ros_args=["--nonsense"])
