@@ -1,21 +1,30 @@
-"""What is drawn over a picture: markers with their axes, heads, the state, how far it is."""
+"""What is drawn over a picture: markers with their axes, heads, the deadband in the middle, the target.
+
+`drawing` says it in lines and words, in the picture's pixels; a window paints them in its own way, `draw`
+paints them into the picture itself, for videos.
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.servo.detection import MarkerDetection, Sighting
+from grabbergui.servo.config import HeadConfig
+from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.state_machine import State
 
 Picture = NDArray[np.uint8]
+Points = NDArray[np.float64]
+Colour = tuple[int, int, int]
+"Red, green, blue."
 
-_COLOURS = {
+_COLOURS: dict[State, Colour] = {
     State.SEARCHING: (150, 150, 150),
     State.CENTRING: (240, 180, 40),
     State.WAITING: (80, 160, 250),
@@ -24,54 +33,134 @@ _COLOURS = {
     State.LOST: (200, 80, 200),
     State.STOPPED: (230, 50, 50),
 }
-"Red, green, blue."
+AXIS_COLOURS: tuple[Colour, Colour, Colour] = ((230, 50, 50), (60, 200, 90), (70, 110, 250))
+"Of x, y and z, as everywhere in robotics."
+GOOD, BAD, PERSON, MIDDLE = (60, 200, 90), (230, 50, 50), (80, 160, 250), (255, 255, 255)
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _AXIS_M = 0.05
+_FAR = 30_000
+"Pixels beyond which nothing is drawn: more than painters can count."
 
 
-def colour_of(state: State) -> tuple[int, int, int]:
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """A line through points."""
+
+    points: Points
+    "(n, 2) pixels of the full picture, whose first pixel's centre is (0, 0)."
+    colour: Colour
+    closed: bool = False
+    weight: int = 1
+    "How many times as thick as the thinnest line."
+
+
+@dataclass(frozen=True)
+class Label:
+    """A word beside something."""
+
+    text: str
+    place: tuple[float, float]
+    "Where its lower left corner is, pixels."
+    colour: Colour
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """Everything that lies over one picture."""
+
+    strokes: list[Stroke] = field(default_factory=list)
+    labels: list[Label] = field(default_factory=list)
+
+
+def colour_of(state: State) -> Colour:
     """Red, green, blue of a state, the same in overlay and plots."""
     return _COLOURS[state]
 
 
-def draw(picture: Picture, turn: Turn, sighting: Sighting | None, calibration: Calibration) -> Picture:
-    """A copy of an RGB picture (rows, columns, 3) with everything drawn on it.
+def drawing(
+    turn: Turn, sighting: Sighting | None, calibration: Calibration, head: HeadConfig | None = None
+) -> Drawing:
+    """What was found, and what the head makes of it; `calibration` is of pictures of this size.
 
-    The calibration is of pictures of this size.
+    With `head`, also the deadband and the band within which a resting head stays at rest.
     """
+    out = Drawing()
+    for marker in sighting.markers if sighting else ():
+        _add_marker(out, marker, calibration)
+    for face in sighting.heads if sighting else ():
+        _add_head(out, face)
+    if head is not None:
+        for angle, weight in ((head.deadband, 2), (head.start, 1)):
+            side = math.tan(angle)
+            corners = [(-side, -side, 1), (side, -side, 1), (side, side, 1), (-side, side, 1)]
+            out.strokes.append(Stroke(_pixels(corners, calibration), MIDDLE, True, weight))
+    _add_middle(out, turn, calibration)
+    return out
+
+
+def draw(
+    picture: Picture,
+    turn: Turn,
+    sighting: Sighting | None,
+    calibration: Calibration,
+    head: HeadConfig | None = None,
+) -> Picture:
+    """A copy of an RGB picture (rows, columns, 3) with everything drawn on it, and the state above."""
     out: Picture = np.array(picture)
     thick = max(1, round(picture.shape[1] / 600))
-    for marker in sighting.markers if sighting else ():
-        _marker(out, marker, calibration, thick)
-    for head in sighting.heads if sighting else ():
-        x, y, width, height = head.box
-        cv2.rectangle(out, (x, y), (x + width, y + height), (80, 160, 250), thick, cv2.LINE_AA)
-        cv2.putText(out, f"{head.position[2]:.1f} m", (x, y - 4), _FONT, 0.45 * thick, (80, 160, 250), thick)
-    middle = picture.shape[1] // 2, picture.shape[0] // 2
-    cv2.drawMarker(out, middle, (255, 255, 255), cv2.MARKER_CROSS, 20 * thick, thick)
+    made = drawing(turn, sighting, calibration, head)
+    for stroke in made.strokes:
+        points = [np.rint(stroke.points).astype(np.int32)]
+        cv2.polylines(out, points, stroke.closed, stroke.colour, stroke.weight * thick, cv2.LINE_AA)
+    for label in made.labels:
+        place = round(label.place[0]), round(label.place[1])
+        cv2.putText(out, label.text, place, _FONT, 0.45 * thick, label.colour, thick, cv2.LINE_AA)
     _caption(out, turn, thick)
     return out
 
 
-def _marker(out: Picture, marker: MarkerDetection, calibration: Calibration, thick: int) -> None:
-    colour = (60, 200, 90) if marker.pose is not None else (230, 50, 50)
-    corners = np.rint(marker.corners).astype(np.int32)
-    cv2.polylines(out, [corners], True, colour, thick, cv2.LINE_AA)
+def _add_marker(out: Drawing, marker: MarkerDetection, calibration: Calibration) -> None:
+    colour = GOOD if marker.pose is not None else BAD
+    out.strokes.append(Stroke(marker.corners, colour, closed=True))
+    left, top = marker.corners.min(axis=0)
     text = f"id {marker.marker_id} {marker.problem}".strip()
-    place = int(corners[:, 0].min()), int(corners[:, 1].min()) - 5
-    cv2.putText(out, text, place, _FONT, 0.45 * thick, colour, thick, cv2.LINE_AA)
+    out.labels.append(Label(text, (float(left), float(top) - 5), colour))
     if marker.pose is not None:
-        rotation, _ = cv2.Rodrigues(marker.pose[:3, :3])
-        ends, _ = cv2.projectPoints(
-            np.vstack((np.zeros(3), _AXIS_M * np.eye(3))),
-            rotation,
-            marker.pose[:3, 3],
-            calibration.matrix,
-            calibration.distortion,
-        )
-        points = np.rint(np.clip(ends.reshape(-1, 2), -30_000, 30_000)).astype(int)
-        for end, axis in zip(points[1:], ((230, 50, 50), (60, 200, 90), (70, 110, 250)), strict=True):
-            cv2.line(out, tuple(map(int, points[0])), tuple(map(int, end)), axis, 2 * thick, cv2.LINE_AA)
+        origin = marker.pose[:3, 3]
+        pixels = _pixels(np.vstack((origin, origin + _AXIS_M * marker.pose[:3, :3].T)), calibration)
+        for tip, axis in zip(pixels[1:], AXIS_COLOURS, strict=True):
+            out.strokes.append(Stroke(np.array([pixels[0], tip]), axis, weight=2))
+
+
+def _add_head(out: Drawing, face: HeadDetection) -> None:
+    x, y, width, height = face.box
+    corners = np.array([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], np.float64)
+    out.strokes.append(Stroke(corners, PERSON, closed=True))
+    out.labels.append(Label(f"{face.position[2]:.1f} m", (x, y - 4), PERSON))
+
+
+def _add_middle(out: Drawing, turn: Turn, calibration: Calibration) -> None:
+    """A cross where the camera looks, and from there a line to what shall come there."""
+    middle = _pixels([(0, 0, 1)], calibration)[0]
+    arm = calibration.width / 60
+    for end in ((arm, 0.0), (0.0, arm)):
+        out.strokes.append(Stroke(np.array([middle - end, middle + end]), MIDDLE))
+    right, down = turn.off_centre
+    if math.isfinite(right) and max(abs(right), abs(down)) < 1.2:
+        target = _pixels([(math.tan(right), math.tan(down), 1)], calibration)[0]
+        colour = colour_of(turn.state)
+        out.strokes.append(Stroke(np.array([middle, target]), colour))
+        turned = np.linspace(0, 2 * math.pi, 25)[:-1]
+        ring = target + arm / 2 * np.column_stack((np.cos(turned), np.sin(turned)))
+        out.strokes.append(Stroke(ring, colour, closed=True, weight=2))
+
+
+def _pixels(points: ArrayLike, calibration: Calibration) -> Points:
+    """Where points of the camera's frame, (n, 3) metres, are seen: (n, 2)."""
+    seen, _ = cv2.projectPoints(
+        np.asarray(points, np.float64), np.zeros(3), np.zeros(3), calibration.matrix, calibration.distortion
+    )
+    return np.clip(seen.reshape(-1, 2), -_FAR, _FAR).astype(np.float64)
 
 
 def _caption(out: Picture, turn: Turn, thick: int) -> None:

@@ -58,7 +58,7 @@ def run(
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
-    app = _application()
+    app = application()
     preferences = Preferences(None) if offscreen else Preferences.of_user()
     if theme != Theme.AUTO.value:
         preferences.look_for_now(Theme(theme))
@@ -136,7 +136,8 @@ class _Report:
         return 0
 
 
-def _application() -> QApplication:
+def application() -> QApplication:
+    """The one application of this process, made as ours where there is none."""
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running

@@ -1,64 +1,314 @@
+"""The servoing window: each direction apart, then a live run."""
+
+import dataclasses
+import threading
+
 import numpy as np
-from PyQt5.QtCore import Qt
+import pytest
+from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent, QWheelEvent
+from PyQt5.QtWidgets import QApplication
 
-from grabbergui.servo import desk
+from grabbergui.core.errors import FrameTimeoutError
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.region import Region
+from grabbergui.models.servo_tuning import Tuning
+from grabbergui.models.servoing import Entry, Posture
+from grabbergui.servo import desk, geometry
+from grabbergui.servo.config import Config
+from grabbergui.servo.overlay import Drawing, Stroke
 from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.sim_teo import SimTeo
-from grabbergui.ui.views.servo_run import ServoPresenter
+from grabbergui.servo.state_machine import State
+from grabbergui.ui.controllers.servoing import ServoController
+from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.widgets.orbit import NEAR, Orbit
+
+TUNING = Tuning.of(Config())
 
 
-def test_the_stop_is_a_button_and_two_keys(qtbot):
-    window = ServoWindow()
-    qtbot.addWidget(window)
-    window.show()
-    qtbot.waitExposed(window)
-    for press in (
-        lambda: qtbot.mouseClick(window.stopButton, Qt.LeftButton),
-        lambda: qtbot.keyClick(window, Qt.Key_Space),
-        lambda: qtbot.keyClick(window, Qt.Key_Escape),
-    ):
-        with qtbot.waitSignal(window.stopPressed, timeout=5000):
-            press()
+@pytest.fixture
+def window(qtbot):
+    made = ServoWindow()
+    qtbot.addWidget(made)
+    made.show()
+    qtbot.waitExposed(made)
+    return made
 
 
-def test_resuming_is_offered_only_when_stopped(qtbot):
-    window = ServoWindow()
-    qtbot.addWidget(window)
-    assert not window.resumeButton.isEnabled()
-    window.setStopped(True)
-    with qtbot.waitSignal(window.resumePressed, timeout=5000):
-        qtbot.mouseClick(window.resumeButton, Qt.LeftButton)
+def posture(**changes):
+    robot = SimTeo()
+    state = robot.state()
+    board = geometry.pose(np.diag([1.0, -1.0, -1.0]), (0.6, -0.2, 0.3))
+    made = Posture(
+        robot.skeleton(state),
+        state.hand,
+        robot.camera_pose(state.head),
+        np.array([(-0.5, -0.4, 1), (0.5, -0.4, 1), (0.5, 0.4, 1), (-0.5, 0.4, 1)]),
+        board,
+        state.hand,
+        np.array([1.3, 0.0, 0.8]),
+        0.1,
+        (np.array([0.1, -0.9, -0.3]), np.array([0.8, 0.3, 0.9])),
+    )
+    return dataclasses.replace(made, **changes)
 
 
-def test_pictures_keep_their_colours(qtbot):
-    window = ServoWindow()
-    qtbot.addWidget(window)
-    window.setPicture(np.full((50, 70, 3), (250, 20, 40), np.uint8))
-    colour = window.pictureLabel.pixmap().toImage().pixelColor(5, 5)
-    assert (colour.red(), colour.green(), colour.blue()) == (250, 20, 40)
+# -- the stop --------------------------------------------------------------------------------------
+@pytest.mark.parametrize("key", [Qt.Key_Space, Qt.Key_Escape])
+@pytest.mark.parametrize("focus", ["canvas", "headGainBox", "history", "startButton", "robotView"])
+def test_two_keys_stop_whatever_has_the_focus(window, qtbot, key, focus):
+    window.setState(State.STOPPED, "so that Start can take the focus")
+    child = getattr(window, focus)
+    child.setFocus()
+    target = QApplication.focusWidget() or child
+    with qtbot.waitSignal(window.stopPressed, timeout=5000), qtbot.assertNotEmitted(window.startPressed):
+        qtbot.keyClick(target, key)
 
 
-def test_a_live_session_is_shown_and_stopped_from_the_window(qtbot):
+def test_the_button_stops(window, qtbot):
+    with qtbot.waitSignal(window.stopPressed, timeout=5000):
+        qtbot.mouseClick(window.stopButton, Qt.LeftButton)
+
+
+def test_starting_is_offered_only_when_stopped(window, qtbot):
+    window.setState(State.CENTRING, "a target is seen")
+    assert not window.startButton.isEnabled()
+    window.setState(State.STOPPED, "stopped in the window")
+    with qtbot.waitSignal(window.startPressed, timeout=5000):
+        qtbot.mouseClick(window.startButton, Qt.LeftButton)
+
+
+# -- setters ---------------------------------------------------------------------------------------
+def test_the_state_is_lit_and_told(window):
+    window.setState(State.WAITING, "centred; no marker yet")
+    assert window.states.state is State.WAITING
+    assert window.reasonLabel.text() == "centred; no marker yet"
+    colours = {window.grab().toImage().pixelColor(x, window.states.geometry().center().y()).name()
+               for x in range(window.states.x(), window.states.geometry().right())}  # fmt: skip
+    assert "#50a0fa" in colours
+
+
+def test_a_state_that_was_entered_goes_into_the_history(window):
+    window.addEntry(Entry(0.0, State.LOST, "no picture yet"))
+    window.addEntry(Entry(1.25, State.CENTRING, "a target is seen"))
+    rows = [window.history.topLevelItem(index) for index in range(window.history.topLevelItemCount())]
+    texts = [[row.text(column) for column in range(3)] for row in rows]
+    assert texts[1] == ["1.25 s", "centring", "a target is seen"]
+
+
+def test_a_picture_keeps_its_colours_and_what_lies_over_it(window, qtbot):
+    pixels = np.full((300, 400, 3), (250, 20, 40), np.uint8)
+    drawing = Drawing([Stroke(np.array([(100.0, 150.0), (300.0, 150.0)]), (10, 240, 30), weight=3)])
+    with qtbot.waitSignal(window.canvas.painted, timeout=5000):
+        window.setPicture(DisplayImage(pixels, Region(0, 0, 400, 300)), 400, 300, drawing)
+    image = window.canvas.grab().toImage()
+    at = window.canvas.frameToView
+    assert image.pixelColor(at(200, 50).toPoint()).getRgb()[:3] == (250, 20, 40)
+    line = image.pixelColor(at(200, 150.5).toPoint())
+    assert line.green() > 180
+    assert line.red() < 120
+
+
+def test_curves_are_shown_in_the_units_people_use(window):
+    curves = np.zeros((3, 9))
+    curves[:, 0] = (-2, -1, 0)
+    curves[:, 1], curves[:, 2] = (0.2, 0.1, np.nan), np.radians((10, 5, np.nan))
+    curves[:, 4], curves[:, 8] = 0.05, np.radians(3)
+    window.setCurves(curves)
+    assert window.distancePlot.values()[:2] == pytest.approx([200, 100])
+    assert window.anglePlot.values()[:2] == pytest.approx([10, 5])
+    assert window.velocityPlot.values(1) == pytest.approx([50] * 3)
+    assert window.turnPlot.values(2) == pytest.approx([3] * 3)
+
+
+def test_gains_go_in_without_coming_out_and_come_out_when_set_by_hand(window, qtbot):
+    with qtbot.assertNotEmitted(window.tuningChanged):
+        window.setTuning(dataclasses.replace(TUNING, head_gain=1.25, rate=80))
+    assert (window.headGainBox.value(), window.rateBox.value()) == (1.25, 80)
+    with qtbot.waitSignal(window.tuningChanged, timeout=5000) as caught:
+        window.armFastestBox.setValue(60)
+    assert caught.args[0] == dataclasses.replace(TUNING, head_gain=1.25, rate=80, arm_fastest=60)
+
+
+@pytest.mark.parametrize("theme", [Theme.LIGHT, Theme.DARK])
+def test_it_is_dressed_in_either_look(window, qapp, theme):
+    colours = dress(qapp, theme)
+    qapp.processEvents()
+    view = window.robotView
+    assert view.grab().toImage().pixelColor(2, view.height() // 3).name() == colours.panel
+
+
+# -- the robot in space ----------------------------------------------------------------------------
+def hues(view):
+    image = view.grab().toImage()
+    return {
+        image.pixelColor(x, y).name() for x in range(0, image.width(), 2) for y in range(0, image.height(), 2)
+    }
+
+
+def test_a_robot_is_drawn_with_its_marker(window):
+    empty = hues(window.robotView)
+    window.setPosture(posture())
+    drawn = hues(window.robotView)
+    assert len(drawn) > len(empty) + 50
+    window.setPosture(None)
+    assert len(hues(window.robotView)) < len(drawn)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"marker": None, "goal": None, "person": None},
+        {"sight": np.zeros((0, 3))},
+        {"skeleton": []},
+        {"hand": geometry.pose(None, (50.0, 50.0, 50.0))},
+        {"marker": geometry.pose(None, (-50.0, 3.0, 50.0))},
+    ],
+    ids=["alone", "no sight", "no body", "far away", "behind the eye"],
+)
+def test_whatever_is_not_known_or_seen_is_left_out(window, changes):
+    window.setPosture(posture(**changes))
+    assert hues(window.robotView)
+
+
+def move(view, x, y):
+    """A mouse's move; the one of QTest forgets which button is held."""
+    event = QMouseEvent(QEvent.MouseMove, QPointF(x, y), Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
+    QApplication.sendEvent(view, event)
+
+
+def test_a_drag_turns_and_a_double_click_goes_back(window, qtbot):
+    view = window.robotView
+    view.setGeometry(0, 0, 400, 300)
+    before = view.orbit
+    qtbot.mousePress(view, Qt.LeftButton, pos=QPoint(100, 100))
+    move(view, 150, 80)
+    qtbot.mouseRelease(view, Qt.LeftButton, pos=QPoint(150, 80))
+    assert view.orbit.azimuth < before.azimuth
+    assert view.orbit.elevation < before.elevation
+    turned = view.orbit
+    move(view, 10, 10)
+    assert view.orbit == turned
+    qtbot.mouseDClick(view, Qt.LeftButton)
+    assert view.orbit == before
+
+
+def test_the_wheel_goes_nearer(window, qapp):
+    view, middle = window.robotView, QPointF(50, 50)
+    far = view.orbit.distance
+    event = QWheelEvent(
+        middle, middle, QPoint(), QPoint(0, 120), Qt.NoButton, Qt.NoModifier, Qt.NoScrollPhase, False
+    )
+    qapp.sendEvent(view, event)
+    assert view.orbit.distance < far
+
+
+def test_an_orbit_sees_its_centre_in_the_middle_and_up_as_up():
+    orbit = Orbit(azimuth=1.0, elevation=0.3, distance=2.0)
+    seen = orbit.seen([orbit.centre, np.add(orbit.centre, (0, 0, 0.1))])
+    flat = orbit.flat(seen, 400, 300)
+    assert flat[0] == pytest.approx((200, 150))
+    assert seen[0] == pytest.approx((0, 0, 2.0))
+    assert flat[1][0] == pytest.approx(200)
+    assert flat[1][1] < 150
+
+
+def test_a_line_is_cut_off_before_the_eye():
+    orbit = Orbit()
+    behind = np.array(orbit.centre) - 3 * orbit.distance * orbit.axes[2]
+    (part,) = orbit.line([orbit.centre, behind], 400, 300)
+    assert np.isfinite(part[0]).all()
+    assert part[1] >= NEAR
+    assert orbit.line([behind, behind], 400, 300) == []
+
+
+# -- a live run ------------------------------------------------------------------------------------
+@pytest.fixture
+def live(qtbot, window):
+    """A pilot on the simulated robot, shown."""
+    threads = set(threading.enumerate())
     robot = SimTeo()
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
     pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
-    window = ServoWindow()
-    qtbot.addWidget(window)
-    presenter = ServoPresenter(window, pilot, desk.calibration().scaled_to)
+    controller = ServoController(window, pilot, desk.calibration().scaled_to)
     try:
-        pilot.start()
-        qtbot.waitUntil(lambda: window.pictureLabel.pixmap() is not None, timeout=10000)
-        qtbot.waitUntil(lambda: window.plotsLabel.pixmap() is not None, timeout=10000)
-        qtbot.waitUntil(lambda: robot.speed > 0.02, timeout=10000)
-        window.stopButton.click()
-        assert robot.speed == 0
-        qtbot.waitUntil(lambda: "stopped in the window" in window.stateLabel.text(), timeout=5000)
-        qtbot.waitUntil(window.resumeButton.isEnabled, timeout=5000)
-        window.resumeButton.click()
-        qtbot.waitUntil(lambda: robot.speed > 0.01, timeout=10000)
+        yield pilot, robot
     finally:
-        presenter.close()
+        controller.close()
         pilot.stop()
         camera.close()
+        # Those of the stop button end by themselves.
+        qtbot.waitUntil(lambda: set(threading.enumerate()) <= threads, timeout=5000)
+
+
+def test_a_live_run_is_shown_and_stopped_from_the_window(window, live, qtbot):
+    pilot, robot = live
+    pilot.start()
+    qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes), timeout=10000)
+    qtbot.waitUntil(lambda: robot.speed > 0.02, timeout=10000)
+    qtbot.waitUntil(lambda: window.distancePlot.values() is not None, timeout=10000)
+    window.stopButton.click()
+    qtbot.waitUntil(lambda: robot.speed == 0, timeout=1000)
+    qtbot.waitUntil(lambda: window.states.state is State.STOPPED, timeout=5000)
+    assert window.reasonLabel.text() == "stopped in the window"
+    assert window.history.topLevelItem(window.history.topLevelItemCount() - 1).text(1) == "stopped"
+    qtbot.waitUntil(window.startButton.isEnabled, timeout=5000)
+    window.startButton.click()
+    qtbot.waitUntil(lambda: robot.speed > 0.01, timeout=10000)
+
+
+def test_a_gain_set_in_the_window_reaches_the_loop_and_nonsense_does_not(window, live, qtbot):
+    pilot, _ = live
+    pilot.start()
+    window.headGainBox.setValue(0.7)
+    qtbot.waitUntil(lambda: pilot.config.head.gain == 0.7, timeout=5000)
+    window.tuningChanged.emit(dataclasses.replace(TUNING, rate=5))
+    assert "too long" in window.messages.messages[0]
+    assert window.rateBox.value() == 50
+
+
+def test_a_stop_that_hangs_in_the_network_does_not_hold_up_the_window(window, live, qtbot):
+    pilot, robot = live
+    entered, leave = threading.Event(), threading.Event()
+    stop = robot.stop
+
+    def hang():
+        entered.set()
+        leave.wait(10)
+        stop()
+
+    robot.stop = hang
+    window.stopButton.click()  # returns at once, or the test would end in its time limit
+    assert entered.wait(5)
+    leave.set()
+    qtbot.waitUntil(lambda: bool(pilot.gate.halted), timeout=5000)
+
+
+def test_a_run_that_failed_says_why_and_can_be_started_again(window, live, qtbot):
+    pilot, _ = live
+    make = pilot._make_detector
+
+    def fail(frame):
+        raise FrameTimeoutError("the lens fell off")
+
+    pilot._make_detector = fail
+    pilot.start()
+    qtbot.waitUntil(lambda: window.messages.messages == ["the lens fell off"], timeout=10000)
+    pilot._make_detector = make
+    qtbot.waitUntil(lambda: not pilot.running and window.startButton.isEnabled(), timeout=5000)
+    window.startButton.click()
+    qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes), timeout=10000)
+
+
+def test_the_robot_that_is_drawn_is_the_one_that_moves(live, window, qtbot):
+    pilot, robot = live
+    pilot.start()
+    qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes), timeout=10000)
+    shown = window.robotView.posture
+    reach = teo.RIGHT_ARM.forward(robot.state().arm)[:3, 3]
+    assert np.linalg.norm(shown.hand[:3, 3] - reach) < 0.05
+    assert shown.sight.shape == (4, 3)

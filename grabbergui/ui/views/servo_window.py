@@ -1,67 +1,187 @@
-"""The servoing window: the picture with what was found in it, the state, curves, and the emergency stop."""
+"""The servoing window: the picture and what was found in it, the robot, states, curves, emergency stop."""
 
 from __future__ import annotations
 
-import cv2
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
-from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QImage, QKeyEvent, QPixmap
-from PyQt5.QtWidgets import QLabel, QPushButton, QWidget
+from PyQt5.QtCore import QEvent, QObject, QSignalBlocker, Qt, pyqtSignal
+from PyQt5.QtGui import QColor, QIcon, QKeyEvent, QPainter, QPixmap
+from PyQt5.QtWidgets import (
+    QDoubleSpinBox,
+    QLabel,
+    QPushButton,
+    QSplitter,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
 
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.models.servo_tuning import Tuning
+from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture
+from grabbergui.servo.overlay import Drawing, colour_of
+from grabbergui.servo.state_machine import State
+from grabbergui.ui import icons
+from grabbergui.ui.editors.wheel_guard import WheelGuard
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.drawing_item import DrawingItem
+from grabbergui.ui.widgets.message_stack import MessageStack
+from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.robot_view import RobotView
+from grabbergui.ui.widgets.state_strip import StateStrip
+from grabbergui.ui.widgets.time_plot import TimePlot
+
+STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 
 
 class ServoWindow(QWidget):
     """Setters and signals; what is shown is decided elsewhere."""
 
     stopPressed = pyqtSignal()
-    resumePressed = pyqtSignal()
+    startPressed = pyqtSignal()
+    tuningChanged = pyqtSignal(object)
+    """A Tuning that was set by hand."""
+    viewChanged = pyqtSignal(object, object)
+    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
 
-    pictureLabel: QLabel
-    plotsLabel: QLabel
-    stateLabel: QLabel
+    messages: MessageStack
+    states: StateStrip
+    reasonLabel: QLabel
+    startButton: QPushButton
     stopButton: QPushButton
-    resumeButton: QPushButton
+    sides: QSplitter
+    canvas: PictureCanvas
+    history: QTreeWidget
+    headGainBox: QDoubleSpinBox
+    headFastestBox: QDoubleSpinBox
+    armGainBox: QDoubleSpinBox
+    armFastestBox: QDoubleSpinBox
+    rateBox: QDoubleSpinBox
+    robotView: RobotView
+    distancePlot: TimePlot
+    anglePlot: TimePlot
+    velocityPlot: TimePlot
+    turnPlot: TimePlot
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("servo", self)
+        self.sides.setSizes([760, 600])
+        self.drawing = DrawingItem()
+        """What lies over the picture."""
+        self.canvas.addOverlay(self.drawing)
+        self.canvas.viewChanged.connect(self.viewChanged)
+        self.distancePlot.setUp(self.tr("hand to goal, mm"), (), CURVE_SECONDS)
+        self.anglePlot.setUp(self.tr("hand to goal, °"), (), CURVE_SECONDS)
+        self.velocityPlot.setUp(self.tr("velocity of the hand, mm/s"), "xyz", CURVE_SECONDS)
+        self.turnPlot.setUp(self.tr("turning of the hand, °/s"), "xyz", CURVE_SECONDS, shows_time=True)
+        self.history.setColumnWidth(0, 76)
+        self.history.setColumnWidth(1, 176)
         self.stopButton.clicked.connect(lambda: self.stopPressed.emit())
-        self.resumeButton.clicked.connect(lambda: self.resumePressed.emit())
-        # Keys go to the window itself: a focused button would take Space for a click of its own.
-        for button in (self.stopButton, self.resumeButton):
-            button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.startButton.clicked.connect(lambda: self.startPressed.emit())
+        self._boxes = (
+            self.headGainBox,
+            self.headFastestBox,
+            self.armGainBox,
+            self.armFastestBox,
+            self.rateBox,
+        )
+        for box in self._boxes:
+            WheelGuard(box)
+            box.setKeyboardTracking(False)
+            box.valueChanged.connect(self._on_box_value_changed)
+        # Whatever has the focus, a button or a number being typed: these keys stop.
+        for child in self.findChildren(QWidget):
+            child.installEventFilter(self)
+        icons.apply(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Space and Escape stop, before any child makes something else of them."""
+        if isinstance(event, QKeyEvent) and event.key() in STOP_KEYS:
+            if event.type() == QEvent.Type.ShortcutOverride:
+                event.accept()
+                return True
+            if event.type() == QEvent.Type.KeyPress:
+                self._stop(event)
+                return True
+        return super().eventFilter(watched, event)
 
     def keyPressEvent(self, event: QKeyEvent | None) -> None:
-        """Space and Escape stop."""
-        if event is not None and event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Escape):
-            self.stopPressed.emit()
+        """Space and Escape stop where nothing has the focus, too."""
+        if event is not None and event.key() in STOP_KEYS:
+            self._stop(event)
         else:
             super().keyPressEvent(event)
 
-    def setPicture(self, pixels: NDArray[np.uint8]) -> None:
-        """Show a picture (rows, columns, 3) R G B."""
-        _show(self.pictureLabel, pixels)
+    # -- setters ---------------------------------------------------------------------------------
+    def setPicture(self, image: DisplayImage, width: int, height: int, drawing: Drawing) -> None:
+        """Show a picture of that size and what lies over it."""
+        self.canvas.setPicture(image, width, height)
+        self.drawing.setDrawing(drawing, width, height)
 
-    def setPlots(self, pixels: NDArray[np.uint8]) -> None:
-        """Show curves (rows, columns, 3) R G B."""
-        _show(self.plotsLabel, pixels)
+    def setPosture(self, posture: Posture | None) -> None:
+        """Show where the robot is."""
+        self.robotView.setPosture(posture)
 
-    def setState(self, state: str, reason: str) -> None:
+    def setState(self, state: State, reason: str) -> None:
         """Tell the state and why."""
-        self.stateLabel.setText(f"{state}: {reason}")
+        self.states.setState(state)
+        self.reasonLabel.setText(reason)
+        self.startButton.setEnabled(state is State.STOPPED)
 
-    def setStopped(self, stopped: bool) -> None:
-        """Offer to resume only what is stopped."""
-        self.resumeButton.setEnabled(stopped)
+    def addEntry(self, entry: Entry) -> None:
+        """Add a line to the history."""
+        row = QTreeWidgetItem([f"{entry.time:.2f} s", entry.state.value, entry.reason])
+        row.setIcon(1, _dot(QColor(*colour_of(entry.state))))
+        row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter))
+        row.setToolTip(2, entry.reason)
+        self.history.addTopLevelItem(row)
+        self.history.scrollToItem(row)
+
+    def setCurves(self, curves: NDArray[np.float64]) -> None:
+        """Show curves (n, 9): seconds before now, error in m and rad, twist in m/s and rad/s."""
+        times, degrees = curves[:, 0], 180 / math.pi
+        self.distancePlot.setCurves(times, curves[:, 1:2] * 1e3)
+        self.anglePlot.setCurves(times, curves[:, 2:3] * degrees)
+        self.velocityPlot.setCurves(times, curves[:, 3:6] * 1e3)
+        self.turnPlot.setCurves(times, curves[:, 6:9] * degrees)
+
+    def setTuning(self, tuning: Tuning) -> None:
+        """Show gains, limits and rate."""
+        for box, value in zip(self._boxes, _values(tuning), strict=True):
+            with QSignalBlocker(box):
+                box.setValue(value)
+
+    # -- inside ----------------------------------------------------------------------------------
+    def _stop(self, event: QKeyEvent) -> None:
+        event.accept()
+        if not event.isAutoRepeat():
+            self.stopPressed.emit()
+
+    def _on_box_value_changed(self) -> None:
+        self.tuningChanged.emit(Tuning(*(box.value() for box in self._boxes)))
 
 
-def _show(label: QLabel, pixels: NDArray[np.uint8]) -> None:
-    scale = min(label.width() / pixels.shape[1], label.height() / pixels.shape[0])
-    width, height = (max(1, int(side * scale)) for side in (pixels.shape[1], pixels.shape[0]))
-    # Not by Qt, which would keep the loop's thread waiting for the interpreter meanwhile.
-    scaled = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
-    # QImage only borrows the bytes; they live until the pixmap has its own copy.
-    data = scaled.tobytes()
-    label.setPixmap(QPixmap.fromImage(QImage(data, width, height, 3 * width, QImage.Format.Format_RGB888)))
+def _dot(colour: QColor) -> QIcon:
+    canvas = QPixmap(16, 16)
+    canvas.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(canvas)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    painter.drawEllipse(3, 3, 10, 10)
+    painter.end()
+    return QIcon(canvas)
+
+
+def _values(tuning: Tuning) -> Sequence[float]:
+    return (
+        tuning.head_gain,
+        tuning.head_fastest,
+        tuning.arm_gain,
+        tuning.arm_fastest,
+        tuning.rate,
+    )

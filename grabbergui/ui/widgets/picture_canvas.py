@@ -90,6 +90,10 @@ class PictureCanvas(pg.GraphicsView):
             else:
                 self._announce()
 
+    def addOverlay(self, item: pg.GraphicsObject) -> None:
+        """Lay something over the picture, in its pixels."""
+        self._box.addItem(item, ignoreBounds=True)
+
     def clear(self) -> None:
         """Show nothing."""
         self._item.hide()

@@ -1,0 +1,268 @@
+"""A run of the servo loop as a window shows it: the picture, the drawing over it, the robot, curves, states.
+
+The loop's thread only leaves its newest turn here. A thread of its own makes what is shown of it, no more
+often than eyes need, and waits until it was taken, so that a slow screen never delays the robot.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from psygnal import Signal
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.frame import Frame
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.region import Region
+from grabbergui.models.rendering import DisplaySettings, render
+from grabbergui.servo import overlay
+from grabbergui.servo.detection import Sighting
+from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.servo.loop import Turn
+from grabbergui.servo.overlay import Drawing
+from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.state_machine import State
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.04
+"Seconds between two pictures at least."
+PATIENCE = 0.1
+"Seconds after which a turn without a picture is shown too."
+TAKE_WAIT = 0.5
+"Seconds to wait for the window; it may be hidden, then nobody takes what is offered."
+CURVE_SECONDS = 20.0
+CURVE_RATE = 50.0
+"Points per second that are kept of the curves."
+ENTRIES = 200
+"Of the history of states."
+_COLUMNS = 9
+"Time, error (m, rad), twist (m/s, rad/s)."
+
+CalibrationFor = Callable[[int, int], Calibration]
+"Width and height of pictures to their calibration."
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """Where everything is in the robot's base, metres."""
+
+    skeleton: list[NDArray[np.float64]]
+    "Lines from joint to joint, each (n, 3)."
+    hand: Pose
+    camera: Pose
+    sight: NDArray[np.float64]
+    "(4, 3): directions in the camera's frame through the corners of its picture, z = 1; (0, 3) before one."
+    marker: Pose | None
+    goal: Pose | None
+    "Where the hand is to be for this marker."
+    person: Vector | None
+    marker_size: float
+    workspace: tuple[Vector, Vector]
+    "Its lowest and its highest corner."
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A state and since when."""
+
+    time: float
+    "Seconds since the first turn."
+    state: State
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What one moment looks like."""
+
+    turn: Turn
+    image: DisplayImage | None
+    "None where no picture came since the last time."
+    size: tuple[int, int]
+    "Width and height of the whole picture."
+    drawing: Drawing
+    posture: Posture | None
+    "None while the robot has not answered."
+
+
+@dataclass(frozen=True, eq=False)
+class _Newest:
+    """What the loop left here."""
+
+    turn: Turn
+    sighting: Sighting | None
+    marker: Pose | None
+    goal: Pose | None
+    person: Vector | None
+
+
+class ServoModel:
+    """Follows a pilot. `take`, `curves` and `entries` may be called from any thread and wait for nothing."""
+
+    ready = Signal()
+    """Something can be had from `take`; on the thread that made it."""
+    entered = Signal(Entry)
+    """Another state; on the loop's thread."""
+
+    def __init__(self, pilot: Pilot, calibration: CalibrationFor) -> None:
+        self._pilot = pilot
+        self._calibration = calibration
+        self._newest: _Newest | None = None
+        self._frame: Frame | None = None
+        self._offer: Shown | None = None
+        self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
+        self._sight = np.zeros((0, 3))
+        self._fresh, self._taken = threading.Event(), threading.Event()
+        self._open = False
+        self._thread: threading.Thread | None = None
+        self._lock = threading.Lock()
+        self._began: float | None = None
+        self._state: State | None = None
+        self._rows = np.full((round(CURVE_SECONDS * CURVE_RATE), _COLUMNS), np.nan)
+        self._count = 0
+        self._entries: deque[Entry] = deque(maxlen=ENTRIES)
+
+    def open(self) -> None:
+        """Begin to follow."""
+        self._open = True
+        self._pilot.turned.connect(self._on_turned)
+        self._thread = threading.Thread(target=self._show, name="servo display", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Let go of the pilot; the thread has ended on return. May be called twice."""
+        self._open = False
+        self._pilot.turned.disconnect(self._on_turned, missing_ok=True)
+        self._fresh.set()
+        self._taken.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    @property
+    def entries(self) -> list[Entry]:
+        """The states so far, the newest last."""
+        with self._lock:
+            return list(self._entries)
+
+    def curves(self) -> NDArray[np.float64]:
+        """(n, 9), the newest last: seconds before now, error in m and rad, twist in m/s and rad/s."""
+        with self._lock:
+            length = len(self._rows)
+            rows = np.roll(self._rows, -(self._count % length), axis=0)[max(length - self._count, 0) :]
+        rows[:, 0] -= rows[-1, 0] if len(rows) else 0.0
+        return rows
+
+    def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
+        """What the view shows: a region of the picture (None: all of it), in `size` screen pixels."""
+        self._view = region, size
+
+    def take(self) -> Shown | None:
+        """What is offered, once; None where nothing is."""
+        with self._lock:
+            offer, self._offer = self._offer, None
+        self._taken.set()
+        return offer
+
+    # -- loop thread -----------------------------------------------------------------------------
+    def _on_turned(self, turn: Turn, frame: Frame | None) -> None:
+        loop = self._pilot.loop
+        marker = loop.marker.pose
+        goal = None if marker is None else loop.arm.goal(marker)
+        self._newest = _Newest(turn, loop.sighting, marker, goal, loop.person.point)
+        if frame is not None:
+            self._frame = frame
+            self._fresh.set()
+        entry = self._note(turn)
+        if entry is not None:
+            self.entered.emit(entry)
+
+    def _note(self, turn: Turn) -> Entry | None:
+        with self._lock:
+            if self._began is None:
+                self._began = turn.time
+            row = self._rows[(self._count - 1) % len(self._rows)]
+            if not self._count or turn.time - row[0] >= 0.9 / CURVE_RATE:
+                row = self._rows[self._count % len(self._rows)]
+                row[0], row[1:3], row[3:] = turn.time, turn.error, turn.command.hand
+                self._count += 1
+            if turn.state is self._state:
+                return None
+            self._state = turn.state
+            entry = Entry(turn.time - self._began, turn.state, turn.reason)
+            self._entries.append(entry)
+            return entry
+
+    # -- display thread --------------------------------------------------------------------------
+    def _show(self) -> None:
+        while self._open:
+            began = time.monotonic()
+            self._fresh.wait(PATIENCE)
+            self._fresh.clear()
+            frame, self._frame = self._frame, None
+            newest = self._newest
+            if newest is None or not self._open:
+                continue
+            try:
+                shown = self._made(newest, frame)
+            except (GrabberError, ArithmeticError) as error:
+                log.warning("a moment of the loop cannot be shown: %s", error)
+                continue
+            with self._lock:
+                self._taken.clear()
+                self._offer = shown
+            self.ready.emit()
+            self._taken.wait(TAKE_WAIT)
+            time.sleep(max(0.0, began + PERIOD - time.monotonic()))
+
+    def _made(self, newest: _Newest, frame: Frame | None) -> Shown:
+        turn, image, size = newest.turn, None, (0, 0)
+        drawing = Drawing()
+        if frame is not None:
+            size = frame.width, frame.height
+            image = render(frame, *self._view, DisplaySettings())
+            calibration = self._calibration(*size)
+            drawing = overlay.drawing(turn, newest.sighting, calibration, self._pilot.config.head)
+            self._sight = _sight(calibration)
+        return Shown(turn, image, size, drawing, self._posture(newest))
+
+    def _posture(self, newest: _Newest) -> Posture | None:
+        state = newest.turn.robot
+        if state is None:
+            return None
+        robot, config = self._pilot.robot, self._pilot.config
+        arm = config.arm
+        return Posture(
+            robot.skeleton(state),
+            state.hand,
+            robot.camera_pose(state.head),
+            self._sight,
+            newest.marker,
+            newest.goal,
+            newest.person,
+            config.marker.size,
+            (np.array([arm.x_low, arm.y_low, arm.z_low]), np.array([arm.x_high, arm.y_high, arm.z_high])),
+        )
+
+
+def _sight(calibration: Calibration) -> NDArray[np.float64]:
+    """Directions through the picture's corners; distortion bends them too little to be seen."""
+    corners = [
+        (x, y, 1.0)
+        for x, y in (
+            (-0.5, -0.5),
+            (calibration.width - 0.5, -0.5),
+            (calibration.width - 0.5, calibration.height - 0.5),
+            (-0.5, calibration.height - 0.5),
+        )
+    ]
+    directions: NDArray[np.float64] = np.array(corners) @ np.linalg.inv(calibration.matrix).T
+    return directions
