@@ -26,6 +26,7 @@ _KINDS: dict[str, str] = {
     "gige": "grabbergui.driver.gige.source",
     "u3v": "grabbergui.driver.u3v.source",
     "gentl": "grabbergui.driver.gentl.source",
+    "aravis": "grabbergui.driver.aravis.source",
     "yarp": "grabbergui.net.yarp.source",
     "ros2": "grabbergui.net.ros2.source",
     "file": "grabbergui.driver.playback.source",

@@ -1,0 +1,32 @@
+"""`aravis:` sources: `aravis:` the first found, `aravis:192.168.0.10`, `aravis:SERIAL`, `aravis:AravisID`."""
+
+from __future__ import annotations
+
+import os
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.aravis.cameras import find_cameras
+from grabbergui.driver.aravis.device import AravisDevice
+from grabbergui.driver.aravis.library import load
+from grabbergui.driver.camera import Camera
+
+SEARCH = "GRABBERGUI_ARAVIS"
+"""Environment variable: set to 1, searches list what Aravis sees too, beside our own finds of the same."""
+
+
+def create(uri: SourceUri) -> FrameGrabber:
+    """The camera that a URI names, not yet opened. Raises UsageError, SourceUnavailableError."""
+    if uri.options:
+        raise UsageError(f"{uri}: aravis: sources have no options")
+    load()
+    info = DeviceInfo(str(uri), bus="Aravis", address=uri.name)
+    return Camera(AravisDevice(uri.name, info))
+
+
+def discover(timeout: float) -> list[DeviceInfo]:
+    """What Aravis sees, where the user wants it (`SEARCH`); takes its own second whatever `timeout` says."""
+    if os.environ.get(SEARCH, "") in ("", "0"):
+        return []
+    return [camera.info() for camera in find_cameras()]

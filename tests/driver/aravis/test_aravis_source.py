@@ -1,0 +1,192 @@
+"""`aravis:` sources on Aravis's own fake camera and on our simulated one."""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+from collections.abc import Iterator
+from contextlib import closing
+from typing import Any
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    DeviceLostError,
+    DeviceStatusError,
+    FeatureValueError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    UsageError,
+)
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.aravis import library, source
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
+
+try:
+    library.load()
+except SourceUnavailableError as missing:
+    pytestmark = [pytest.mark.aravis, pytest.mark.skip(reason=str(missing))]
+else:
+    pytestmark = pytest.mark.aravis
+
+ADDRESS = f"127.82.{os.getpid() % 250 + 1}.1"
+
+
+@pytest.fixture
+def simulated() -> Iterator[GigeCamera]:
+    power_on = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.FRAME_RATE: 50.0, reg.EXPOSURE_TIME: 1000.0}
+    with closing(GigeCamera(ADDRESS, power_on=power_on)) as camera:
+        yield camera
+
+
+@pytest.fixture
+def opened(simulated: GigeCamera) -> Iterator[FrameGrabber]:
+    before = set(threading.enumerate())
+    grabber = sources.create(f"aravis:{ADDRESS}")
+    grabber.open()
+    yield grabber
+    grabber.close()
+    assert set(threading.enumerate()) <= before
+
+
+def test_frames_arrive_whole_and_in_order(opened: FrameGrabber) -> None:
+    frames = opened.open_queue(30)
+    opened.start()
+    grabbed = [frames.get(5) for _ in range(20)]
+    opened.stop()
+    ids = [frame.frame_id for frame in grabbed]
+    assert ids == sorted(set(ids))
+    assert {(frame.raw().shape, frame.pixel_format.name) for frame in grabbed} == {((48, 64), "Mono8")}
+    statistics = opened.statistics()
+    assert statistics.frames >= 20 and statistics.bytes == statistics.frames * 64 * 48
+    assert statistics.packets >= 20 * 5
+
+
+def test_the_same_node_map_serves(opened: FrameGrabber, simulated: GigeCamera) -> None:
+    assert opened.write_feature("ExposureTime", 2500.0).value == 2500.0
+    assert simulated.model.memory.number(reg.EXPOSURE_TIME) == 2500.0
+    with pytest.raises(FeatureValueError, match="ExposureTime"):
+        opened.write_feature("ExposureTime", -1.0)
+    assert opened.info.bus == "Aravis"
+
+
+def test_a_format_changes_while_streaming(opened: FrameGrabber) -> None:
+    frames = opened.open_queue(2)
+    opened.start()
+    frames.get(5)
+    opened.write_feature("Width", 128)
+    while frames.get(5).width != 128:
+        pass
+
+
+def test_chunks_are_values(opened: FrameGrabber) -> None:
+    opened.write_feature("ChunkModeActive", True)
+    frames = opened.open_queue(2)
+    opened.start()
+    frame = frames.get(5)
+    assert frame.chunks["ChunkFrameID"] >= 1 and frame.chunks["ChunkExposureTime"] == 1000.0
+
+
+def test_frames_that_are_kept_stay_as_they_are(opened: FrameGrabber) -> None:
+    frames = opened.open_queue(30)
+    opened.start()
+    kept = [frames.get(5) for _ in range(15)]
+    copies = [frame.payload.copy() for frame in kept]
+    opened.close()
+    assert all((frame.payload == copy).all() for frame, copy in zip(kept, copies, strict=True))
+
+
+def test_a_held_camera_is_refused_and_can_be_read(simulated: GigeCamera) -> None:
+    with closing(sources.create(f"gige:{ADDRESS}")) as holder, closing(
+        sources.create(f"aravis:{ADDRESS}")
+    ) as grabber:
+        holder.open()
+        with pytest.raises(AccessDeniedError, match="another application controls"):
+            grabber.open()
+        grabber.open(Access.MONITOR)
+        assert grabber.feature("Width").value == 64 and not grabber.feature("Width").access.writable
+        with pytest.raises(AccessDeniedError, match="controls the camera"):
+            grabber.start()
+
+
+def test_reading_only_leaves_control_to_others(simulated: GigeCamera) -> None:
+    with closing(sources.create(f"aravis:{ADDRESS}")) as looker, closing(
+        sources.create(f"gige:{ADDRESS}")
+    ) as operator:
+        looker.open(Access.MONITOR)
+        operator.open()
+        assert operator.write_feature("Width", 80).value == 80
+
+
+def test_closing_gives_control_back_at_once(simulated: GigeCamera) -> None:
+    for _ in range(3):
+        grabber = sources.create(f"aravis:{ADDRESS}")
+        grabber.open()
+        assert simulated.control.controlled
+        grabber.close()
+        assert not simulated.control.controlled
+
+
+def test_what_the_camera_refuses_is_told(opened: FrameGrabber) -> None:
+    device: Any = opened.device  # type: ignore[attr-defined]
+    with pytest.raises(DeviceStatusError, match="reading 4 bytes at 0x1FFFF0"):
+        device.read(0x1FFFF0, 4)
+
+
+def test_after_closing_nothing_crashes(opened: FrameGrabber) -> None:
+    device: Any = opened.device  # type: ignore[attr-defined]
+    opened.close()
+    with pytest.raises(DeviceLostError, match="not open"):
+        device.read(0, 4)
+    device.close_stream()
+    assert device.stream_statistics().frame_rate == 0
+
+
+def test_control_that_went_elsewhere_is_told(opened: FrameGrabber, simulated: GigeCamera) -> None:
+    states: queue.Queue[ConnectionState] = queue.Queue()
+    opened.connection_changed.connect(lambda state, why: states.put(state))
+    simulated.control.release()
+    assert states.get(timeout=10) is ConnectionState.LOST
+    assert states.get(timeout=10) is ConnectionState.OPEN
+
+
+def test_its_own_fake_camera_is_listed_and_opened(
+    aravis_camera: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert source.discover(0.1) == []
+    monkeypatch.setenv(source.SEARCH, "1")
+    infos = {info.serial: info for info in source.discover(0.1)}
+    info = infos["GV01"]
+    assert (info.vendor, info.model, info.address) == ("Aravis", "Fake", "127.0.0.1")
+    with closing(sources.create(info.uri)) as grabber:
+        grabber.open()
+        assert grabber.info.serial == "GV01" and grabber.info.bus == "GigE Vision by Aravis"
+        assert grabber.write_feature("GainRaw", 5).value == 5
+        frames = grabber.open_queue(8)
+        grabber.start()
+        assert frames.get(5).raw().shape == (512, 512)
+
+
+def test_an_unknown_name_is_an_error_that_lists_what_is_there(aravis_camera: Any) -> None:
+    with pytest.raises(SourceNotFoundError, match="Aravis-Fake-GV01"):
+        sources.create("aravis:nobody").open()
+
+
+def test_options_are_refused() -> None:
+    with pytest.raises(UsageError, match="no options"):
+        sources.create("aravis:?packet_size=9000")
+
+
+def test_a_machine_without_the_library_is_told_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(library, "_places", lambda: iter(["libaravis-of-no-machine.so"]))
+    library.load.cache_clear()
+    try:
+        with pytest.raises(SourceUnavailableError, match="apt install libaravis"):
+            source.create(SourceUri.parse("aravis:"))
+    finally:
+        library.load.cache_clear()
