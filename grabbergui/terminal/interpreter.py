@@ -126,7 +126,9 @@ class Interpreter:
             name, _, text = name.partition("=")
         else:
             text = " ".join(value).removeprefix("=").strip()
-        if not text:
+        # An empty text is a value of its own, to be written as "".
+        is_empty_text = "" in value and self._grabber.feature(name).kind is FeatureKind.STRING
+        if not text and not is_empty_text:
             raise UsageError(f"{name}: which value? {self._grabber.feature(name).range_text()}")
         return self._line(self._grabber.write_feature(name, text))
 

@@ -43,6 +43,16 @@ def test_values_are_set_as_one_happens_to_type_them(terminal, line):
     assert terminal.execute("get_feature Width").startswith("Width = 128 px (16 … ")
 
 
+def test_an_empty_text_is_a_value(terminal, grabber):
+    terminal.execute("set DeviceUserID left")
+    terminal.execute('set DeviceUserID ""')
+
+    assert grabber.feature("DeviceUserID").value == ""
+    for line in ("set DeviceUserID", 'set Gain ""'):
+        with pytest.raises(UsageError, match="which value"):
+            terminal.execute(line)
+
+
 def test_automatic_modes(terminal):
     assert terminal.execute("auto ExposureTime").startswith("ExposureAuto = Continuous")
     assert terminal.execute("mode ExposureTime").startswith("ExposureAuto = Continuous")

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from grabbergui.core.errors import FeatureNotFoundError, FeatureValueError, GrabberError
+from grabbergui.core.errors import FeatureValueError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.net.feature_json import dumps
+from grabbergui.net.feature_modes import FeatureModes
 from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree_service import TreeService
 from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
-from grabbergui.net.yarp.dev.grabber_ids import FeatureMode, label
+from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
 
 
 class GrabberServices:
@@ -25,6 +25,7 @@ class GrabberServices:
 
         self._grabber = grabber
         self._numbers = NumberedFeatures(grabber)
+        self._modes = FeatureModes(grabber)
         self._tree = TreeService(grabber)
         for service, kind, action in (
             ("has_feature", srv.HasFeature, self._has),
@@ -44,46 +45,40 @@ class GrabberServices:
     def _has(self, request: Any, answer: Any) -> None:
         if request.name:
             answer.has_feature = self._grabber.has_feature(request.name)
-            if answer.has_feature:
-                feature = self._grabber.feature(request.name)
-                auto = self._grabber.feature(feature.auto) if feature.auto else None
-                answer.has_auto = auto is not None and _offers(auto, AUTO_CONTINUOUS)
-                answer.has_one_push = auto is not None and _offers(auto, AUTO_ONCE)
-                answer.has_manual = feature.access.writable or answer.has_auto
-                answer.has_on_off = feature.kind is FeatureKind.BOOLEAN
-            return
-        number = request.feature
-        answer.has_feature = self._numbers.has(number)
+        else:
+            answer.has_feature = self._numbers.has(_number(request))
         if answer.has_feature:
-            answer.has_auto = self._numbers.has_auto(number)
-            answer.has_manual = self._numbers.has_manual(number)
-            answer.has_one_push = self._numbers.has_one_push(number)
-            answer.has_on_off = self._numbers.has_on_off(number)
+            name = self._name(request)
+            answer.has_auto = self._modes.has_auto(name)
+            answer.has_manual = self._modes.has_manual(name)
+            answer.has_one_push = self._modes.has_one_push(name)
+            answer.has_on_off = self._modes.has_on_off(name)
 
     def _get(self, request: Any, answer: Any) -> None:
-        feature = self._feature(request)
-        _fill_value(answer, feature)
+        feature = self._grabber.feature(self._name(request))
+        self._fill_value(answer, request, feature)
         answer.unit = feature.unit
-        answer.active = True
-        if not request.name:
-            answer.active = self._numbers.active(request.feature)
-        if feature.auto is not None:
-            automatic = self._grabber.feature(feature.auto).value not in (AUTO_OFF, False, None)
-            answer.mode = FeatureMode.AUTO if automatic else FeatureMode.MANUAL
-        elif feature.access.writable:
+        answer.active = self._modes.active(feature.name)
+        if self._modes.automatic(feature.name):
+            answer.mode = FeatureMode.AUTO
+        elif feature.auto is not None or feature.access.writable:
             answer.mode = FeatureMode.MANUAL
 
     def _set(self, request: Any, answer: Any) -> None:
-        if request.name or request.text:
-            feature = self._feature(request)
-            value = request.text or _of_kind(feature, request.value)
-            _fill_value(answer, self._grabber.write_feature(feature.name, value))
+        name = self._name(request)
+        if _is_white_balance(request) and not request.text:
+            self._numbers.set_values(request.feature, request.value, request.second_value)
+        elif request.name or request.text:
+            feature = self._grabber.feature(name)
+            is_text = request.text or feature.kind is FeatureKind.STRING
+            value = request.text if is_text else _of_kind(feature, request.value)
+            self._grabber.write_feature(name, value)
         else:
             self._numbers.set_value(request.feature, request.value)
-            _fill_value(answer, self._feature(request))
+        self._fill_value(answer, request, self._grabber.feature(name))
 
     def _range(self, request: Any, answer: Any) -> None:
-        feature = self._feature(request)
+        feature = self._grabber.feature(self._name(request))
         answer.minimum = float(feature.minimum or 0)
         answer.maximum = float(feature.maximum or 0)
         answer.increment = float(feature.increment or 0)
@@ -93,35 +88,34 @@ class GrabberServices:
 
     def _set_mode(self, request: Any, answer: Any) -> None:
         manual, auto, once, on, off = range(1, 6)
-        mode = request.mode
-        if request.name:
-            feature = self._feature(request)
-            if mode in (on, off):
-                self._grabber.write_feature(feature.name, mode == on)
-                return
-            if feature.auto is None:
-                raise FeatureNotFoundError(
-                    f"{feature.name} has no automatic mode on this camera", feature.name
-                )
-            choices = {manual: AUTO_OFF, auto: AUTO_CONTINUOUS, once: AUTO_ONCE}
-            if mode not in choices:
-                raise FeatureValueError(f"{feature.name}: mode {mode} is none of 1 … 5", feature.name)
-            self._grabber.write_feature(feature.auto, choices[mode])
-        elif mode == once:
-            self._numbers.one_push(request.feature)
-        elif mode in (on, off):
-            self._numbers.set_active(request.feature, mode == on)
+        name = self._name(request)
+        if request.mode in (manual, auto):
+            self._modes.set_automatic(name, request.mode == auto)
+        elif request.mode == once:
+            self._modes.regulate_once(name)
+        elif request.mode in (on, off):
+            self._modes.set_active(name, request.mode == on)
         else:
-            self._numbers.set_mode(request.feature, mode)
+            raise FeatureValueError(f"{name}: mode {request.mode} is none of 1 … 5", name)
 
-    def _feature(self, request: Any) -> Feature:
+    def _name(self, request: Any) -> str:
+        """The GenICam name of what is asked for. Raises FeatureNotFoundError, UsageError for neither."""
         if request.name:
-            return self._grabber.feature(request.name)
-        name = self._numbers.name(request.feature)
-        if name is None:
-            what = label(request.feature)
-            raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what}", what)
-        return self._grabber.feature(name)
+            return self._grabber.feature(request.name).name
+        return self._numbers.require(_number(request))
+
+    def _fill_value(self, answer: Any, request: Any, feature: Feature) -> None:
+        if _is_white_balance(request):
+            answer.value, answer.second_value = self._numbers.values(request.feature)
+            answer.text = f"{format_value(answer.value)} {format_value(answer.second_value)}"
+            return
+        value = feature.value
+        answer.text = format_value(value)
+        if feature.kind is FeatureKind.ENUMERATION:
+            names = [entry.name for entry in feature.entries]
+            answer.value = float(names.index(str(value))) if value in names else 0.0
+        elif isinstance(value, (bool, int, float)):
+            answer.value = float(value)
 
     # -- the tree ----------------------------------------------------------------------------------
     def _ask(self, request: Any, answer: Any) -> Any:
@@ -148,26 +142,24 @@ def _told(action: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
     return serve
 
 
-def _fill_value(answer: Any, feature: Feature) -> None:
-    value = feature.value
-    answer.text = format_value(value)
-    if feature.kind is FeatureKind.ENUMERATION:
-        names = [entry.name for entry in feature.entries]
-        answer.value = float(names.index(str(value))) if value in names else 0.0
-    elif isinstance(value, (bool, int, float)):
-        answer.value = float(value)
+def _number(request: Any) -> int:
+    """YARP's number in a request without a name. Raises UsageError where it names nothing either."""
+    if request.feature < 0:
+        raise UsageError("which feature? Give GenICam's name in `name`, or YARP's number in `feature`")
+    return int(request.feature)
+
+
+def _is_white_balance(request: Any) -> bool:
+    """Whether it is about the one feature that has two values."""
+    return not request.name and request.feature == FeatureId.WHITE_BALANCE
 
 
 def _of_kind(feature: Feature, value: float) -> float | bool | str:
     if feature.kind is FeatureKind.BOOLEAN:
         return value != 0
     if feature.kind is FeatureKind.ENUMERATION:
-        if value != int(value) or not 0 <= value < len(feature.entries):
+        if not value.is_integer() or not 0 <= value < len(feature.entries):
             last = len(feature.entries) - 1
             raise FeatureValueError(f"{feature.name}={value:g}: entries are counted 0 … {last}", feature.name)
         return feature.entries[int(value)].name
     return value
-
-
-def _offers(feature: Feature, entry: str) -> bool:
-    return any(entry == known.name for known in feature.entries)

@@ -14,7 +14,6 @@ pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
 pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
 pytestmark = pytest.mark.ros2
 
-from grabber_interfaces import srv  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from ros2_peers import until  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
@@ -55,29 +54,6 @@ def test_compressed_pictures_can_be_read(server, probe):
 
     assert message.format == "bayer_rggb8; jpeg compressed bgr8"
     assert cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR).shape == (240, 320, 3)
-
-
-def test_the_five_services(server, probe, camera):
-    assert probe.call(srv.HasFeature, "/cam/has_feature", feature=8).has_auto
-    assert not probe.call(srv.HasFeature, "/cam/has_feature", name="Warp").has_feature
-    answer = probe.call(srv.SetFeature, "/cam/set_feature", feature=8, value=5.0)
-    assert (answer.success, answer.value) == (True, 5.0) and camera.feature("Gain").value == 5
-    assert probe.call(srv.SetFeature, "/cam/set_feature", name="PixelFormat", text="Mono12").text == "Mono12"
-    answer = probe.call(srv.GetFeature, "/cam/get_feature", name="Gain")
-    assert (answer.value, answer.unit, answer.mode) == (5.0, "dB", srv.GetFeature.Response.MODE_MANUAL)
-    answer = probe.call(srv.GetFeatureRange, "/cam/get_feature_range", name="ExposureAuto")
-    assert answer.entries == ["Off", "Once", "Continuous"] and answer.writable
-    assert probe.call(srv.SetMode, "/cam/set_mode", feature=8, mode=2).success
-    assert camera.feature("GainAuto").value == "Continuous"
-
-
-def test_failures_are_replies(server, probe):
-    answer = probe.call(srv.SetFeature, "/cam/set_feature", name="Gain", value=99.0)
-    assert not answer.success and "allowed is 0 … 24 dB" in answer.message
-    answer = probe.call(srv.GetFeature, "/cam/get_feature", name="Gian")
-    assert not answer.success and "did you mean Gain" in answer.message
-    assert not probe.call(srv.GetFeature, "/cam/get_feature", feature=4711).success
-    assert not probe.call(srv.SetMode, "/cam/set_mode", name="Gain", mode=9).success
 
 
 def whole_sensor():

@@ -13,7 +13,8 @@ from contextlib import contextmanager
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, Role, automatic_mode_of, enabler_of
+from grabbergui.core.sfnc import Role
+from grabbergui.net.feature_modes import FeatureModes, offers
 from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode, label
 
 ROLES: dict[FeatureId, Role] = {
@@ -49,8 +50,6 @@ BALANCE_SELECTOR = "BalanceRatioSelector"
 RED, BLUE = "Red", "Blue"
 
 _NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
-_SWITCHES = (FeatureKind.BOOLEAN, FeatureKind.ENUMERATION)
-_ON, _OFF = "On", "Off"
 
 
 class NumberedFeatures:
@@ -64,6 +63,7 @@ class NumberedFeatures:
     def __init__(self, grabber: FrameGrabber, *, normalised: bool = False) -> None:
         self.normalised = normalised
         self._grabber = grabber
+        self._modes = FeatureModes(grabber)
         # Held over what must not interleave with another client's call: selecting a channel and using it.
         self._lock = threading.RLock()
 
@@ -71,6 +71,14 @@ class NumberedFeatures:
         """The GenICam feature that a YARP number stands for, or None."""
         role = _ROLE_OF_NUMBER.get(number)
         return role.find(self._grabber.has_feature) if role else None
+
+    def require(self, number: int) -> str:
+        """The name of a feature that is there. Raises FeatureNotFoundError."""
+        name = self.name(number) if self.has(number) else None
+        if name is None:
+            what = label(number)
+            raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what}", what)
+        return name
 
     # -- what there is -----------------------------------------------------------------------------
     def has(self, number: int) -> bool:
@@ -80,27 +88,23 @@ class NumberedFeatures:
 
     def has_auto(self, number: int) -> bool:
         """Whether the camera can regulate it by itself."""
-        auto = self._automatic(number)
-        return auto is not None and (auto.kind is FeatureKind.BOOLEAN or _offers(auto, AUTO_CONTINUOUS))
+        name = self.name(number)
+        return name is not None and self._modes.has_auto(name)
 
     def has_manual(self, number: int) -> bool:
         """Whether it can be set."""
         name = self.name(number)
-        # A feature under automatic control is read-only just now, but can be set after a change of mode.
-        return (
-            name is not None
-            and self.has(number)
-            and (self._grabber.feature(name).access.writable or self.has_auto(number))
-        )
+        return name is not None and self.has(number) and self._modes.has_manual(name)
 
     def has_one_push(self, number: int) -> bool:
         """Whether the camera can regulate it once and then keep it."""
-        auto = self._automatic(number)
-        return auto is not None and _offers(auto, AUTO_ONCE)
+        name = self.name(number)
+        return name is not None and self._modes.has_one_push(name)
 
     def has_on_off(self, number: int) -> bool:
         """Whether it can be switched on and off."""
-        return self._switch(number) is not None
+        name = self.name(number)
+        return name is not None and self._modes.has_on_off(name)
 
     # -- values ------------------------------------------------------------------------------------
     def value(self, number: int) -> float:
@@ -142,82 +146,36 @@ class NumberedFeatures:
     # -- modes -------------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:
         """Whether the camera regulates it just now."""
-        self._feature(number)
-        auto = self._automatic(number)
-        return FeatureMode.MANUAL if auto is None or _is_off(auto) else FeatureMode.AUTO
+        return FeatureMode.AUTO if self._modes.automatic(self.require(number)) else FeatureMode.MANUAL
 
     def set_mode(self, number: int, mode: int) -> None:
         """Let the camera regulate it, or keep it as it is."""
-        feature = self._feature(number)
-        auto = self._automatic(number)
+        name = self.require(number)
         if mode not in (FeatureMode.MANUAL, FeatureMode.AUTO):
-            raise FeatureValueError(
-                f"{feature.name}: mode {mode} is neither 1 (manual) nor 2 (auto)", feature.name
-            )
-        if auto is None:
-            if mode == FeatureMode.AUTO:
-                raise FeatureAccessError(f"{feature.name} has no automatic mode on this camera", feature.name)
-            return
-        automatic = mode == FeatureMode.AUTO
-        boolean = auto.kind is FeatureKind.BOOLEAN
-        self._grabber.write_feature(
-            auto.name, automatic if boolean else AUTO_CONTINUOUS if automatic else AUTO_OFF
-        )
+            raise FeatureValueError(f"{name}: mode {mode} is neither 1 (manual) nor 2 (auto)", name)
+        self._modes.set_automatic(name, mode == FeatureMode.AUTO)
 
     def one_push(self, number: int) -> None:
         """Regulate it once."""
-        feature = self._feature(number)
-        auto = self._automatic(number)
-        if auto is None or not _offers(auto, AUTO_ONCE):
-            raise FeatureAccessError(f"{feature.name} cannot be regulated once on this camera", feature.name)
-        self._grabber.write_feature(auto.name, AUTO_ONCE)
+        self._modes.regulate_once(self.require(number))
 
     def active(self, number: int) -> bool:
         """Whether it is switched on; what has no switch is on."""
-        self._feature(number)
-        switch = self._switch(number)
-        return switch is None or not _is_off(switch)
+        return self._modes.active(self.require(number))
 
     def set_active(self, number: int, on: bool) -> None:
         """Switch it on or off."""
-        feature = self._feature(number)
-        switch = self._switch(number)
-        if switch is None:
-            raise FeatureAccessError(
-                f"{feature.name} cannot be switched on and off on this camera", feature.name
-            )
-        value: FeatureValue = on if switch.kind is FeatureKind.BOOLEAN else _ON if on else _OFF
-        self._grabber.write_feature(switch.name, value)
+        self._modes.set_active(self.require(number), on)
 
     # -- inside ------------------------------------------------------------------------------------
     def _feature(self, number: int) -> Feature:
-        name = self.name(number) if self.has(number) else None
-        if name is None:
-            what = label(number)
-            raise FeatureNotFoundError(f"{self._grabber.info.title} has no {what} for YARP to use", what)
-        return self._grabber.feature(name)
-
-    def _automatic(self, number: int) -> Feature | None:
-        name = self.name(number)
-        auto = automatic_mode_of(name, self._grabber.has_feature) if name else None
-        return self._grabber.feature(auto) if auto else None
-
-    def _switch(self, number: int) -> Feature | None:
-        """The feature that switches it: its enabler, or itself where it is On or Off."""
-        name = self.name(number)
-        if name is None:
-            return None
-        enabler = enabler_of(name, self._grabber.has_feature)
-        feature = self._grabber.feature(enabler or name)
-        if feature.kind is FeatureKind.BOOLEAN:
-            return feature
-        return feature if _offers(feature, _ON) and _offers(feature, _OFF) else None
+        return self._grabber.feature(self.require(number))
 
     def _has_both_balances(self) -> bool:
         if not self._grabber.has_feature(BALANCE_SELECTOR):
             return False
         selector = self._grabber.feature(BALANCE_SELECTOR)
-        return _offers(selector, RED) and _offers(selector, BLUE)
+        return offers(selector, RED) and offers(selector, BLUE)
 
     @contextmanager
     def _balance(self, channel: str) -> Iterator[Feature]:
@@ -290,11 +248,3 @@ def _span(feature: Feature) -> tuple[float, float] | None:
         return None
     low, high = float(feature.minimum), float(feature.maximum)
     return (low, high) if low < high else None
-
-
-def _offers(feature: Feature, entry: str) -> bool:
-    return feature.kind is FeatureKind.ENUMERATION and any(entry == known.name for known in feature.entries)
-
-
-def _is_off(feature: Feature) -> bool:
-    return feature.value in (False, AUTO_OFF, None)

@@ -1,0 +1,101 @@
+"""Who regulates a feature, and whether it is switched on: its two companions on the camera.
+
+A feature may have an automatic mode (`ExposureAuto`) and a switch (`AcquisitionFrameRateEnable`), or be a
+switch itself (`TriggerMode`: On, Off). Both networks speak of them in YARP's words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grabbergui.core.errors import FeatureAccessError
+from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regulation import regulating
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of, enabler_of
+
+_ON, _OFF = "On", "Off"
+
+
+class FeatureModes:
+    """A grabber's features by GenICam name. Any thread; calls may ask the camera, and raise its errors."""
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+
+    # -- what there is -----------------------------------------------------------------------------
+    def has_auto(self, name: str) -> bool:
+        """Whether the camera can regulate it by itself."""
+        auto = self._automatic(name)
+        return auto is not None and (auto.kind is FeatureKind.BOOLEAN or offers(auto, AUTO_CONTINUOUS))
+
+    def has_manual(self, name: str) -> bool:
+        """Whether it can be set; one that is locked by its automatic mode can, after a change of mode."""
+        return self._grabber.feature(name).access.writable or self.has_auto(name)
+
+    def has_one_push(self, name: str) -> bool:
+        """Whether the camera can regulate it once and then keep it."""
+        auto = self._automatic(name)
+        return auto is not None and offers(auto, AUTO_ONCE)
+
+    def has_on_off(self, name: str) -> bool:
+        """Whether it can be switched on and off."""
+        return self._switch(name) is not None
+
+    # -- who regulates it --------------------------------------------------------------------------
+    def automatic(self, name: str) -> bool:
+        """Whether the camera regulates it just now."""
+        return regulating(self._automatic(name))
+
+    def set_automatic(self, name: str, on: bool) -> None:
+        """Let the camera regulate it, or keep it as it is."""
+        auto = self._automatic(name)
+        if auto is None:
+            if on:
+                raise FeatureAccessError(f"{name} has no automatic mode on this camera", name)
+            return
+        value = on if auto.kind is FeatureKind.BOOLEAN else AUTO_CONTINUOUS if on else AUTO_OFF
+        self._grabber.write_feature(auto.name, value)
+
+    def regulate_once(self, name: str) -> None:
+        """Let the camera regulate it once, and then keep it."""
+        auto = self._automatic(name)
+        if auto is None or not offers(auto, AUTO_ONCE):
+            raise FeatureAccessError(f"{name} cannot be regulated once on this camera", name)
+        self._grabber.write_feature(auto.name, AUTO_ONCE)
+
+    # -- whether it acts ---------------------------------------------------------------------------
+    def active(self, name: str) -> bool:
+        """Whether it is switched on; what has no switch is on."""
+        switch = self._switch(name)
+        return switch is None or switch.value not in (False, _OFF, None)
+
+    def set_active(self, name: str, on: bool) -> None:
+        """Switch it on or off."""
+        switch = self._switch(name)
+        if switch is None:
+            raise FeatureAccessError(f"{name} cannot be switched on and off on this camera", name)
+        value: FeatureValue = on if switch.kind is FeatureKind.BOOLEAN else _ON if on else _OFF
+        self._grabber.write_feature(switch.name, value)
+
+    # -- inside ------------------------------------------------------------------------------------
+    def _automatic(self, name: str) -> Feature | None:
+        return self._companion(name, automatic_mode_of)
+
+    def _switch(self, name: str) -> Feature | None:
+        """What switches it: its enabler, or itself where it is On or Off."""
+        feature = self._companion(name, enabler_of) or self._grabber.feature(name)
+        if feature.kind is FeatureKind.BOOLEAN:
+            return feature
+        return feature if offers(feature, _ON) and offers(feature, _OFF) else None
+
+    def _companion(
+        self, name: str, find: Callable[[str, Callable[[str], bool]], str | None]
+    ) -> Feature | None:
+        companion = find(name, self._grabber.has_feature)
+        return self._grabber.feature(companion) if companion else None
+
+
+def offers(feature: Feature, entry: str) -> bool:
+    """Whether it is an enumeration with this entry."""
+    return feature.kind is FeatureKind.ENUMERATION and any(entry == known.name for known in feature.entries)

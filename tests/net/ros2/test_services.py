@@ -1,0 +1,152 @@
+"""The services of grabber_interfaces, called by a node that knows nothing of us."""
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+pytestmark = pytest.mark.ros2
+
+from grabber_interfaces import srv  # noqa: E402
+from ros2_peers import Probe  # noqa: E402
+
+from grabbergui import sources  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+
+WHITE_BALANCE, GAIN, TRIGGER, FRAME_RATE = 3, 8, 12, 15
+MANUAL, AUTO, ONCE, ON, OFF = range(1, 6)
+
+
+@pytest.fixture(scope="module")
+def camera():
+    grabber = sources.create("sim:?width=64&height=48&pixel_format=BayerRG8")
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+@pytest.fixture(scope="module")
+def probe(camera, domain):
+    with Ros2GrabberServer(camera, "/cam"):
+        probe = Probe()
+        yield probe
+        probe.close()
+
+
+@pytest.fixture
+def call(probe):
+    def call(kind, **request):
+        name = "".join(f"_{c.lower()}" if c.isupper() else c for c in kind.__name__).strip("_")
+        return probe.call(kind, f"/cam/{name}", **request)
+
+    return call
+
+
+@pytest.mark.parametrize("which", [{"feature": GAIN}, {"name": "Gain"}, {"feature": 0, "name": "Gain"}])
+def test_a_number_and_a_name_mean_the_same_and_the_name_wins(call, camera, which):
+    assert call(srv.SetMode, mode=MANUAL, **which).success
+    has = call(srv.HasFeature, **which)
+    assert (has.success, has.has_feature, has.has_auto, has.has_one_push, has.has_manual) == (True,) * 5
+    assert not has.has_on_off
+
+    answer = call(srv.SetFeature, value=5.0, **which)
+
+    assert (answer.success, answer.value, answer.text) == (True, 5.0, "5")
+    assert camera.feature("Gain").value == 5
+    answer = call(srv.GetFeature, **which)
+    assert (answer.value, answer.unit, answer.mode, answer.active) == (5.0, "dB", MANUAL, True)
+    answer = call(srv.GetFeatureRange, **which)
+    assert (answer.minimum, answer.maximum, answer.unit, answer.writable) == (0.0, 24.0, "dB", True)
+
+
+@pytest.mark.parametrize("which", [{"feature": GAIN}, {"name": "Gain"}])
+def test_modes(call, camera, which):
+    assert call(srv.SetMode, mode=AUTO, **which).success
+    assert camera.feature("GainAuto").value == "Continuous"
+    assert call(srv.GetFeature, **which).mode == AUTO
+    assert call(srv.SetMode, mode=MANUAL, **which).success and camera.feature("GainAuto").value == "Off"
+    assert call(srv.SetMode, mode=ONCE, **which).success
+
+
+@pytest.mark.parametrize("which", [{"feature": FRAME_RATE}, {"name": "AcquisitionFrameRate"}])
+def test_a_switch_beside_the_feature(call, camera, which):
+    assert call(srv.HasFeature, **which).has_on_off
+    assert call(srv.SetMode, mode=OFF, **which).success
+    assert camera.feature("AcquisitionFrameRateEnable").value is False
+    assert not call(srv.GetFeature, **which).active
+    assert call(srv.SetMode, mode=ON, **which).success
+    assert camera.feature("AcquisitionFrameRateEnable").value is True
+    assert call(srv.GetFeature, **which).active
+
+
+@pytest.mark.parametrize("which", [{"feature": TRIGGER}, {"name": "TriggerMode"}])
+def test_a_feature_that_is_a_switch(call, camera, which):
+    assert call(srv.HasFeature, **which).has_on_off
+    assert call(srv.SetMode, mode=ON, **which).success and camera.feature("TriggerMode").value == "On"
+    assert call(srv.GetFeature, **which).active
+    assert call(srv.SetMode, mode=OFF, **which).success and camera.feature("TriggerMode").value == "Off"
+
+
+def test_a_boolean_is_a_switch(call, camera):
+    assert call(srv.SetMode, name="ReverseX", mode=ON).success and camera.feature("ReverseX").value is True
+    assert call(srv.SetFeature, name="ReverseX", value=0.0).text == "false"
+
+
+def test_white_balance_is_a_pair(call, camera):
+    selector = camera.feature("BalanceRatioSelector").value
+
+    answer = call(srv.SetFeature, feature=WHITE_BALANCE, value=1.5, second_value=2.5)
+
+    assert (answer.success, answer.value, answer.second_value) == (True, 1.5, 2.5)
+    answer = call(srv.GetFeature, feature=WHITE_BALANCE)
+    assert (answer.value, answer.second_value, answer.text) == (1.5, 2.5, "1.5 2.5")
+    assert camera.feature("BalanceRatioSelector").value == selector
+    assert call(srv.SetMode, feature=WHITE_BALANCE, mode=AUTO).success
+    assert camera.feature("BalanceWhiteAuto").value == "Continuous"
+    refused = call(srv.SetFeature, feature=WHITE_BALANCE, value=1.0, second_value=1000.0)
+    assert not refused.success and "allowed is" in refused.message
+
+
+def test_choices_go_by_text_and_by_place(call, camera):
+    assert call(srv.SetFeature, name="PixelFormat", text="Mono12").text == "Mono12"
+    entries = call(srv.GetFeatureRange, name="ExposureAuto").entries
+    assert entries == ["Off", "Once", "Continuous"]
+    assert call(srv.SetFeature, name="ExposureAuto", value=2.0).text == "Continuous"
+    assert not call(srv.SetFeature, name="ExposureAuto", value=1.5).success
+    assert call(srv.SetFeature, name="ExposureAuto", text="Off").success
+
+
+def test_a_text_may_be_empty(call, camera):
+    assert call(srv.SetFeature, name="DeviceUserID", text="left").text == "left"
+    answer = call(srv.SetFeature, name="DeviceUserID", text="", value=3.0)
+    assert (answer.success, answer.text) == (True, "") and camera.feature("DeviceUserID").value == ""
+
+
+@pytest.mark.parametrize(
+    ("kind", "request_", "message"),
+    [
+        (srv.SetFeature, {"name": "Gain", "value": 99.0}, "allowed is 0 … 24 dB"),
+        (srv.SetFeature, {"name": "Gain", "value": float("nan")}, "not a finite number"),
+        (srv.SetFeature, {"name": "Width", "value": float("inf")}, "Width=inf"),
+        (srv.SetFeature, {"name": "ExposureAuto", "value": float("nan")}, "entries are counted 0 … 2"),
+        (srv.SetFeature, {"name": "SensorWidth", "value": 3.0}, "read-only"),
+        (srv.GetFeature, {"name": "Gian"}, "did you mean Gain"),
+        (srv.GetFeature, {"feature": 4711}, "feature number 4711"),
+        (srv.GetFeature, {}, "which feature?"),
+        (srv.HasFeature, {}, "which feature?"),
+        (srv.SetFeature, {"value": 1.0}, "which feature?"),
+        (srv.GetFeatureRange, {"feature": 10}, "has no focus"),
+        (srv.SetMode, {"name": "Gain", "mode": 9}, "mode 9 is none of 1 … 5"),
+        (srv.SetMode, {"name": "Gain", "mode": ON}, "cannot be switched on and off"),
+        (srv.SetMode, {"name": "Width", "mode": AUTO}, "has no automatic mode"),
+        (srv.SetMode, {"name": "Width", "mode": ONCE}, "cannot be regulated once"),
+    ],
+)
+def test_failures_are_replies(call, kind, request_, message):
+    answer = call(kind, **request_)
+
+    assert not answer.success and message in answer.message
+
+
+def test_what_there_is_not(call):
+    assert not call(srv.HasFeature, name="Warp").has_feature
+    assert not call(srv.HasFeature, feature=10).has_feature
