@@ -23,6 +23,7 @@ from grabbergui.models.snapshot import SnapshotWriter
 from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
+from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.keeping import KeepingController
 from grabbergui.ui.controllers.log import LogController
@@ -73,6 +74,7 @@ class MainController(QObject):
         self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
         self.pausing = PauseController(window, self.connection, self.picture, self.history)
         self.region = RegionController(window, self.connection, self.picture)
+        self.changes = ChangesController(window, self.connection)
         self.log = LogController(window.log, self.log_book)
         self._read_only_bar: MessageBar | None = None
         self._down = False
@@ -118,7 +120,9 @@ class MainController(QObject):
         for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
             controller.failed.connect(window.messages.showError)
         self.keeping.failed.connect(window.messages.showError)
-        self.keeping.noticed.connect(window.messages.showNotice)
+        for keeper in (self.keeping, self.changes):
+            keeper.noticed.connect(window.messages.showNotice)
+        self.changes.failed.connect(window.messages.showError)
         self.keeping.playRequested.connect(self.sources.connect_to)
         self.keeping.accept_drops(window)
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)

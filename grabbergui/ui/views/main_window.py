@@ -20,6 +20,7 @@ from grabbergui.models.rendering import COLOUR_MAPS
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.theme import Theme
+from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.focus_panel import FocusPanel
@@ -35,8 +36,8 @@ from grabbergui.ui.widgets.status_strip import StatusStrip
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
 
-_DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "F12")
-"""Show and hide sources, features, histogram, focus aid, line profile, log."""
+_DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+H", "F12")
+"""Show and hide sources, features, histogram, focus aid, line profile, changes, log."""
 
 
 class MainWindow(QMainWindow):
@@ -57,17 +58,21 @@ class MainWindow(QMainWindow):
     histogram: HistogramPanel
     focus: FocusPanel
     profile: ProfilePanel
+    changes: ChangesPanel
     log: LogPanel
     sourcesDock: QDockWidget
     featuresDock: QDockWidget
     histogramDock: QDockWidget
     focusDock: QDockWidget
     profileDock: QDockWidget
+    changesDock: QDockWidget
     logDock: QDockWidget
     toolBar: QToolBar
     statusbar: QStatusBar
     menuView: QMenu
     menuColours: QMenu
+    actionUndo: QAction
+    actionRedo: QAction
     actionConnect: QAction
     actionDisconnect: QAction
     actionStart: QAction
@@ -133,7 +138,7 @@ class MainWindow(QMainWindow):
 
     def _arrange_tools(self) -> None:
         """Panels below the picture lie over each other; icons that speak for themselves need no text."""
-        tools = (self.histogramDock, self.focusDock, self.profileDock, self.logDock)
+        tools = (self.histogramDock, self.focusDock, self.profileDock, self.changesDock, self.logDock)
         for dock in tools:
             if dock is not self.histogramDock:
                 self.tabifyDockWidget(self.histogramDock, dock)

@@ -1,0 +1,142 @@
+"""Joins undo and redo, and the list of changes, to the open source's journal."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtWidgets import QAction, QApplication, QFileDialog
+
+from grabbergui.models.changes import replay
+from grabbergui.models.changes.reverting import revert
+from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.changes_panel import CopyAs
+from grabbergui.ui.views.main_window import MainWindow
+
+MOST_SHOWN = 60
+"Characters of what would be undone, in the menu."
+
+
+class ChangesController(QObject):
+    """Each source has its own changes; those of the last one stay to be looked at when it is closed."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+    noticed = pyqtSignal(str)
+
+    def __init__(self, window: MainWindow, connection: Connection) -> None:
+        super().__init__(window)
+        self._window = window
+        self._panel = window.changes
+        self._source: OpenSource | None = None
+        self._open = False
+        self._actions = {Direction.UNDO: window.actionUndo, Direction.REDO: window.actionRedo}
+        self._bridge = bridge = Bridge(self)
+        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(connection.closing, self._on_connection_closing)
+        self._journal_bridge: Bridge | None = None
+        for direction, action in self._actions.items():
+            action.triggered.connect(partial(self._revert, direction))
+        for rows in (window.features.rows, window.favourites.rows):
+            rows.held.connect(self._on_rows_held)
+            rows.released.connect(self._on_rows_released)
+        self._panel.whoseChanged.connect(self._show_all)
+        self._panel.clearRequested.connect(self._clear)
+        self._panel.copyRequested.connect(self._copy)
+        self._panel.saveRequested.connect(self._ask_save)
+        self._show_steps()
+
+    # -- undo and redo -----------------------------------------------------------------------------
+    def _revert(self, direction: Direction, _: bool = False) -> None:
+        source = self._source
+        if source is None or source.features is None or source.hands is None:
+            return
+        job = partial(revert, source.hands, direction)
+        source.features.run(job, done=lambda problems: self._bridge.call(partial(self._say, problems)))
+
+    def _on_rows_held(self, name: str) -> None:
+        if self._source is not None:
+            self._source.journal.hold(name)
+
+    def _on_rows_released(self, name: str) -> None:
+        if self._source is not None:
+            self._source.journal.release(name)
+
+    def _say(self, problems: list[str]) -> None:
+        for problem in problems:
+            self.failed.emit(problem)
+
+    def _show_steps(self) -> None:
+        for direction, action in self._actions.items():
+            text = self._source.journal.next_text(direction) if self._source and self._open else ""
+            _describe(action, self._name(direction), text)
+
+    def _name(self, direction: Direction) -> str:
+        return self.tr("&Undo") if direction is Direction.UNDO else self.tr("&Redo")
+
+    # -- the list ----------------------------------------------------------------------------------
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        self._source, self._open = source, True
+        if self._journal_bridge is not None:
+            self._journal_bridge.close()
+        self._journal_bridge = Bridge(self)
+        self._journal_bridge.bind(source.journal.noted, self._panel.noteChange)
+        self._journal_bridge.bind(source.journal.steps_changed, self._show_steps)
+        self._show_all()
+        self._show_steps()
+
+    def _on_connection_closing(self, source: OpenSource) -> None:
+        if source is self._source:
+            self._open = False
+            self._show_steps()
+
+    def _show_all(self) -> None:
+        self._panel.setChanges(self._source.journal.changes if self._source is not None else ())
+
+    def _clear(self) -> None:
+        if self._source is not None:
+            self._source.journal.clear()
+        self._show_all()
+
+    # -- doing it again ----------------------------------------------------------------------------
+    def _copy(self, kind: CopyAs) -> None:
+        if (clipboard := QApplication.clipboard()) is not None:
+            clipboard.setText(self._text(kind))
+
+    def _ask_save(self) -> None:
+        chosen, _ = QFileDialog.getSaveFileName(
+            self._window,
+            self.tr("Save changes"),
+            "changes.py",
+            self.tr("Python program (*.py);;Shell script (*.sh);;Table (*.tsv)"),
+        )
+        if chosen:
+            self.save(Path(chosen))
+
+    def save(self, path: Path) -> None:
+        """Save the changes chosen as what the file's ending says."""
+        kind = {".py": CopyAs.PROGRAM, ".sh": CopyAs.COMMAND}.get(path.suffix, CopyAs.TABLE)
+        text = self._text(kind)
+        try:
+            path.write_text(f"#!/bin/sh -e\n{text}" if kind is CopyAs.COMMAND else text, encoding="utf-8")
+        except OSError as error:
+            self.failed.emit(self.tr("{0} could not be written: {1}").format(path, error.strerror or error))
+        else:
+            self.noticed.emit(self.tr("Saved the changes to {0}").format(path))
+
+    def _text(self, kind: CopyAs) -> str:
+        changes = self._panel.chosen
+        uri = str(self._source.uri) if self._source is not None else ""
+        if kind is CopyAs.COMMAND:
+            return replay.command_line(uri, changes)
+        return replay.program(uri, changes) if kind is CopyAs.PROGRAM else self._panel.tableText(changes)
+
+
+def _describe(action: QAction, name: str, what: str) -> None:
+    """Say in the menu what a press would do."""
+    shown = what if len(what) <= MOST_SHOWN else what[: MOST_SHOWN - 1] + "…"
+    action.setText(f"{name} {shown.replace('&', '&&')}".rstrip())
+    action.setEnabled(bool(what))

@@ -1,0 +1,99 @@
+"""What was changed, by whom, and how to do it again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
+
+from grabbergui.models.changes.change import Change, Origin
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.change_table import ChangeTable
+
+_WIDTHS = (100, 230, 130, 130, 80)
+"""Of the columns at first."""
+
+
+class CopyAs(Enum):
+    """What changes can be copied as."""
+
+    COMMAND = "command"
+    PROGRAM = "program"
+    TABLE = "table"
+
+
+class ChangesPanel(QWidget):
+    """Setters for the changes; signals for what is to be done with them."""
+
+    copyRequested = pyqtSignal(CopyAs)
+    saveRequested = pyqtSignal()
+    clearRequested = pyqtSignal()
+    whoseChanged = pyqtSignal()
+    """Other changes are to be shown: `setChanges` is to follow."""
+
+    whoseBox: QComboBox
+    copyButton: QPushButton
+    saveButton: QPushButton
+    clearButton: QPushButton
+    table: QTableView
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("changes_panel", self)
+        self._changes = ChangeTable(self)
+        self.table.setModel(self._changes)
+        for column, width in enumerate(_WIDTHS):
+            self.table.setColumnWidth(column, width)
+        self.copyMenu = QMenu(self)
+        for kind, title in (
+            (CopyAs.COMMAND, self.tr("&Command line")),
+            (CopyAs.PROGRAM, self.tr("&Python program")),
+            (CopyAs.TABLE, self.tr("&Table")),
+        ):
+            action = self.copyMenu.addAction(title)
+            assert action is not None
+            action.triggered.connect(lambda _, kind=kind: self.copyRequested.emit(kind))
+        self.copyButton.setMenu(self.copyMenu)
+        self.whoseBox.currentIndexChanged[int].connect(lambda _: self.whoseChanged.emit())
+        self.saveButton.clicked.connect(self.saveRequested)
+        self.clearButton.clicked.connect(self.clearRequested)
+        self._changes.rowsInserted.connect(self._enable)
+        self._changes.modelReset.connect(self._enable)
+        self._enable()
+
+    def setChanges(self, changes: Sequence[Change]) -> None:
+        """Show these changes, as far as they are wanted."""
+        self._changes.setChanges([change for change in changes if self._wanted(change)])
+        self.table.scrollToBottom()
+
+    def noteChange(self, change: Change) -> None:
+        """Show one more, or one that went on; follow them unless somebody scrolled up."""
+        if not self._wanted(change):
+            return
+        bar = self.table.verticalScrollBar()
+        follow = bar is None or bar.value() == bar.maximum()
+        self._changes.note(change)
+        if follow:
+            self.table.scrollToBottom()
+
+    @property
+    def chosen(self) -> tuple[Change, ...]:
+        """The changes selected; with none selected, all that are shown."""
+        selection = self.table.selectionModel()
+        rows = sorted(index.row() for index in selection.selectedRows()) if selection is not None else []
+        return tuple(self._changes.change(row) for row in rows) or self._changes.changes
+
+    def tableText(self, changes: Sequence[Change], separator: str = "\t") -> str:
+        """Changes as lines of text, with the columns' titles."""
+        lines = [self._changes.titles, *(self._changes.texts(change) for change in changes)]
+        return "".join(f"{separator.join(line)}\n" for line in lines)
+
+    def _wanted(self, change: Change) -> bool:
+        return self.whoseBox.currentIndex() == 0 or change.origin is Origin.OPERATOR
+
+    def _enable(self) -> None:
+        anything = self._changes.rowCount() > 0
+        for button in (self.copyButton, self.saveButton, self.clearButton):
+            button.setEnabled(anything)
