@@ -10,6 +10,7 @@ import resource
 import threading
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from typing import Any
 from grabbergui import sources
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
@@ -28,11 +30,27 @@ SENSOR_THREAD = "simulated camera"
 
 
 # -- the server ----------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class Served:
+    """What happened in the serving process between `"begin"` and `"end"`."""
+
+    stamps: list[int]
+    "Of all frames exposed."
+    lost: int
+    "Frames that the camera's own stream lost."
+    cpu: float
+    "Seconds, of the process."
+    sensor_cpu: float
+    "Of that, the simulation of the camera."
+    memory: int
+    "Bytes resident."
+
+
 def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
     """Share a camera on both networks until told to end.
 
-    Answers `("size", width, height)` with what it became, `"begin"` with nothing, and `"end"` with the stamps
-    of all frames since, and the CPU seconds of the process, of its sensor, and its memory in bytes.
+    Answers `("size", width, height, rate)` with what size it became, `"begin"` with nothing, and `"end"` with
+    a `Served`.
     """
     with ExitStack() as stack:
         names = NameServer("127.0.0.1", 0)
@@ -55,13 +73,14 @@ def serve(pipe: Connection, uri: str, with_ros2: bool) -> None:
             if order == "begin":
                 stamps.clear()
                 cpu, sensor_cpu = cpu_seconds(), thread_cpu_seconds(SENSOR_THREAD)
+                lost = frames_lost(grabber)
                 pipe.send(None)
             elif order == "end":
                 used = cpu_seconds() - cpu, thread_cpu_seconds(SENSOR_THREAD) - sensor_cpu
-                pipe.send((stamps.taken(), *used, resident_bytes()))
+                pipe.send(Served(stamps.taken(), frames_lost(grabber) - lost, *used, resident_bytes()))
             else:
                 grabber.stop()
-                for name, value in zip(("Width", "Height"), order[1:], strict=True):
+                for name, value in zip(("Width", "Height", "AcquisitionFrameRate"), order[1:], strict=True):
                     grabber.write_feature(name, value)
                 grabber.start()
                 pipe.send(tuple(int(str(grabber.feature(name).value)) for name in ("Width", "Height")))
@@ -97,6 +116,15 @@ class _Stamps:
 # -- the readers ---------------------------------------------------------------------------------------
 Arrivals = list[tuple[int, int]]
 """Each picture's stamp and arrival."""
+
+
+@dataclass(frozen=True)
+class Read:
+    """What one reader has between `"join"` and `"leave"`."""
+
+    arrivals: Arrivals
+    cores: float
+    "CPU seconds a second."
 
 
 def read_yarp(pipe: Connection, number: int, nameserver: str) -> None:
@@ -152,8 +180,9 @@ def read_ros2(pipe: Connection, number: int, nameserver: str) -> None:
 
 
 def _obey(pipe: Connection, arrivals: Arrivals, join: Any, leave: Any) -> None:
-    """`"join"` is answered when the first picture came, `"leave"` with all arrivals; None ends."""
+    """`"join"` is answered when the first picture came, `"leave"` with a `Read`; None ends."""
     pipe.send(None)
+    cpu, since = 0.0, time.monotonic()
     while (order := pipe.recv()) is not None:
         if order == "join":
             arrivals.clear()
@@ -161,10 +190,18 @@ def _obey(pipe: Connection, arrivals: Arrivals, join: Any, leave: Any) -> None:
             deadline = time.monotonic() + 20
             while not arrivals and time.monotonic() < deadline:
                 time.sleep(0.005)
+            cpu, since = cpu_seconds(), time.monotonic()
             pipe.send(None)
         else:
             leave()
-            pipe.send(list(arrivals))
+            cores = (cpu_seconds() - cpu) / (time.monotonic() - since)
+            pipe.send(Read(list(arrivals), cores))
+
+
+def frames_lost(grabber: FrameGrabber) -> int:
+    """By the camera's stream, whatever became of the frames after it."""
+    statistics = grabber.statistics()
+    return statistics.incomplete + statistics.lost + statistics.underruns
 
 
 # -- what a process uses -------------------------------------------------------------------------------

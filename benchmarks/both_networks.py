@@ -1,6 +1,6 @@
 """One camera on YARP and ROS 2 at once, and on each alone: delivery, latency, CPU and memory.
 
-python -m benchmarks.both_networks [--seconds 2] [--rate 30] [--pixel-format BayerRG8]
+    python -m benchmarks.both_networks [--seconds 4] [--pixel-format BayerRG8] [--sizes 1080p]
 
 The server is one process; every reader is another. Latency is from the exposure's stamp to the whole picture
 in the reader's hands. A picture counts as delivered when the reader has the one with that stamp.
@@ -9,156 +9,214 @@ in the reader's hands. A picture counts as delivered when the reader has the one
 from __future__ import annotations
 
 import argparse
-import bisect
 import importlib.util
-import multiprocessing
-import os
-import random
-import statistics
-from collections.abc import Callable
 from contextlib import ExitStack
-from multiprocessing.connection import Connection
-from typing import Any
+from dataclasses import dataclass
 
-from benchmarks._network_ends import Arrivals, read_ros2, read_yarp, serve
+from benchmarks import _document
+from benchmarks._network_ends import read_ros2, read_yarp, serve
+from benchmarks._network_runs import Delivery, Run, on_this_machine_only, process, watch
+from benchmarks._results import Chart, Goal, Section, Table, machine
 
-SIZES = {"640×480": (640, 480), "1080p": (1920, 1080), "2448×2048": (2448, 2048)}
 READERS = (1, 4)
-CONTEXT = multiprocessing.get_context("spawn")
-SAME_STAMP = 100_000
-"""Nanoseconds: YARP's envelope keeps some ten microseconds of a stamp."""
-IN_FLIGHT = 300_000_000
-"""Nanoseconds at the end of a measurement whose frames may still be under way; they are not judged."""
+NETWORKS = ("YARP", "ROS 2", "both")
+METHOD = """One simulated camera ({pixel_format}, 10 ms exposure), one serving process, each reader a process
+of its own, joining for {seconds:g} seconds. YARP readers get RGB over `fast_tcp`, ROS 2 readers `image_raw`
+over Fast DDS with our transport profile, best effort."""
+READING = [
+    "**delivered**: pictures with the stamp of a frame exposed in that time that the *worst* reader has.",
+    "**latency**: from the exposure's stamp to the whole picture in the reader's hands, over all readers; "
+    "the exposure itself takes 10 ms of it.",
+    "**CPU**: of the serving process, in hundredths of one core; *sensor* is what the simulation of the "
+    "camera takes of that. *Per frame* is without the sensor; *a reader* is a process of its own, of YARP "
+    "and of ROS 2. **Memory** is resident, of the serving process.",
+    "The readers share the machine with the server: four of each are nine processes, and a reader that gets "
+    "no core in time loses pictures. Four readers of 8.8 MP on both networks ask for more than 3 GB/s in "
+    "all to be copied out and in.",
+    "Of what 8.8 MP cost the server on YARP, 3.3 ms are OpenCV's demosaicing (once, however many read) and "
+    "3 ms a reader the kernel's copying of 26 MB of RGB.",
+]
+HEADER = [
+    "picture", "networks", "readers on each", "delivered YARP", "delivered ROS 2",
+    "latency YARP, median / p99", "latency ROS 2, median / p99", "camera", "its own loss",
+    "CPU, all", "CPU, sensor", "CPU per frame", "CPU, a reader", "memory",
+]  # fmt: skip
 
-HEADER = (
-    "| picture | networks | readers on each | delivered YARP | delivered ROS 2 | latency YARP, median / p99 "
-    "| latency ROS 2, median / p99 | camera | CPU, all | CPU, sensor | CPU per frame served | memory |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|"
+
+@dataclass(frozen=True)
+class Size:
+    """A picture to stream."""
+
+    name: str
+    width: int
+    height: int
+    rate: float
+
+
+SIZES = (
+    Size("640×480", 640, 480, 30.0),
+    Size("1080p", 1920, 1080, 30.0),
+    Size("8.8 MP", 4096, 2160, 21.0),
 )
 
 
-def main(arguments: list[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=2.0, help="how long each measurement takes")
-    parser.add_argument("--rate", type=float, default=30.0, help="frames per second")
+@dataclass(frozen=True)
+class Row:
+    """One measurement and what it was of."""
+
+    size: Size
+    networks: str
+    readers: int
+    run: Run
+
+    def cells(self) -> list[str]:
+        run = self.run
+        return [
+            self.size.name,
+            self.networks,
+            str(self.readers or ""),
+            run.yarp.counts() if run.yarp else "",
+            run.ros2.counts() if run.ros2 else "",
+            run.yarp.latency() if run.yarp else "",
+            run.ros2.latency() if run.ros2 else "",
+            f"{run.rate:.1f} fps",
+            f"{run.served.lost}",
+            f"{run.cores:.0%}",
+            f"{run.sensor_cores:.0%}",
+            f"{run.milliseconds_per_frame:.1f} ms",
+            " / ".join(f"{of.cores:.0%}" for of in (run.yarp, run.ros2) if of),
+            f"{run.served.memory / 1e6:.0f} MB",
+        ]
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks both_networks", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=4.0, help="how long each measurement takes")
     parser.add_argument("--pixel-format", default="BayerRG8")
+    names = [size.name for size in SIZES]
+    parser.add_argument("--sizes", nargs="+", choices=names, default=names)
     options = parser.parse_args(arguments)
-    # Nobody else's readers, and ours not beyond this machine.
-    os.environ["ROS_DOMAIN_ID"] = str(random.randrange(1, 100))
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    on_this_machine_only()
+    before = machine()
     missing = [name for name in ("rclpy", "grabber_interfaces") if importlib.util.find_spec(name) is None]
     if missing:
-        print(f"Without ROS 2, since {' and '.join(missing)} cannot be imported (make setup-ros2).\n")
-    uri = f"sim:?fps={options.rate:g}&pixel_format={options.pixel_format}"
+        print(f"Without ROS 2, since {' and '.join(missing)} cannot be imported (make setup-ros2).")
+    sizes = [size for size in SIZES if size.name in options.sizes]
+    rows = measured(f"sim:?pixel_format={options.pixel_format}", sizes, options.seconds, not missing)
+    return Section(
+        "Both networks at once",
+        "python -m benchmarks both_networks          # about two minutes; without ROS 2 it measures YARP",
+        METHOD.format(pixel_format=options.pixel_format, seconds=options.seconds),
+        [Table(HEADER, [row.cells() for row in rows])],
+        charts(rows),
+        goals(rows),
+        READING,
+        before,
+    )
+
+
+def measured(uri: str, sizes: list[Size], seconds: float, with_ros2: bool) -> list[Row]:
+    rows = []
     with ExitStack() as stack:
-        server = _process(stack, serve, uri, not missing)
+        server = process(stack, serve, uri, with_ros2)
         address = server.recv()
-        yarp = [_process(stack, read_yarp, number, address) for number in range(max(READERS))]
-        numbers = range(0 if missing else max(READERS))
-        ros2 = [_process(stack, read_ros2, number, address) for number in numbers]
+        yarp = [process(stack, read_yarp, number, address) for number in range(max(READERS))]
+        numbers = range(max(READERS) if with_ros2 else 0)
+        ros2 = [process(stack, read_ros2, number, address) for number in numbers]
         for reader in (*yarp, *ros2):
             reader.recv()
-        print(HEADER)
-        for name, size in SIZES.items():
-            server.send(("size", *size))
-            assert server.recv() == size
-            _measure(server, [], [], options.seconds)  # what the first frames of a size cost is no matter
-            print(_row(name, "none", 0, _measure(server, [], [], options.seconds)), flush=True)
+        for size in sizes:
+            server.send(("size", size.width, size.height, size.rate))
+            assert server.recv() == (size.width, size.height)
+            watch(server, [], [], 1.0)  # what the first frames of a size cost is no matter
+            rows.append(Row(size, "none", 0, watch(server, [], [], seconds)))
             for count in READERS:
-                for networks, ours, theirs in (
-                    ("YARP", yarp[:count], []),
-                    ("ROS 2", [], ros2[:count]),
-                    ("both", yarp[:count], ros2[:count]),
-                ):
-                    if missing and networks != "YARP":
-                        continue
-                    result = _measure(server, ours, theirs, options.seconds)
-                    print(_row(name, networks, count, result), flush=True)
+                joining = {"YARP": (yarp[:count], []), "ROS 2": ([], ros2[:count])}
+                joining["both"] = (yarp[:count], ros2[:count])
+                for networks in NETWORKS if with_ros2 else ("YARP",):
+                    run = watch(server, *joining[networks], seconds)
+                    rows.append(Row(size, networks, count, run))
+                    print(" ".join(rows[-1].cells()), flush=True)
+    return rows
 
 
-class Result:
-    """One measurement: what the server exposed and spent, what the readers have."""
+def charts(rows: list[Row]) -> list[Chart]:
+    served = [row for row in rows if row.readers]
+    groups = list(dict.fromkeys((row.size.name, row.readers) for row in served))
+    labels = [f"{size}, {count} reader{'s' * (count > 1)}" for size, count in groups]
+    by_key = {(row.networks, row.size.name, row.readers): row.run for row in served}
 
-    def __init__(self, answer: Any, seconds: float, yarp: list[Arrivals], ros2: list[Arrivals]) -> None:
-        stamps, self.cpu, self.sensor_cpu, self.memory = answer
-        self.seconds = seconds
-        self.rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) * 1e9
-        self.frames = len(stamps)
-        self._judged = [stamp for stamp in stamps if stamp < stamps[-1] - IN_FLIGHT]
-        self.yarp = self._delivery(yarp)
-        self.ros2 = self._delivery(ros2)
+    def series(networks: str, value: str) -> list[float | None]:
+        """One value a group."""
+        runs = [by_key.get((networks, *group)) for group in groups]
+        return [None if run is None else _VALUES[value](run) for run in runs]
 
-    def _delivery(self, readers: list[Arrivals]) -> tuple[str, str]:
-        """What arrived of what was exposed, the worst reader's; and the latency of all."""
-        if not readers:
-            return "", ""
-        delivered, ages = len(self._judged), []
-        for arrivals in readers:
-            arrivals.sort()
-            known = [stamp for stamp, _ in arrivals]
-            delivered = min(delivered, sum(_has(known, stamp) for stamp in self._judged))
-            ages += [(at - stamp) / 1e6 for stamp, at in arrivals if stamp >= self._judged[0]]
-        if not ages:
-            return f"0 of {len(self._judged)}", ""
-        ages.sort()
-        late = ages[int(len(ages) * 0.99)]
-        return f"{delivered} of {len(self._judged)}", f"{statistics.median(ages):.1f} / {late:.1f} ms"
-
-
-def _has(stamps: list[int], stamp: int) -> bool:
-    place = bisect.bisect_left(stamps, stamp - SAME_STAMP)
-    return place < len(stamps) and stamps[place] <= stamp + SAME_STAMP
-
-
-def _measure(server: Connection, yarp: list[Connection], ros2: list[Connection], seconds: float) -> Result:
-    """Let the readers join, watch for a while, and let them go."""
-    for reader in (*yarp, *ros2):
-        reader.send("join")
-    for reader in (*yarp, *ros2):
-        reader.recv()
-    server.send("begin")
-    server.recv()
-    server.poll(seconds)  # nothing comes: this is the wait
-    server.send("end")
-    answer = server.recv()
-    for reader in (*yarp, *ros2):
-        reader.send("leave")
-    return Result(answer, seconds, [reader.recv() for reader in yarp], [reader.recv() for reader in ros2])
-
-
-def _row(size: str, networks: str, readers: int, result: Result) -> str:
-    spent = result.cpu - result.sensor_cpu
-    cells = [
-        size,
-        networks,
-        str(readers or ""),
-        result.yarp[0],
-        result.ros2[0],
-        result.yarp[1],
-        result.ros2[1],
-        f"{result.rate:.1f} fps",
-        f"{result.cpu / result.seconds:.0%}",
-        f"{result.sensor_cpu / result.seconds:.0%}",
-        f"{spent / result.frames * 1e3:.1f} ms",
-        f"{result.memory / 1e6:.0f} MB",
+    chosen = [networks for networks in NETWORKS if any(row.networks == networks for row in served)]
+    ways = {"YARP alone": ("YARP", "yarp"), "ROS 2 alone": ("ROS 2", "ros2")}
+    if "both" in chosen:
+        ways |= {"YARP, both": ("both", "yarp"), "ROS 2, both": ("both", "ros2")}
+    else:
+        del ways["ROS 2 alone"]
+    return [
+        Chart(
+            "networks-cpu",
+            "CPU of the serving process, the simulated sensor included",
+            "hundredths of one core",
+            labels,
+            {networks: series(networks, "cpu") for networks in chosen},
+            100.0,
+            "one core",
+        ),
+        Chart(
+            "networks-latency",
+            "From the exposure to the reader's hands, median",
+            "milliseconds",
+            labels,
+            {way: series(networks, f"{kind} median") for way, (networks, kind) in ways.items()},
+            logarithmic=True,
+        ),
+        Chart(
+            "networks-delivered",
+            "Frames that the worst reader has",
+            "percent",
+            labels,
+            {way: series(networks, f"{kind} share") for way, (networks, kind) in ways.items()},
+        ),
     ]
-    return f"| {' | '.join(cells)} |"
 
 
-def _process(stack: ExitStack, target: Callable[..., None], *arguments: Any) -> Connection:
-    """A process of its own that obeys its pipe, and ends with the stack."""
-    ours, theirs = CONTEXT.Pipe()
-    process = CONTEXT.Process(target=target, args=(theirs, *arguments))
-    process.start()
-    theirs.close()
+def _of(delivery: Delivery | None, name: str) -> float | None:
+    return None if delivery is None else getattr(delivery, name)
 
-    def end() -> None:
-        ours.send(None)
-        process.join()
 
-    stack.callback(end)
-    return ours
+_VALUES = {
+    "cpu": lambda run: 100 * run.cores,
+    "yarp median": lambda run: _of(run.yarp, "median"),
+    "ros2 median": lambda run: _of(run.ros2, "median"),
+    "yarp share": lambda run: _of(run.yarp, "share"),
+    "ros2 share": lambda run: _of(run.ros2, "share"),
+}
+
+
+def goals(rows: list[Row]) -> list[Goal]:
+    """What was asked for; none that these rows cannot tell."""
+    found = []
+    for row in rows:
+        run = row.run
+        if (row.size.name, row.networks) != ("1080p", "both") or run.yarp is None or run.ros2 is None:
+            continue
+        who = f"1080p at 30 fps on both at once, {row.readers} reader{'s' * (row.readers > 1)} on each"
+        deliveries = f"YARP {run.yarp.counts()}, ROS 2 {run.ros2.counts()}"
+        every = run.yarp.worst == run.ros2.worst == run.yarp.judged
+        found.append(Goal(f"{who}: every frame delivered", deliveries, every))
+        found.append(Goal(f"{who}: less than one core", f"{run.cores:.0%}", run.cores < 1))
+    lost = {name: sum(row.run.served.lost for row in rows if row.networks == name) for name in NETWORKS}
+    if any(row.networks == "both" for row in rows):
+        text = f"{lost['YARP']} frames on YARP alone, {lost['both']} on both"
+        asked = "adding ROS 2 to YARP raises the camera's own loss by nothing"
+        found.append(Goal(asked, text, lost["both"] <= lost["YARP"]))
+    return found
 
 
 if __name__ == "__main__":
-    main()
+    print(_document.markdown(measure()))

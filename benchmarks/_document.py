@@ -1,0 +1,105 @@
+"""docs/benchmarks.md and its charts from what was measured. The same results give the same document."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+from benchmarks._results import KEPT, Chart, Section, Table
+
+DOCUMENT = Path(__file__).parents[1] / "docs/benchmarks.md"
+IMAGES = "images/benchmarks"
+"Of the charts, from the document."
+PREAMBLE = """# Benchmarks
+
+Figures are of one machine in one run: compare the rows of one table, not tables with each other. `make bench`
+measures everything again and rewrites this page; `python -m benchmarks NAME` does so for one of its sections.
+"""
+_COLOURS = ("#3d7ea6", "#e08e45", "#6aa84f", "#a64d79", "#8c8c8c", "#c2b280", "#46627f")
+
+
+def rewrite(document: Path = DOCUMENT, kept: Path = KEPT) -> None:
+    """Put every kept section into the document. Sections that no result is kept of stay as they are."""
+    chapters = _chapters(document.read_text(encoding="utf-8") if document.exists() else "")
+    for path in sorted(kept.glob("*.json")):
+        section = Section.kept(path)
+        chapters[section.title] = markdown(section)
+        for chart in section.charts:
+            draw(chart, document.parent / IMAGES / f"{chart.name}.svg")
+    text = "\n".join([PREAMBLE, *(body.strip() + "\n" for body in chapters.values())])
+    document.write_text(text, encoding="utf-8")
+
+
+def _chapters(text: str) -> dict[str, str]:
+    """The document's sections by title, in their order."""
+    parts = re.split(r"^(?=## )", text, flags=re.MULTILINE)[1:]
+    return {part.splitlines()[0].removeprefix("## ").strip(): part for part in parts}
+
+
+def markdown(section: Section) -> str:
+    """One section, charts as links."""
+    parts = [f"## {section.title}", f"```sh\n{section.program}\n```", section.method.strip()]
+    if section.goals:
+        rows = [[goal.asked, goal.measured, "yes" if goal.met else "**no**"] for goal in section.goals]
+        parts.append(table(Table(["asked for", "measured", "met"], rows)))
+    parts += [f"![{chart.title}]({IMAGES}/{chart.name}.svg)" for chart in section.charts]
+    for each in section.tables:
+        parts += [each.title, table(each)] if each.title else [table(each)]
+    if section.reading:
+        parts.append("\n".join(f"- {point}" for point in section.reading))
+    if section.machine:
+        parts.append(f"Measured on {section.machine}.")
+    return "\n\n".join(parts) + "\n"
+
+
+def table(content: Table) -> str:
+    lines = [content.header, ["---"] * len(content.header), *content.rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+# -- charts ------------------------------------------------------------------------------------------
+def draw(chart: Chart, path: Path) -> None:
+    """An SVG of lying bars, without anything in it that changes from run to run but the values."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+
+    matplotlib.rcParams["svg.hashsalt"] = chart.name
+    matplotlib.rcParams |= {"svg.fonttype": "none", "font.size": 9}
+    count = len(chart.series)
+    thickness = 0.8 / count
+    height = 0.9 + len(chart.groups) * max(0.22 * count, 0.36)
+    figure, axes = pyplot.subplots(figsize=(8, height), layout="constrained")
+    for index, (name, values) in enumerate(chart.series.items()):
+        places = [group + (index - (count - 1) / 2) * thickness for group in range(len(chart.groups))]
+        lengths = [value or 0.0 for value in values]
+        bars = axes.barh(places, lengths, thickness * 0.92, label=name, color=_COLOURS[index % len(_COLOURS)])
+        axes.bar_label(bars, [_number(value) for value in values], padding=3, fontsize=8)
+    if chart.goal is not None:
+        axes.axvline(chart.goal, color="#b00020", linestyle="--", linewidth=1, label=chart.goal_text)
+    if chart.logarithmic:
+        axes.set_xscale("log")
+    axes.set_yticks(range(len(chart.groups)), chart.groups)
+    axes.invert_yaxis()
+    axes.margins(x=0.1)
+    axes.set_title(chart.title, fontsize=10, loc="left")
+    axes.set_xlabel(chart.unit)
+    axes.spines[["top", "right"]].set_visible(False)
+    if count > 1 or chart.goal is not None:
+        figure.legend(loc="outside lower center", ncols=min(count + 1, 4), frameon=False, fontsize=8)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, format="svg", facecolor="white", metadata={"Date": None})
+    pyplot.close(figure)
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def printed(sections: Iterable[Section]) -> str:
+    """What a benchmark shows on the terminal."""
+    return "\n".join(markdown(section) for section in sections)

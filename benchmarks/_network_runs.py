@@ -1,0 +1,117 @@
+"""One measurement of a served camera: who joins, how long it is watched, and what came of it.
+
+Linux only, as the processes of `_network_ends` are.
+"""
+
+from __future__ import annotations
+
+import bisect
+import multiprocessing
+import os
+import random
+import statistics
+from collections.abc import Callable
+from contextlib import ExitStack
+from multiprocessing.connection import Connection
+from typing import Any
+
+from benchmarks._network_ends import Read, Served
+
+CONTEXT = multiprocessing.get_context("spawn")
+SAME_STAMP = 100_000
+"""Nanoseconds: YARP's envelope keeps some ten microseconds of a stamp."""
+IN_FLIGHT = 300_000_000
+"""Nanoseconds at the end of a measurement whose frames may still be under way; they are not judged."""
+
+
+def on_this_machine_only() -> None:
+    """Nobody else's ROS readers, and ours not beyond this machine. Before any process is started."""
+    os.environ["ROS_DOMAIN_ID"] = str(random.randrange(1, 100))
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+
+def process(stack: ExitStack, target: Callable[..., None], *arguments: Any) -> Connection:
+    """A process of its own that obeys its pipe, and ends with the stack."""
+    ours, theirs = CONTEXT.Pipe()
+    child = CONTEXT.Process(target=target, args=(theirs, *arguments))
+    child.start()
+    theirs.close()
+
+    def end() -> None:
+        ours.send(None)
+        child.join()
+
+    stack.callback(end)
+    return ours
+
+
+class Delivery:
+    """What the readers of one network have of the frames that were judged."""
+
+    def __init__(self, judged: list[int], readers: list[Read]) -> None:
+        self.judged = len(judged)
+        self.worst = self.judged
+        "Frames that the worst reader has."
+        ages: list[float] = []
+        for reader in readers:
+            arrivals = sorted(reader.arrivals)
+            known = [stamp for stamp, _ in arrivals]
+            self.worst = min(self.worst, sum(_has(known, stamp) for stamp in judged))
+            ages += [(at - stamp) / 1e6 for stamp, at in arrivals if stamp >= judged[0]]
+        ages.sort()
+        self.median = statistics.median(ages) if ages else None
+        "Milliseconds, over all readers."
+        self.late = ages[int(len(ages) * 0.99)] if ages else None
+        "99th percentile."
+        self.cores = statistics.median(reader.cores for reader in readers)
+        "CPU of one reader."
+
+    @property
+    def share(self) -> float:
+        """Of the judged frames, percent."""
+        return 100 * self.worst / self.judged
+
+    def counts(self) -> str:
+        return f"{self.worst} of {self.judged}"
+
+    def latency(self) -> str:
+        return "–" if self.median is None or self.late is None else f"{self.median:.1f} / {self.late:.1f} ms"
+
+
+def _has(stamps: list[int], stamp: int) -> bool:
+    place = bisect.bisect_left(stamps, stamp - SAME_STAMP)
+    return place < len(stamps) and stamps[place] <= stamp + SAME_STAMP
+
+
+class Run:
+    """What the server exposed and spent, and what the readers have."""
+
+    def __init__(self, served: Served, seconds: float, yarp: list[Read], ros2: list[Read]) -> None:
+        stamps = served.stamps
+        self.served = served
+        self.frames = len(stamps)
+        self.rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) * 1e9
+        judged = [stamp for stamp in stamps if stamp < stamps[-1] - IN_FLIGHT]
+        self.yarp = Delivery(judged, yarp) if yarp else None
+        self.ros2 = Delivery(judged, ros2) if ros2 else None
+        self.cores = served.cpu / seconds
+        "Of the serving process."
+        self.sensor_cores = served.sensor_cpu / seconds
+        self.milliseconds_per_frame = (served.cpu - served.sensor_cpu) / self.frames * 1e3
+        "CPU that serving a frame took, the sensor's apart."
+
+
+def watch(server: Connection, yarp: list[Connection], ros2: list[Connection], seconds: float) -> Run:
+    """Let the readers join, watch for a while, and let them go."""
+    for reader in (*yarp, *ros2):
+        reader.send("join")
+    for reader in (*yarp, *ros2):
+        reader.recv()
+    server.send("begin")
+    server.recv()
+    server.poll(seconds)  # nothing comes: this is the wait
+    server.send("end")
+    served = server.recv()
+    for reader in (*yarp, *ros2):
+        reader.send("leave")
+    return Run(served, seconds, [reader.recv() for reader in yarp], [reader.recv() for reader in ros2])

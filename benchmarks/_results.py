@@ -1,0 +1,90 @@
+"""What a benchmark measured: tables, charts and goals as plain data, kept as JSON between runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+KEPT = Path(__file__).parent / "results"
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of ready text under a header."""
+
+    header: list[str]
+    rows: list[list[str]]
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Bars in groups: one colour a series, one group a category."""
+
+    name: str
+    "Of its file, and unique."
+    title: str
+    unit: str
+    groups: list[str]
+    series: dict[str, list[float | None]]
+    "One value a group; None where there is none."
+    goal: float | None = None
+    "Drawn as a line across."
+    goal_text: str = ""
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What was asked for, and what came out; `met` is computed from the measured values."""
+
+    asked: str
+    measured: str
+    met: bool
+
+
+@dataclass(frozen=True)
+class Section:
+    """One chapter of docs/benchmarks.md."""
+
+    title: str
+    program: str
+    "The command that repeats it."
+    method: str
+    "How it was measured: paragraphs of Markdown."
+    tables: list[Table]
+    charts: list[Chart] = field(default_factory=list)
+    goals: list[Goal] = field(default_factory=list)
+    reading: list[str] = field(default_factory=list)
+    "How the columns are to be read; a point each."
+    machine: str = ""
+
+    def keep(self, name: str, folder: Path = KEPT) -> None:
+        """Write it beside the others, so that the document can be made again without measuring."""
+        folder.mkdir(exist_ok=True)
+        text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
+        (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+    @classmethod
+    def kept(cls, path: Path) -> Section:
+        values = json.loads(path.read_text(encoding="utf-8"))
+        for key, kind in (("tables", Table), ("charts", Chart), ("goals", Goal)):
+            values[key] = [kind(**item) for item in values[key]]
+        return cls(**values)
+
+
+def machine() -> str:
+    """The machine in one line, with how busy it is just now."""
+    known = Path("/proc/cpuinfo")
+    lines = known.read_text().splitlines() if known.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    model = models[0] if models else platform.processor()
+    load = os.getloadavg()[0]
+    busy = "; others kept it busy" if load > 0.6 * (os.cpu_count() or 1) else ""
+    return (
+        f"{os.cpu_count()} cores ({model}), {platform.system()} {platform.release().split('-')[0]}, "
+        f"Python {platform.python_version()}, load average {load:.1f} before{busy}"
+    )

@@ -1,0 +1,109 @@
+"""What our DDS profile does for pictures between processes: with it, without it, on the reader's side only.
+
+    python -m benchmarks.ros2_images [--seconds 4] [--readers 1 4]
+
+Fast DDS's own shared memory holds half a megabyte, less than a picture; with our profile it is 64.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from benchmarks import _document
+from benchmarks._network_ends import read_ros2, serve
+from benchmarks._network_runs import Run, on_this_machine_only, process, watch
+from benchmarks._results import Chart, Section, Table, machine
+
+PLAIN = (
+    '<dds xmlns="http://www.eprosima.com"><profiles><participant profile_name="plain">'
+    "<rtps><name>plain</name></rtps></participant></profiles></dds>"
+)
+"A profile that changes nothing; none at all Fast DDS calls an error."
+PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
+WIDTH, HEIGHT, RATE = 1920, 1080, 30.0
+CASES = {
+    "none": (False, False),
+    "camera's side": (True, False),
+    "both sides": (True, True),
+}
+"Whether the server and the readers have the profile."
+METHOD = """1080p BayerRG8 at 30 frames a second from `serve` to rclpy readers on the same machine, best
+effort, each a process of its own, for {seconds:g} seconds: with Fast DDS as it comes, with
+`resources/ros2/fastdds.xml` on the camera's side only (which our own server sets by itself), and on the
+readers' too (`FASTDDS_DEFAULT_PROFILES_FILE=…/fastdds.xml`)."""
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks ros2_images", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=4.0, help="how long each measurement takes")
+    parser.add_argument("--readers", nargs="+", type=int, default=[1, 4])
+    options = parser.parse_args(arguments)
+    if importlib.util.find_spec("rclpy") is None:
+        raise SystemExit("rclpy cannot be imported (make setup-ros2)")
+    before = machine()
+    runs: dict[tuple[str, int], Run] = {}
+    for name, sides in CASES.items():
+        for count, run in delivered(*sides, options.readers, options.seconds).items():
+            runs[name, count] = run
+            print(name, count, run.ros2 and (run.ros2.counts(), run.ros2.latency()), flush=True)
+    rows = []
+    for (name, count), run in runs.items():
+        assert run.ros2
+        rate = f"{run.rate * run.ros2.worst / run.ros2.judged:.1f} fps"
+        cells = [run.ros2.counts(), rate, run.ros2.latency(), f"{run.cores:.0%}", f"{run.ros2.cores:.0%}"]
+        rows.append([name, str(count), *cells])
+    header = ["profile on", "readers", "delivered", "rate", "latency, median / p99", "CPU", "CPU, a reader"]
+    chart = Chart(
+        "ros2-profile",
+        "1080p to the worst ROS 2 reader, by who has the DDS profile",
+        "percent of the frames",
+        [f"{count} reader{'s' * (count > 1)}" for count in options.readers],
+        {
+            f"profile: {case}": [run.ros2.share for key, run in runs.items() if run.ros2 and key[0] == case]
+            for case in CASES
+        },
+    )
+    return Section(
+        "The DDS profile",
+        "python -m benchmarks ros2_images          # half a minute",
+        METHOD.format(seconds=options.seconds),
+        [Table(header, rows)],
+        [chart],
+        machine=before,
+    )
+
+
+def delivered(server_has: bool, readers_have: bool, readers: list[int], seconds: float) -> dict[int, Run]:
+    """Runs by how many read. Each process takes the environment at its start, and a domain of their own."""
+    on_this_machine_only()
+    with ExitStack() as stack:
+        stack.callback(os.environ.pop, PROFILES, None)
+        nothing = Path(stack.enter_context(TemporaryDirectory())) / "nothing.xml"
+        nothing.write_text(PLAIN)
+
+        def profile(wanted: bool) -> None:
+            """Ours is taken where the variable is not set."""
+            if wanted:
+                os.environ.pop(PROFILES, None)
+            else:
+                os.environ[PROFILES] = str(nothing)
+
+        profile(server_has)
+        uri = f"sim:?width={WIDTH}&height={HEIGHT}&fps={RATE:g}&pixel_format=BayerRG8"
+        server = process(stack, serve, uri, True)
+        address = server.recv()
+        profile(readers_have)
+        ros2 = [process(stack, read_ros2, number, address) for number in range(max(readers))]
+        for reader in ros2:
+            reader.recv()
+        watch(server, [], [], 1.0)
+        return {count: watch(server, [], ros2[:count], seconds) for count in readers}
+
+
+if __name__ == "__main__":
+    print(_document.markdown(measure()))
