@@ -10,7 +10,6 @@ from grabbergui.core.features import Feature
 from grabbergui.models.feature_scale import nearest_allowed, stepped
 from grabbergui.models.feature_text import DIGITS, number_text, parse_number, unit_text
 from grabbergui.ui.editors.undo_guard import UndoGuard
-from grabbergui.ui.editors.undo_guard import UndoGuard
 from grabbergui.ui.editors.wheel_guard import WheelGuard
 
 LEAST_DIGITS = 4
@@ -41,7 +40,6 @@ class NumberField(QAbstractSpinBox):
         line = self.lineEdit()
         assert line is not None
         self._line = line
-        self._undo_guard = UndoGuard(line, lambda: self._typing)
         self._undo_guard = UndoGuard(self, lambda: self._typing)
         self._line.textEdited.connect(self._on_line_edit_text_edited)
         self.editingFinished.connect(self._take_typed)

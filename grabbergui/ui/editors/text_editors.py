@@ -11,7 +11,6 @@ from grabbergui.models.feature_scale import nearest_allowed
 from grabbergui.models.feature_text import coded_text, parse_coded
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.undo_guard import UndoGuard
-from grabbergui.ui.editors.undo_guard import UndoGuard
 
 
 class TextEditor(FeatureEditor):
@@ -22,7 +21,6 @@ class TextEditor(FeatureEditor):
         self._feature: Feature | None = None
         self._typing = False
         self.line = QLineEdit()
-        self._undo_guard = UndoGuard(self.line, lambda: self._typing)
         self._undo_guard = UndoGuard(self.line, lambda: self._typing)
         self.hold(self.line)
         self.line.textEdited.connect(self._on_line_text_edited)
