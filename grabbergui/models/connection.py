@@ -69,6 +69,12 @@ class OpenSource:
         """The name for people."""
         return self.grabber.info.title if self.grabber is not None else str(self.uri)
 
+    @property
+    def short_title(self) -> str:
+        """What tells it from its neighbours: the name without the maker's."""
+        info = self.grabber.info if self.grabber is not None else None
+        return (info.user_name or info.model or info.title) if info is not None else str(self.uri)
+
     def let_go(self) -> None:
         """Close it after the job at hand, on its own thread, which then ends. Never waits."""
         self.abandoned.set()
@@ -220,9 +226,13 @@ class Connection:
         source = self._source
         if source is None or source.grabber is None or source.state is not LinkState.STREAMING:
             return
+
+        def stopped(_: None) -> None:
+            self._change(source, LinkState.OPEN, "")
+
         source.worker.submit(
             source.grabber.stop,
-            done=lambda _: self._change(source, LinkState.OPEN, ""),
+            done=stopped,
             failed=lambda error: self._complain(source, f"stopping failed: {error}"),
         )
 

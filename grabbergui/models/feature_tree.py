@@ -101,6 +101,12 @@ class FeatureTreeModel:
                 self._submit_write(name, self._values[name], 0.0)
 
     # -- what is known ---------------------------------------------------------------------------
+    @property
+    def known(self) -> tuple[Feature, ...]:
+        """Every feature that was read, as last known."""
+        with self._lock:
+            return tuple(self._features.values())
+
     def feature(self, name: str) -> Feature | None:
         """The last known state, without asking the camera; None where it was never read."""
         return self._features.get(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from psygnal import Signal
@@ -31,7 +31,7 @@ class ListedSource:
     manual: bool = False
     "Named by the user, not found."
     connected: bool = False
-    "Open just now."
+    "Open just now, at hand or beside."
 
 
 class SourceListModel:
@@ -56,7 +56,8 @@ class SourceListModel:
         self._missed: dict[str, int] = {}
         self._manual: dict[str, DeviceInfo] = {}
         "By what was typed; what the source says of itself, once it was open."
-        self._open: DeviceInfo | None = None
+        self._open: dict[str, DeviceInfo] = {}
+        "What is open, by what it was asked for as."
         self._shown: tuple[ListedSource, ...] = ()
         self._lock = threading.Lock()
         self._wakeup = threading.Event()
@@ -113,18 +114,14 @@ class SourceListModel:
         with self._lock:
             return list(self._manual)
 
-    def set_open(self, uri: str, info: DeviceInfo) -> None:
-        """A source was opened as `uri`: it is listed, found or not, with what it says of itself."""
-        with self._lock:
-            if uri in self._manual:
-                self._manual[uri] = info
-            self._open = info
-        self._publish()
+    def set_open(self, opened: Mapping[str, DeviceInfo]) -> None:
+        """These are open now, by the URIs they were asked for as.
 
-    def set_closed(self) -> None:
-        """Nothing is open."""
+        They are listed, found or not, with what they say of themselves.
+        """
         with self._lock:
-            self._open = None
+            self._open = dict(opened)
+            self._manual.update((uri, info) for uri, info in opened.items() if uri in self._manual)
         self._publish()
 
     def _search_on(self) -> None:
@@ -161,16 +158,16 @@ class SourceListModel:
         self.changed.emit(shown)
 
     def _lines(self) -> list[ListedSource]:
-        """Those found, those named by hand that were not, and the open one if it is none of these."""
-        opened = self._open.uri if self._open is not None else ""
+        """Those found, those named by hand that were not, and the open ones that are none of these."""
+        opened = {info.uri for info in self._open.values()}
         infos = dict(self._found)
         for typed, info in self._manual.items():
             if typed not in self._found:
                 infos.setdefault(info.uri, info)
-        if self._open is not None:
-            infos.setdefault(opened, self._open)
+        for info in self._open.values():
+            infos.setdefault(info.uri, info)
         named = {*self._manual, *(info.uri for info in self._manual.values())}
         return [
-            ListedSource(info, uri not in self._found and uri in named, uri == opened)
+            ListedSource(info, uri not in self._found and uri in named, uri in opened)
             for uri, info in infos.items()
         ]

@@ -52,7 +52,8 @@ class Source(ScriptedGrabber):
 class Bench:
     def __init__(self):
         self.source = Source()
-        self.link = Connection(lambda uri: self.source)
+        self.others = {}
+        self.link = Connection(lambda uri: self.others.get(str(uri), self.source))
         self.states = []
         self.failures = []
         self.link.state_changed.connect(lambda state, reason: self.states.append(state))
@@ -70,7 +71,7 @@ def bench():
     bench = Bench()
     yield bench
     bench.source.opening.set()
-    bench.link.disconnect()
+    bench.link.close_all()
     assert bench.link.wait_closed(5)
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("features ")]
 
@@ -212,3 +213,82 @@ def test_where_reading_is_refused_too_the_first_refusal_is_told(bench):
     bench.link.connect_to("fake:")
     bench.until(S.CLOSED)
     assert bench.failures == ["another application at 10.0.0.5 controls it; close it there"]
+
+
+class Pair:
+    """Two sources open, the first at hand; what was opened and let go, in order."""
+
+    def __init__(self, bench):
+        self.link, self.told = bench.link, []
+        self.other = bench.others["sim:colour"] = Source()
+        bench.link.connect_to("sim:")
+        bench.until(S.STREAMING)
+        self.first = bench.link.source
+        bench.link.connect_beside("sim:colour")
+        self.beside = bench.link.sources[1]
+        deadline = time.monotonic() + 5
+        while self.beside.state is not S.STREAMING and time.monotonic() < deadline:
+            time.sleep(0.002)
+        bench.link.opened.connect(lambda source: self.told.append(("opened", source)))
+        bench.link.closing.connect(lambda source: self.told.append(("closing", source)))
+        bench.link.ending.connect(lambda source: self.told.append(("ending", source)))
+        del bench.states[:]
+
+
+@pytest.fixture
+def pair(bench):
+    return Pair(bench)
+
+
+def test_a_source_opened_beside_leaves_the_other_at_hand(bench, pair):
+    assert bench.link.source is pair.first and pair.beside.state is S.STREAMING
+    assert bench.source.streaming and pair.other.streaming
+    assert bench.states == [], "nothing happened to the one at hand"
+
+
+def test_what_is_brought_forward_is_told_as_though_it_had_just_been_opened(bench, pair):
+    bench.link.bring_forward(pair.beside)
+    assert pair.told == [("closing", pair.first), ("opened", pair.beside)]
+    assert bench.states == [S.OPENING, S.STREAMING]
+    assert bench.link.source is pair.beside and bench.source.streaming, "the first goes on aside"
+    bench.link.connect_to("sim:")
+    assert bench.link.source is pair.first, "connecting to what is aside brings it forward"
+    assert bench.source.calls == ["open", "start"]
+
+
+def test_closing_one_leaves_the_other(bench, pair):
+    bench.link.close(pair.beside)
+    assert pair.told == [("ending", pair.beside)] and bench.states == []
+    assert bench.link.wait_closed(5) and "close" in pair.other.calls
+    assert bench.link.sources == (pair.first,)
+
+
+def test_with_the_one_at_hand_closed_the_other_takes_its_place(bench, pair):
+    bench.link.disconnect()
+    assert pair.told[:2] == [("closing", pair.first), ("ending", pair.first)]
+    assert bench.link.source is pair.beside and bench.states == [S.CLOSED, S.OPENING, S.STREAMING]
+
+
+def test_another_source_takes_the_place_of_the_one_at_hand_only(bench, pair):
+    bench.others["sim:scene"] = third = Source()
+    bench.link.connect_to("sim:scene")
+    assert pair.first not in bench.link.sources and pair.beside in bench.link.sources
+    bench.until(S.STREAMING)
+    assert third.streaming and pair.other.streaming
+
+
+def test_what_is_open_already_is_not_opened_beside(bench, pair):
+    for uri in ("sim:", "sim:colour"):
+        bench.link.connect_beside(uri)
+    assert bench.failures == ["sim: is open already", "sim:colour is open already"]
+    assert len(bench.link.sources) == 2
+
+
+def test_a_source_beside_that_cannot_be_opened_is_told_and_gone(bench, pair):
+    bench.others["sim:scene"] = broken = Source()
+    broken.problem = TransportError("no such camera")
+    bench.link.connect_beside("sim:scene")
+    deadline = time.monotonic() + 5
+    while len(bench.link.sources) > 2 and time.monotonic() < deadline:
+        time.sleep(0.002)
+    assert bench.failures == ["no such camera"] and bench.link.source is pair.first

@@ -121,9 +121,9 @@ def test_stopping_ends_the_thread_at_once(listing):
 
 def test_an_open_source_is_listed_and_marked_though_no_search_finds_it(listing):
     model = listing(Network())
-    model.set_open("yarp:/grabber", DeviceInfo("yarp:/grabber", bus="YARP"))
+    model.set_open({"yarp:/grabber": DeviceInfo("yarp:/grabber", bus="YARP")})
     assert [(line.info.bus, line.connected, line.manual) for line in model.sources] == [("YARP", True, False)]
-    model.set_closed()
+    model.set_open({})
     assert model.sources == ()
 
 
@@ -131,14 +131,14 @@ def test_a_typed_address_and_the_camera_found_there_are_one_line(listing):
     network = Network()
     model = listing(network)
     model.add("gige:192.168.0.10")
-    model.set_open("gige:192.168.0.10", CAMERA)
+    model.set_open({"gige:192.168.0.10": CAMERA})
     (line,) = model.sources
     assert (line.info, line.manual, line.connected) == (CAMERA, True, True)
     network.infos = [CAMERA]
     model.start()
     until(lambda: not model.sources[0].manual)
     assert [(line.info, line.connected) for line in model.sources] == [(CAMERA, True)]
-    model.set_closed()
+    model.set_open({})
     assert not model.sources[0].connected
     assert model.named_by_hand == ["gige:192.168.0.10"]
 
@@ -146,7 +146,7 @@ def test_a_typed_address_and_the_camera_found_there_are_one_line(listing):
 def test_a_typed_source_is_forgotten_under_either_name(listing):
     model = listing(Network())
     model.add("gige:192.168.0.10")
-    model.set_open("gige:192.168.0.10", CAMERA)
-    model.set_closed()
+    model.set_open({"gige:192.168.0.10": CAMERA})
+    model.set_open({})
     model.remove(CAMERA.uri)
     assert model.sources == () and model.named_by_hand == []

@@ -54,6 +54,8 @@ class AcquisitionController(QObject):
         self._painted = 0
         self._ask_again = 0.0
         self._shown: OpenSource | None = None
+        self._shown_since = 0.0
+        "`time.monotonic` when it came to hand."
         self._bind_models()
         self._bind_view()
         self._timer = QTimer(self)
@@ -130,7 +132,7 @@ class AcquisitionController(QObject):
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None:
             return
-        self._shown = source
+        self._shown, self._shown_since = source, time.monotonic()
         self._forget()
         self._picture.attach(source.grabber)
 
@@ -231,7 +233,9 @@ class AcquisitionController(QObject):
             self._facts = facts
 
     def _since_start(self, source: OpenSource) -> float:
-        return time.monotonic() - source.streaming_since if source.streaming_since is not None else 0.0
+        if source.streaming_since is None:
+            return 0.0
+        return time.monotonic() - max(source.streaming_since, self._shown_since)
 
     def _silent(self, source: OpenSource) -> float:
         last = self._picture.last_received

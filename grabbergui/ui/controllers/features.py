@@ -45,6 +45,8 @@ class FeatureController(QObject):
         if self._bridge is not None:
             self._bridge.close()
             self._bridge = None
+        if self._model is not None:
+            self._model.watch(())
         self._model = model
         if model is not None:
             self._bridge = Bridge(self)
@@ -52,6 +54,9 @@ class FeatureController(QObject):
             self._bridge.bind(model.structure_changed, self._show_structure)
             self._bridge.bind(model.failed, self._on_model_failed)
         self._show_structure()
+        if model is not None:
+            for feature in model.known:
+                self._on_model_feature_changed(feature)
 
     def _show_structure(self) -> None:
         self._pacer.clear()

@@ -51,6 +51,8 @@ class KeepingController(QObject):
         self._connection = connection
         self._preferences = preferences
         self._recorder: Recorder | None = None
+        self._recorded: OpenSource | None = None
+        "What the recorder records; also while another source is at hand."
         self._last: Path | None = None
         self.report: SettingsReport | None = None
         "The dialog shown last."
@@ -58,7 +60,7 @@ class KeepingController(QObject):
         bridge.bind(connection.opened, lambda _: bar.setAvailable(True))
         bridge.bind(connection.closing, lambda _: bar.setAvailable(False))
         # Not over the bridge: its queue must be let go before the grabber is closed.
-        connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        connection.ending.connect(self._on_connection_ending)
         self._bridge = bridge
         bar.recordRequested.connect(self.record)
         bar.stopRequested.connect(self.stop_recording)
@@ -195,11 +197,11 @@ class KeepingController(QObject):
             self._recorder.stop()
 
     def _begin(self, source: OpenSource, recorder: Recorder) -> None:
-        self._recorder = recorder
+        self._recorder, self._recorded = recorder, source
         self._bridge.bind(recorder.changed, self._on_recorder_changed)
         self._bar.setRecording(True)
         recorder.start()
-        if source is not self._connection.source:
+        if source.abandoned.is_set():
             recorder.stop()
 
     def _on_recorder_changed(self, progress: RecordingProgress) -> None:
@@ -216,8 +218,9 @@ class KeepingController(QObject):
         else:
             self.noticed.emit(f"Recorded {progress.frames} frames to {self._last}")
 
-    def _on_connection_closing(self, *_: object) -> None:
-        self.stop_recording()
+    def _on_connection_ending(self, source: OpenSource) -> None:
+        if source is self._recorded:
+            self.stop_recording()
 
     def _choose_folder(self) -> None:
         before = str(self._preferences.snapshot_folder)

@@ -16,6 +16,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection, OpenSource
 from grabbergui.models.frame_history import FrameHistory
+from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
 from grabbergui.models.measuring import MeasuringModel
 from grabbergui.models.picture import PictureModel
@@ -25,6 +26,7 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.controllers.gallery import GalleryController
 from grabbergui.ui.controllers.keeping import KeepingController
 from grabbergui.ui.controllers.log import LogController
 from grabbergui.ui.controllers.looking import LookingController
@@ -58,6 +60,7 @@ class MainController(QObject):
         self.preferences = preferences
         self.source_list = SourceListModel()
         self.connection = Connection(create)
+        self.gallery = GalleryModel(self.connection)
         self.picture = PictureModel()
         self.snapshots = SnapshotWriter()
         self.history = FrameHistory()
@@ -65,6 +68,7 @@ class MainController(QObject):
         self.log_book = LogBook()
         self.log_book.open()
         self.sources = SourcesController(window.sources, self.source_list, self.connection, preferences)
+        self.tiles = GalleryController(window.gallery, self.gallery, self.connection)
         self.acquisition = AcquisitionController(
             window, self.connection, self.picture, self.snapshots, preferences
         )
@@ -95,8 +99,9 @@ class MainController(QObject):
         self.features.set_model(None)
         deadline = time.monotonic() + CLOSE_TIME
         self.source_list.stop(0)  # a search under way ends while the rest is closed
-        self.connection.disconnect()
+        self.connection.close_all()
         waits = (
+            self.gallery.close,
             self.picture.detach,
             self.history.detach,
             self.measuring.close,
@@ -133,6 +138,8 @@ class MainController(QObject):
         window.themeChosen.connect(self._on_theme_chosen)
         window.actionConnect.triggered.connect(window.sources.requestConnect)
         window.actionDisconnect.triggered.connect(self.connection.disconnect)
+        window.actionBeside.triggered.connect(window.sources.requestBeside)
+        window.actionNextSource.triggered.connect(self.tiles.take_next)
         window.actionSearch.triggered.connect(self.source_list.refresh)
         window.actionSnapshotFolder.triggered.connect(self._choose_snapshot_folder)
         window.actionOpenSnapshotFolder.triggered.connect(self._open_snapshot_folder)

@@ -7,7 +7,7 @@ import logging
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import UsageError
-from grabbergui.models.connection import Connection, LinkState
+from grabbergui.models.connection import Connection, LinkState, OpenSource
 from grabbergui.models.source_list import ListedSource, SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -41,7 +41,9 @@ class SourcesController(QObject):
         bridge.bind(model.changed, self._on_model_changed)
         bridge.bind(model.searching, view.setSearching)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(connection.sources_changed, self._on_connection_sources_changed)
         view.connectRequested.connect(self.connect_to)
+        view.besideRequested.connect(self.connect_beside)
         view.addressEntered.connect(self._on_view_address_entered)
         view.disconnectRequested.connect(connection.disconnect)
         view.refreshRequested.connect(model.refresh)
@@ -54,6 +56,13 @@ class SourcesController(QObject):
         """Open a source; what is wrong with its URI comes by `failed`."""
         try:
             self._connection.connect_to(uri)
+        except UsageError as error:
+            self.failed.emit(str(error))
+
+    def connect_beside(self, uri: str) -> None:
+        """Open one source more; what is wrong with its URI comes by `failed`."""
+        try:
+            self._connection.connect_beside(uri)
         except UsageError as error:
             self.failed.emit(str(error))
 
@@ -86,12 +95,14 @@ class SourcesController(QObject):
         uri = str(source.uri) if source is not None else ""
         if source is not None and source.grabber is not None and state.connected:
             # A source found is listed under the URI that names it exactly, e.g. by its serial number.
-            self._model.set_open(uri, source.grabber.info)
             uri = source.grabber.info.uri
-        elif state is LinkState.CLOSED:
-            self._model.set_closed()
         self._view.setCurrent(uri, state is not LinkState.CLOSED)
         if state is LinkState.OPEN and source is not None:
             self._preferences.note_source(str(source.uri))
             self._view.setRecent(self._preferences.recent)
         self._view.hintLabel.setVisible(source is None or source.uri.scheme == SIMULATED)
+
+    def _on_connection_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
+        self._model.set_open(
+            {str(s.uri): s.grabber.info for s in sources if s.grabber is not None and s.state.connected}
+        )

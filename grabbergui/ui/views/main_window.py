@@ -24,6 +24,7 @@ from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
 from grabbergui.ui.views.focus_panel import FocusPanel
+from grabbergui.ui.views.gallery import Gallery
 from grabbergui.ui.views.histogram_panel import HistogramPanel
 from grabbergui.ui.views.log_panel import LogPanel
 from grabbergui.ui.views.picture_view import PictureView
@@ -52,6 +53,7 @@ class MainWindow(QMainWindow):
     messages: MessageStack
     favourites: FavouritesStrip
     picture: PictureView
+    gallery: Gallery
     recordingBar: RecordingBar
     sources: SourceListView
     features: FeaturePanel
@@ -75,6 +77,8 @@ class MainWindow(QMainWindow):
     actionRedo: QAction
     actionConnect: QAction
     actionDisconnect: QAction
+    actionBeside: QAction
+    actionNextSource: QAction
     actionStart: QAction
     actionStop: QAction
     actionSnapshot: QAction

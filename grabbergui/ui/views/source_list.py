@@ -28,6 +28,8 @@ class SourceListView(QWidget):
 
     connectRequested = pyqtSignal(str)
     """The URI of the source that was chosen in the list."""
+    besideRequested = pyqtSignal(str)
+    """The URI of a source to open beside what is open."""
     addressEntered = pyqtSignal(str)
     """What was typed into the address field."""
     disconnectRequested = pyqtSignal()
@@ -40,6 +42,7 @@ class SourceListView(QWidget):
     sourceList: QListWidget
     hintLabel: QLabel
     connectButton: QPushButton
+    besideButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -63,6 +66,7 @@ class SourceListView(QWidget):
         self.sourceList.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.sourceList.customContextMenuRequested.connect(self._on_menu_requested)
         self.connectButton.clicked.connect(self._on_connect_clicked)
+        self.besideButton.clicked.connect(self.requestBeside)
         self._update_button()
 
     @property
@@ -125,6 +129,14 @@ class SourceListView(QWidget):
         else:
             self.focusAddress()
 
+    def requestBeside(self) -> None:
+        """As if the button were pressed that opens what is typed or chosen beside what is open."""
+        if other := self._other():
+            self.addressEdit.clear()
+            self.besideRequested.emit(other)
+        else:
+            self.focusAddress()
+
     def changeEvent(self, event: QEvent | None) -> None:
         """Redraw the button's icon in the colours of another look."""
         super().changeEvent(event)
@@ -146,6 +158,10 @@ class SourceListView(QWidget):
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.addAction("Connect", lambda: self.connectRequested.emit(source.info.uri))
+        if self._connected and not source.connected:
+            menu.addAction(
+                self.tr("Open beside"), lambda: self.besideRequested.emit(source.info.uri)
+            )
         if source.manual:
             menu.addAction("Forget", lambda: self.forgetRequested.emit(source.info.uri))
         menu.popup(self.sourceList.mapToGlobal(place))
@@ -158,14 +174,21 @@ class SourceListView(QWidget):
 
     def _leaves(self) -> bool:
         """Whether the button lets go: something is open and nothing else was chosen."""
-        other = self.addressEdit.text().strip() or (self.selected not in ("", self._current))
-        return self._connected and not other
+        return self._connected and not self._other()
+
+    def _other(self) -> str:
+        """What was typed or chosen besides what is at hand; empty for nothing."""
+        return self.addressEdit.text().strip() or (self.selected if self.selected != self._current else "")
 
     def _update_button(self) -> None:
-        leaves = self._leaves()
-        self.connectButton.setText("Disconnect" if leaves else "Connect")
+        leaves, items = self._leaves(), self.sourceList.selectedItems()
+        opened = self._connected and bool(items) and items[0].data(SOURCE_ROLE).connected
+        text = self.tr("Disconnect") if leaves else self.tr("Show") if opened else self.tr("Connect")
+        self.connectButton.setText(text)
         self.connectButton.setIcon(icons.icon("disconnect" if leaves else "connect", self.palette()))
         self.connectButton.setProperty("iconName", "disconnect" if leaves else "connect")
+        self.besideButton.setVisible(self._connected and bool(self._other()))
+        self.besideButton.setEnabled(bool(self.addressEdit.text().strip()) or not opened)
         self.connectButton.setEnabled(leaves or bool(self.addressEdit.text().strip() or self.selected))
 
 

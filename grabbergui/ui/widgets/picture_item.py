@@ -39,7 +39,7 @@ class PictureItem(pg.GraphicsObject):
         if (width, height) != self._size:
             self.prepareGeometryChange()
             self._size = (width, height)
-        self._image = _to_qimage(image)
+        self._image = as_qimage(image)
         region = image.region
         self._target = QRectF(region.x, region.y, region.width, region.height)
         self._fresh = True
@@ -83,10 +83,11 @@ class PictureItem(pg.GraphicsObject):
             self._painted()
 
 
-def _to_qimage(image: DisplayImage) -> QImage:
+def as_qimage(image: DisplayImage) -> QImage:
+    """An image over the same bytes, which live as long as it does."""
     pixels = image.pixels
     height, width = pixels.shape[:2]
     kind = QImage.Format_RGB888 if pixels.ndim == 3 else QImage.Format_Grayscale8
     qimage: Any = QImage(voidptr(pixels.ctypes.data), width, height, pixels.strides[0], kind)
-    qimage.pixels = pixels  # QImage does not own the bytes; they must live as long as it does
+    qimage.pixels = pixels  # QImage does not own the bytes
     return cast(QImage, qimage)
