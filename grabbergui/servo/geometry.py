@@ -67,6 +67,29 @@ def vector_from_rotation(rotation: NDArray[np.float64]) -> Vector:
     return half_turn
 
 
+def rotation_from_quaternion(x: float, y: float, z: float, w: float) -> NDArray[np.float64]:
+    """(3, 3) of a quaternion of any length; not finite where it has none."""
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    if not norm > 0:
+        return np.full((3, 3), np.nan)
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_from_rotation(rotation: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """The quaternion x y z w of a (3, 3) rotation, w not negative."""
+    vector = vector_from_rotation(rotation)
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector * (math.sin(angle / 2) / angle if angle > 0 else 0.5)
+    return float(x), float(y), float(z), math.cos(angle / 2)
+
+
 def pose_from_vector(values: ArrayLike) -> Pose:
     """Of x y z in metres and a rotation vector in radians, as the Cartesian controller writes poses."""
     numbers = np.asarray(values, np.float64)

@@ -12,9 +12,10 @@ import numpy as np
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.servo.geometry import pose
 from grabbergui.servo.robots.robot import Body
-from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfChain, load_urdf
+from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfChain, frame_pose, load_urdf
 
 BASE = "torso_lift_link"
+HEAD = "head_2_link"
 HEAD_JOINTS = ("head_1_joint", "head_2_joint")
 HEAD_SIGNS = np.array([1.0, -1.0])
 "Its tilt is positive upwards, ours downwards."
@@ -44,9 +45,9 @@ def body(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> Bo
     model = load_urdf(urdf or shipped_urdf())
     return Body(
         "TIAGo",
-        UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, camera, signs=HEAD_SIGNS),
+        UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, HEAD, signs=HEAD_SIGNS),
         UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES),
-        camera=pose(),
+        camera=frame_pose(model, HEAD, camera),
         home=np.radians([13.0, -13.0, -149.0, 118.0, -29.0, -68.0, 24.0]),
         # The torso lifted by 0.35 m on a floor at −0.95 m.
         stands=pose(translation=(-0.10, 0.0, 0.29)),

@@ -28,6 +28,24 @@ def load_urdf(path: Path) -> Any:
         raise SourceUnavailableError(f"{path} is no robot that Pinocchio can read: {error}") from error
 
 
+def frame_pose(model: Any, ancestor: str, frame: str) -> Pose:
+    """A frame as seen from another, all joints at rest. Raises SourceUnavailableError where it is missing."""
+    import pinocchio
+
+    _require(model, (ancestor, frame))
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, pinocchio.neutral(model))
+    first, second = (data.oMf[model.getFrameId(name)].homogeneous for name in (ancestor, frame))
+    seen: Pose = inverse(first) @ second
+    return seen
+
+
+def _require(model: Any, names: Sequence[str]) -> None:
+    known = {frame.name for frame in model.frames}
+    if missing := [name for name in names if name not in known]:
+        raise SourceUnavailableError(f"the robot's URDF has no {' and no '.join(missing)}")
+
+
 class UrdfChain(Chain):
     """Some joints of a model between two of its frames, all others at rest."""
 
@@ -49,10 +67,7 @@ class UrdfChain(Chain):
         """
         import pinocchio
 
-        known = {frame.name for frame in model.frames}
-        if missing := [frame for frame in (base, *joints, end) if frame not in known]:
-            raise SourceUnavailableError(f"the URDF has no {' and no '.join(missing)}, which {name} needs")
-
+        _require(model, (base, *joints, end))
         self._pinocchio = pinocchio
         resting = [model.getJointId(other) for other in model.names[1:] if other not in joints]
         self._model = pinocchio.buildReducedModel(model, resting, pinocchio.neutral(model))
@@ -62,9 +77,7 @@ class UrdfChain(Chain):
         )
         fastest = self._model.velocityLimit
         super().__init__(name, joints, np.minimum(low, high), np.maximum(low, high), fastest)
-        data = self._model.createData()
-        pinocchio.framesForwardKinematics(self._model, data, np.zeros(len(joints)))
-        self._from_world = inverse(data.oMf[self._model.getFrameId(base)].homogeneous)
+        self._from_world = frame_pose(self._model, base, "universe")
         self._end = self._model.getFrameId(end)
         self._tool = pose(turned)
 

@@ -1,0 +1,219 @@
+"""Which robot `grabbergui servo` moves, by which camera, and where both tell what they do."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from grabbergui.cli.opening import opened
+from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
+from grabbergui.core.errors import UsageError
+
+if TYPE_CHECKING:
+    from grabbergui.core.grabber import FrameGrabber
+    from grabbergui.servo.config import Config
+    from grabbergui.servo.pilot import Pilot
+    from grabbergui.servo.robots.robot import Body, Robot
+    from grabbergui.servo.robots.tiago_ros2 import Topics
+
+CalibrationFor = Callable[[int, int], Calibration]
+"Width and height of pictures to their calibration."
+Truth = Callable[[], dict[str, float]]
+"What is true at the moment, where all is simulated; for the report."
+
+BOARD_SHOWN_S = 4.0
+"Seconds after which the simulated person shows the marker, so that the waiting can be seen."
+
+
+YARP_PREFIX = ROS2_PREFIX = "/grabbergui/servo"
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Robot and camera, both opened."""
+
+    robot: Robot
+    grabber: FrameGrabber
+    calibration: CalibrationFor
+    truth: Truth | None = None
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """What names the robot and its camera."""
+    parser.add_argument(
+        "--robot",
+        choices=tuple(_ROBOTS),
+        default="sim-teo",
+        help="sim-teo (default), sim-tiago: simulated in this process; teo: on YARP; tiago: on ROS 2",
+    )
+    parser.add_argument("--source", metavar="SOURCE", help="the camera; by default that of the robot's head")
+    for option, network, prefix in (
+        ("--publish", "YARP", YARP_PREFIX),
+        ("--publish-ros2", "ROS 2", ROS2_PREFIX),
+    ):
+        parser.add_argument(
+            option,
+            nargs="?",
+            const=prefix,
+            metavar="/PREFIX",
+            help=f"on {network}: heads, markers, state, and a stop ({prefix})",
+        )
+    yarp = parser.add_argument_group("YARP")
+    yarp.add_argument("--remote", default="/teoSim", metavar="/PREFIX", help="teo's ports (/teoSim)")
+    yarp.add_argument("--nameserver", default="", metavar="HOST:PORT", help="(YARP's configuration)")
+    add_tiago(parser)
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--calibration", type=Path, metavar="FILE", help="camera_info YAML of the camera")
+    group.add_argument(
+        "--field-of-view",
+        type=float,
+        metavar="DEGREES",
+        help="do without a calibration: what the picture's width sees; distances are then rough",
+    )
+
+
+def add_tiago(parser: argparse.ArgumentParser) -> None:
+    """What a TIAGo is made of and where it listens, for both ends."""
+    group = parser.add_argument_group("TIAGo on ROS 2")
+    group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's (example-robot-data's)")
+    group.add_argument("--hand-frame", metavar="FRAME", help="what is to reach (hand_grasping_frame)")
+    group.add_argument("--camera-frame", metavar="FRAME", help="of the pictures (xtion_rgb_optical_frame)")
+    group.add_argument("--arm-topic", metavar="/TOPIC", help="its twists (/servo_node/delta_twist_cmds)")
+    group.add_argument(
+        "--head-topic", metavar="/TOPIC", help="its trajectories (/head_controller/joint_trajectory)"
+    )
+
+
+def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    """Robot and camera, opened; `stack` closes them. Raises GrabberError."""
+    return _ROBOTS[options.robot](options, config, stack)
+
+
+def publish(pilot: Pilot, options: argparse.Namespace, stack: ExitStack) -> None:
+    """Tell the networks what the loop sees and does, and take their stops; until `stack` closes."""
+    if options.publish:
+        from grabbergui.net.yarp.os.name_client import NameClient
+        from grabbergui.net.yarp.os.names import check_port_name
+        from grabbergui.servo.publisher_yarp import YarpPublisher
+
+        ports = YarpPublisher(pilot, NameClient.find(options.nameserver), check_port_name(options.publish))
+        ports.open()
+        stack.callback(ports.close)
+    if options.publish_ros2:
+        from grabbergui.servo.publisher_ros2 import Ros2Publisher
+
+        topics = Ros2Publisher(pilot, options.publish_ros2, options.camera_frame or "camera")
+        topics.open()
+        stack.callback(topics.close)
+
+
+def tiago_body(options: argparse.Namespace) -> Body:
+    """TIAGo as the options have it. Raises SourceUnavailableError."""
+    from grabbergui.servo.robots import tiago
+
+    return tiago.body(
+        options.urdf, options.hand_frame or tiago.HAND, options.camera_frame or tiago.CAMERA
+    )
+
+
+def tiago_topics(options: argparse.Namespace) -> Topics:
+    """Where it listens, as the options have it."""
+    from grabbergui.servo.robots.tiago_ros2 import Topics
+
+    given = {"arm": options.arm_topic, "head": options.head_topic, "camera_frame": options.camera_frame}
+    return Topics(**{key: value for key, value in given.items() if value})
+
+
+# -- robots --------------------------------------------------------------------------------------
+def _sim_teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    from grabbergui.servo.robots import teo
+
+    return _simulated(teo.BODY, options, config, stack)
+
+
+def _sim_tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    return _simulated(tiago_body(options), options, config, stack)
+
+
+def _simulated(body: Body, options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    from grabbergui.driver.sim.rendered import scene as rendered_scene
+    from grabbergui.driver.sim.rendered.scene import Things
+    from grabbergui.servo import desk, geometry
+    from grabbergui.servo.control import ArmController
+    from grabbergui.servo.robots.simulated import SimRobot
+
+    robot = SimRobot(body)
+    robot.open()
+    stack.callback(robot.close)
+    if options.source:
+        return Scene(robot, stack.enter_context(opened(options.source)), _calibration(options))
+    board = rendered_scene.board_pose()
+    things = desk.things_for(
+        config.marker, Things(board=lambda seconds: board if seconds >= BOARD_SHOWN_S else None)
+    )
+    grabber = desk.mounted_camera(robot, things)
+    grabber.open()
+    stack.callback(grabber.close)
+    goal = ArmController(config.arm, config.marker.standoff).goal(desk.in_base(robot, board))
+
+    def truth() -> dict[str, float]:
+        hand = robot.state().hand
+        return {
+            "true_error_mm": 1e3 * geometry.distance(hand, goal),
+            "true_error_degrees": math.degrees(geometry.angle_between(hand, goal)),
+            "limit_violations": robot.limit_violations,
+        }
+
+    given = options.calibration is not None or options.field_of_view is not None
+    return Scene(robot, grabber, _calibration(options) if given else desk.calibration().scaled_to, truth)
+
+
+def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+
+    server = f"?nameserver={options.nameserver}" if options.nameserver else ""
+    options.source = options.source or f"yarp:{options.remote}/camera{server}"
+    calibration = _calibration(options)
+    robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote)
+    robot.open()
+    stack.callback(robot.close)
+    return Scene(robot, stack.enter_context(opened(options.source)), calibration)
+
+
+def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    from grabbergui.servo.robots import tiago_ros2
+
+    source = options.source = options.source or "ros2:/camera"
+    given = options.calibration is not None or options.field_of_view is not None
+    calibration = None if source.startswith("ros2:") and not given else _calibration(options)
+    robot = tiago_ros2.TiagoOverRos2(tiago_body(options), tiago_topics(options))
+    robot.open()
+    stack.callback(robot.close)
+    grabber = stack.enter_context(opened(source))
+    if calibration is None:
+        from grabbergui.net.ros2.calibration import receive_calibration
+
+        calibration = receive_calibration(source.removeprefix("ros2:")).scaled_to
+    return Scene(robot, grabber, calibration)
+
+
+_ROBOTS = {"sim-teo": _sim_teo, "sim-tiago": _sim_tiago, "teo": _teo, "tiago": _tiago}
+
+
+def _calibration(options: argparse.Namespace) -> CalibrationFor:
+    """The one given, for pictures of any size that fits it. Raises UsageError with the ways out of none."""
+    if options.calibration is not None:
+        return Calibration.load(options.calibration).scaled_to
+    if options.field_of_view is not None:
+        return partial(Calibration.from_field_of_view, degrees=options.field_of_view)
+    raise UsageError(
+        f"{options.source} is not calibrated: run `grabbergui calibrate {options.source}` and pass its file "
+        f"as --calibration FILE, or do roughly with --field-of-view {NOMINAL_FIELD_OF_VIEW:g}"
+    )

@@ -1,0 +1,194 @@
+"""What the loop sees and does, on ROS 2; and a stop that anybody on the network can press.
+
+Topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker that is
+looked for), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and where vision_msgs is
+installed `heads` and `markers` (`vision_msgs/Detection3DArray`, the id in `id`). Poses are in the camera's
+optical frame. Services: `stop` and `resume` (`std_srvs/Trigger`); a message on `stop_now` (`std_msgs/Empty`)
+stops too, for those that cannot wait for an answer.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.servo.detection import Sighting
+from grabbergui.servo.geometry import Pose, pose, quaternion_from_rotation
+from grabbergui.servo.loop import Turn
+from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.state_machine import State
+
+log = logging.getLogger(__name__)
+
+HEAD_SIZE = (0.19, 0.25, 0.2)
+"Metres; of a head nothing but its place is measured."
+
+
+class Ros2Publisher:
+    """Publishes one pilot. `open` and `close` from one thread; stops arrive on the node's."""
+
+    def __init__(self, pilot: Pilot, name: str = "/grabbergui/servo", frame_id: str = "camera") -> None:
+        """`frame_id` is the camera's. Raises UsageError for a bad name."""
+        namespace, _, node_name = ("/" + name.strip("/")).rpartition("/")
+        if not all(part.isidentifier() for part in name.strip("/").split("/")):
+            raise UsageError(f"{name}: names on ROS 2 are of letters, digits and _, as in /robot/servo")
+        self._pilot = pilot
+        self._frame_id = frame_id
+        self._name = (namespace, node_name)
+        self._ros: Ros2Node | None = None
+        self._publishers: dict[str, Any] = {}
+
+    def open(self) -> None:
+        """Join the network and follow the pilot. Raises SourceUnavailableError without ROS 2."""
+        namespace, node_name = self._name
+        self._ros = Ros2Node(node_name, namespace)
+        from diagnostic_msgs.msg import DiagnosticStatus
+        from geometry_msgs.msg import PoseStamped
+        from std_msgs.msg import Empty
+        from std_srvs.srv import Trigger
+
+        node, prefix = self._ros.node, f"{namespace}/{node_name}"
+        kinds = {"head": PoseStamped, "marker": PoseStamped, "state": DiagnosticStatus}
+        kinds |= dict.fromkeys(("heads", "markers"), _detections()) if _detections() else {}
+        self._publishers = {name: node.create_publisher(kinds[name], f"{prefix}/{name}", 5) for name in kinds}
+        node.create_service(Trigger, f"{prefix}/stop", self._on_stop)
+        node.create_service(Trigger, f"{prefix}/resume", self._on_resume)
+        node.create_subscription(Empty, f"{prefix}/stop_now", self._on_stop_now, 1)
+        self._ros.start()
+        self._pilot.turned.connect(self._on_turn)
+
+    def close(self) -> None:
+        """Leave the network. May be called twice; never raises."""
+        self._pilot.turned.disconnect(self._on_turn, missing_ok=True)
+        ros, self._ros = self._ros, None
+        if ros is not None:
+            ros.close()
+
+    # -- stops ---------------------------------------------------------------------------------------
+    def _on_stop(self, request: Any, answer: Any) -> Any:
+        self._pilot.emergency_stop("stopped over ROS 2")
+        answer.success, answer.message = True, "stopped; call resume to go on"
+        return answer
+
+    def _on_resume(self, request: Any, answer: Any) -> Any:
+        answer.message = "resumed" if self._pilot.gate.halted else "it was not stopped"
+        self._pilot.resume()
+        answer.success = True
+        return answer
+
+    def _on_stop_now(self, message: Any) -> None:
+        self._pilot.emergency_stop("stopped over ROS 2")
+
+    # -- results -------------------------------------------------------------------------------------
+    def _on_turn(self, turn: Turn, frame: Frame | None) -> None:
+        self._publish("state", lambda: status(turn))
+        sighting = self._pilot.loop.sighting
+        if frame is None or sighting is None:
+            return
+        seconds, nanoseconds = divmod(frame.received_ns, 1_000_000_000)
+
+        def header(message: Any) -> Any:
+            message.header.stamp.sec, message.header.stamp.nanosec = seconds, nanoseconds
+            message.header.frame_id = self._frame_id
+            return message
+
+        nearest, wanted = sighting.nearest_head, sighting.only(self._pilot.config.marker.id)
+        if nearest is not None:
+            self._publish("head", lambda: header(pose_stamped(pose(translation=nearest.position))))
+        if wanted is not None and wanted.pose is not None:
+            seen = wanted.pose
+            self._publish("marker", lambda: header(pose_stamped(seen)))
+        self._publish("heads", lambda: header(heads_array(sighting)))
+        size = self._pilot.config.marker.size
+        self._publish("markers", lambda: header(markers_array(sighting, size)))
+
+    def _publish(self, name: str, make: Any) -> None:
+        """What nobody listens to is not even made."""
+        publisher = self._publishers.get(name)
+        if publisher is None or not publisher.get_subscription_count():
+            return
+        try:
+            publisher.publish(make())
+        except Exception as error:  # the network must not hold up the loop, whatever it raises
+            log.warning("%s: %s", publisher.topic_name, error)
+
+
+def pose_stamped(placed: Pose) -> Any:
+    """A pose with an empty header."""
+    from geometry_msgs.msg import PoseStamped
+
+    message = PoseStamped()
+    _fill(message.pose, placed)
+    return message
+
+
+def status(turn: Turn) -> Any:
+    """State, reason, and as pairs what is known of the errors: millimetres, degrees."""
+    from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+    values = {"state": turn.state.value}
+    for name, value, factor in (
+        ("distance_mm", turn.error[0], 1e3),
+        ("angle_degrees", turn.error[1], 180 / math.pi),
+        ("right_degrees", turn.off_centre[0], 180 / math.pi),
+        ("down_degrees", turn.off_centre[1], 180 / math.pi),
+    ):
+        if math.isfinite(value):
+            values[name] = f"{value * factor:.3f}"
+    stopped, lost = turn.state is State.STOPPED, turn.state is State.LOST
+    return DiagnosticStatus(
+        level=DiagnosticStatus.ERROR if stopped else DiagnosticStatus.WARN if lost else DiagnosticStatus.OK,
+        name="visual servoing",
+        hardware_id="",
+        message=turn.reason,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
+
+
+def heads_array(sighting: Sighting) -> Any:
+    """All heads, as `vision_msgs/Detection3DArray`; their distance is rough."""
+    found = [("head", pose(translation=head.position), HEAD_SIZE) for head in sighting.heads]
+    return _array(found)
+
+
+def markers_array(sighting: Sighting, size: float) -> Any:
+    """All markers with a pose that may be trusted; `size` in metres."""
+    square = (size, size, 0.0)
+    return _array([(str(m.marker_id), m.pose, square) for m in sighting.markers if m.pose is not None])
+
+
+def _array(things: Sequence[tuple[str, Pose, tuple[float, float, float]]]) -> Any:
+    from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
+
+    message = Detection3DArray()
+    for name, placed, size in things:
+        detection, hypothesis = Detection3D(id=name), ObjectHypothesisWithPose()
+        hypothesis.hypothesis.class_id, hypothesis.hypothesis.score = name, 1.0
+        _fill(hypothesis.pose.pose, placed)
+        _fill(detection.bbox.center, placed)
+        detection.bbox.size.x, detection.bbox.size.y, detection.bbox.size.z = size
+        detection.results = [hypothesis]
+        message.detections.append(detection)
+    return message
+
+
+def _fill(message: Any, placed: Pose) -> None:
+    place, turn = message.position, message.orientation
+    place.x, place.y, place.z = map(float, placed[:3, 3])
+    turn.x, turn.y, turn.z, turn.w = quaternion_from_rotation(np.asarray(placed)[:3, :3])
+
+
+def _detections() -> Any:
+    """The message's type; None where vision_msgs is not installed."""
+    try:
+        from vision_msgs.msg import Detection3DArray
+    except ImportError:
+        return None
+    return Detection3DArray
