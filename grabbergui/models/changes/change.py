@@ -27,7 +27,7 @@ class Change:
     number: int
     "Counts up from 1. A change that goes on, as while a slider is dragged, keeps its number."
     time: float
-    "Seconds since the epoch when it had its last value."
+    "Seconds since the epoch when it began."
     key: SettingKey
     before: FeatureValue | None
     after: FeatureValue | None

@@ -172,7 +172,7 @@ class ChangeJournal:
         cause = self._cause if origin is Origin.OPERATOR else ""
         same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
         if last is not None and same and (held or now - moment < PAUSE):
-            change = replace(last, after=after, time=self._time_of_day())
+            change = replace(last, after=after)
             self._log[number] = change
         else:
             change = self._append(key, before, after, origin)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import Enum
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
 from grabbergui.models.changes.change import Change, Origin
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.change_table import ChangeTable
 
-_WIDTHS = (100, 230, 130, 130, 80)
+_WIDTHS = (76, 190, 96, 96, 76)
 """Of the columns at first."""
 
 
@@ -44,6 +44,8 @@ class ChangesPanel(QWidget):
         load_form("changes_panel", self)
         self._changes = ChangeTable(self)
         self.table.setModel(self._changes)
+        if (header := self.table.horizontalHeader()) is not None:
+            header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
         for column, width in enumerate(_WIDTHS):
             self.table.setColumnWidth(column, width)
         self.copyMenu = QMenu(self)

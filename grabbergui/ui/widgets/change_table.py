@@ -9,6 +9,7 @@ from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt
 
 from grabbergui.core.features import format_value
 from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.feature_text import number_text
 
 _ROOT = QModelIndex()
 
@@ -88,12 +89,24 @@ class ChangeTable(QAbstractTableModel):
         self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
     ) -> object:
         """The columns' titles."""
-        if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
             return self.titles[section]
         return None
 
     def data(self, index: QModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        """A cell's text."""
-        if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
-            return self.texts(self._changes[index.row()])[index.column()]
-        return None
+        """A cell's text; in full, with all its digits, as a tooltip."""
+        change = self._changes[index.row()]
+        if role == Qt.ItemDataRole.ToolTipRole:
+            return self.texts(change)[index.column()]
+        return self._shortened(change, index.column()) if role == Qt.ItemDataRole.DisplayRole else None
+
+    def _shortened(self, change: Change, column: int) -> str:
+        value = {self.BEFORE: change.before, self.AFTER: change.after}.get(column)
+        if isinstance(value, float):
+            return number_text(value)
+        text = self.texts(change)[column]
+        if column == self.TIME:
+            return text.partition(".")[0]
+        if column == self.FEATURE and change.key.selected:
+            return f"{change.key.name}[{', '.join(entry for _, entry in change.key.selected)}]"
+        return text
