@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from grabbergui import __version__
 from grabbergui.cli import (
     doctor,
+    events,
     features,
     gige,
     grab,
@@ -35,7 +36,7 @@ EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 
 _FAMILIES = (
-    gui, sources, features, settings, grab, record, terminal,
+    gui, sources, features, events, settings, grab, record, terminal,
     serve, simulate, gige, servo, yarp_server, doctor,
 )  # fmt: skip
 

@@ -1,18 +1,19 @@
-"""`grabbergui force-ip` and `grabbergui trigger-group`: what concerns GigE Vision cameras alone."""
+"""`grabbergui force-ip`, `persistent-ip` and `trigger-group`: what concerns GigE Vision cameras alone."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from typing import Any
 
 from grabbergui.cli.opening import opened
 from grabbergui.core.errors import FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.uri import SourceUri
 
 PTP_WAIT = 15.0
 """Seconds that clocks may take to find their master."""
@@ -27,6 +28,18 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("mask", metavar="MASK", nargs="?", default="255.255.255.0")
     parser.add_argument("gateway", metavar="GATEWAY", nargs="?", default="0.0.0.0")
     parser.set_defaults(run=_force_ip)
+
+    parser = commands.add_parser(
+        "persistent-ip", help="show how a GigE Vision camera gets its address, or write the one it shall keep"
+    )
+    parser.add_argument("source", metavar="SOURCE", help="gige:, gige:192.168.0.10, gige:SERIAL …")
+    parser.add_argument("ip", metavar="IP", nargs="?", default="")
+    parser.add_argument("mask", metavar="MASK", nargs="?", default="255.255.255.0")
+    parser.add_argument("gateway", metavar="GATEWAY", nargs="?", default="0.0.0.0")
+    parser.add_argument(
+        "--forget", action="store_true", help="ask DHCP, or take a link-local address, from the next start on"
+    )
+    parser.set_defaults(run=_persistent_ip)
 
     parser = commands.add_parser("trigger-group", help="expose several GigE Vision cameras at one moment")
     parser.add_argument("group_key", metavar="GROUP_KEY", type=_number, help="of the action, e.g. 1 or 0x10")
@@ -60,6 +73,38 @@ def _force_ip(options: argparse.Namespace) -> int:
 
     force_ip(ForceIp(options.mac, options.ip, options.mask, options.gateway))
     print(f"{options.mac} has the address {options.ip} until it restarts; open it as gige:{options.ip}")
+    return 0
+
+
+def _persistent_ip(options: argparse.Namespace) -> int:
+    from grabbergui.driver.gige.device import GigeDevice
+    from grabbergui.driver.gige.ip_configuration import (
+        check_addresses,
+        forget_address,
+        keep_address,
+        read_configuration,
+    )
+
+    uri = SourceUri.parse(options.source)
+    if uri.scheme != "gige":
+        raise UsageError(f"{uri} is no GigE Vision camera, so it has no address")
+    if options.ip and options.forget:
+        raise UsageError("write an address or --forget, not both")
+    if options.ip:
+        check_addresses(options.ip, options.mask, options.gateway)
+    writing = options.ip or options.forget
+    device = GigeDevice(uri.name)
+    with closing(device):
+        device.open(Access.CONTROL if writing else Access.MONITOR)
+        if options.ip:
+            configuration = keep_address(device, options.ip, options.mask, options.gateway)
+        elif options.forget:
+            configuration = forget_address(device)
+        else:
+            configuration = read_configuration(device)
+    print(f"{device.info.title} ({device.info.serial or device.info.address}): {configuration}")
+    if writing:
+        print("restart the camera for this to take effect: unplug it, or `grabbergui run … DeviceReset`")
     return 0
 
 

@@ -125,6 +125,7 @@ class Capability(IntFlag):
     IEEE1588 = 0x80000
     TEST_DATA = 0x2000000
     PRIMARY_APPLICATION = 0x8000000
+    LINK_SPEED = 0x10000000
     HEARTBEAT_DISABLE = 0x20000000
     SERIAL_NUMBER = 0x40000000
     USER_NAME = 0x80000000
@@ -152,6 +153,14 @@ class GvcpConfiguration(IntFlag):
     PENDING_ACK = 0x2
     UNCONDITIONAL_ACTION = 0x8
     IEEE1588 = 0x80000
+
+
+class IpConfigurationBit(IntFlag):
+    """Ways to an address, registers 0x0010 (supported) and 0x0014 (switched on)."""
+
+    PERSISTENT = 0x1
+    DHCP = 0x2
+    LINK_LOCAL = 0x4
 
 
 class PacketSizeFlag(IntFlag):

@@ -41,7 +41,7 @@ _CAPABILITY = (
     | Capability.USER_NAME
     | 0x00100000  # unconditional action
     | 0x00440000  # extended status codes
-    | 0x10000000  # link speed
+    | Capability.LINK_SPEED
 )
 _STREAM_CAPABILITY = 0x80000000 | 0x40000000
 "Tells its source port; 16-bit block ids can be had."
@@ -62,7 +62,16 @@ def _field(name: str, field: bootstrap.Field, text: str = "", *, writable: bool 
 _R = bootstrap.Register
 CURRENT_IP = _register("current IP", _R.CURRENT_IP)
 SUBNET_MASK = _register("current subnet mask", _R.CURRENT_SUBNET_MASK)
+GATEWAY = _register("current gateway", _R.CURRENT_GATEWAY)
+IP_CONFIGURATION = _register(
+    "current IP configuration", _R.CURRENT_IP_CONFIGURATION, 0x6, writable=True, high=0x7
+)
 PERSISTENT_IP = _register("persistent IP", _R.PERSISTENT_IP, writable=True)
+PERSISTENT_MASK = _register("persistent subnet mask", _R.PERSISTENT_SUBNET_MASK, writable=True)
+PERSISTENT_GATEWAY = _register("persistent gateway", _R.PERSISTENT_GATEWAY, writable=True)
+IN_FLASH = (IP_CONFIGURATION, PERSISTENT_IP, PERSISTENT_MASK, PERSISTENT_GATEWAY)
+"What outlives the power."
+LINK_SPEED = _register("link speed", _R.LINK_SPEED, 10_000)
 MAC_HIGH = _register("MAC high", _R.MAC_HIGH)
 MAC_LOW = _register("MAC low", _R.MAC_LOW)
 USER_NAME = _field("user name", bootstrap.USER_NAME, writable=True)
@@ -96,15 +105,15 @@ _REGISTERS = (
     MAC_HIGH,
     MAC_LOW,
     _register("supported IP configuration", _R.SUPPORTED_IP_CONFIGURATION, 0x7),
-    _register("current IP configuration", _R.CURRENT_IP_CONFIGURATION, 0x6, writable=True),
+    IP_CONFIGURATION,
     CURRENT_IP,
     SUBNET_MASK,
-    _register("current gateway", _R.CURRENT_GATEWAY),
+    GATEWAY,
     _register("number of network interfaces", 0x0600, 1),
     PERSISTENT_IP,
-    _register("persistent subnet mask", _R.PERSISTENT_SUBNET_MASK, writable=True),
-    _register("persistent gateway", _R.PERSISTENT_GATEWAY, writable=True),
-    _register("link speed", _R.LINK_SPEED, 10_000),
+    PERSISTENT_MASK,
+    PERSISTENT_GATEWAY,
+    LINK_SPEED,
     _register("message channels", _R.MESSAGE_CHANNELS, 1),
     _register("stream channels", _R.STREAM_CHANNELS, 1),
     _register("action signals", _R.ACTION_SIGNALS, 1),

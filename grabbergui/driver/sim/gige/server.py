@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import GVCP_PORT
+from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit
 from grabbergui.driver.gige.interfaces import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
@@ -61,6 +61,7 @@ class GigeCamera:
         self._scene = scene
         self._faults = faults or Faults()
         self._bandwidth = bandwidth
+        self._flash: dict[Register, RegisterValue] = {}
         self._queue: list[tuple[float, int, Outgoing]] = []
         self._order = itertools.count()
         # Reentrant: a command may raise an event.
@@ -92,6 +93,7 @@ class GigeCamera:
 
     # -- power -----------------------------------------------------------------------------------
     def _switch_on(self) -> None:
+        self.address = self._address_at_power_on()
         interface = interface_of(self.address)
         try:
             self._sockets = _open_sockets(interface, self.address)
@@ -103,6 +105,10 @@ class GigeCamera:
         self.model.sensor.scene.view(0)
         mac = b"\x02GB" + socket.inet_aton(self.address)[1:]
         memory = gev.make_bootstrap(self.model, self.address, interface.netmask, mac)
+        for register, value in self._flash.items():
+            memory.set(register, value)
+        if self._bandwidth:
+            memory.set(gev.LINK_SPEED, max(int(self._bandwidth * 8 / 1e6), 1))
         self._stream = StreamSender(self.model, self.address, self._faults, self._bandwidth)
         memory.set(gev.SCSP, self._stream.port)
         self.control = ControlChannel(
@@ -118,7 +124,23 @@ class GigeCamera:
         self.model.on_reset = lambda: self.control.after_ack(self.control.release)
         self._stream.start()
 
+    def _address_at_power_on(self) -> str:
+        """The persistent address where one is switched on and can be had; else the present one."""
+        ways = int(self._flash.get(gev.IP_CONFIGURATION, 0))
+        wanted = int(self._flash.get(gev.PERSISTENT_IP, 0))
+        if not ways & IpConfigurationBit.PERSISTENT or not wanted:
+            return self.address
+        address = socket.inet_ntoa(wanted.to_bytes(4, "big"))
+        try:
+            _open_socket(address, shared=False).close()
+        except OSError as error:
+            log.warning("camera %s cannot have its persistent address %s: %s", self.address, address, error)
+            return self.address
+        return address
+
     def _switch_off(self) -> None:
+        memory = self.control.memory
+        self._flash = {register: memory.stored(register) for register in gev.IN_FLASH}
         self.model.on_event = None
         self.model.stop()
         self._stream.close()

@@ -1,0 +1,100 @@
+"""`grabbergui events`: what a camera tells by itself, as it tells it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import queue
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.core.errors import FeatureError, FeatureValueError
+from grabbergui.core.grabber import DeviceEvent, FrameGrabber
+
+SELECTOR, SWITCH = "EventSelector", "EventNotification"
+LOOK_PERIOD = 0.1
+"""Seconds between looks whether the user wants to end."""
+MOST_WAITING = 1000
+"""Events that wait for a slow reader; those beyond are dropped."""
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser("events", help="print what a camera tells by itself, or which events it has")
+    add_source(parser)
+    parser.add_argument("names", metavar="NAME", nargs="*", help="e.g. ExposureEnd; without: list them")
+    parser.add_argument("-n", "--count", type=int, default=0, help="end after so many events")
+    parser.add_argument("--duration", type=float, default=0.0, metavar="S", help="end after so many seconds")
+    parser.add_argument("--start", action="store_true", help="let the camera take pictures meanwhile")
+    parser.add_argument("--json", action="store_true", help="print one JSON object a line")
+    parser.set_defaults(run=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    with opened(options.source, reading=not options.names) as grabber:
+        known = _known(grabber)
+        if not options.names:
+            for name in known:
+                print(name)
+            return 0
+        for name in options.names:
+            if name not in known:
+                names = ", ".join(known)
+                raise FeatureValueError(f"{name} is no event of this camera; it has {names}", SELECTOR)
+        waiting: queue.Queue[DeviceEvent] = queue.Queue(MOST_WAITING)
+        grabber.event_received.connect(lambda event: _keep(waiting, event))
+        with stop_on_signals() as stop, _switched_on(grabber, options.names):
+            if options.start:
+                grabber.start()
+            deadline = time.monotonic() + options.duration if options.duration else float("inf")
+            told = 0
+            while not stop.is_set() and time.monotonic() < deadline:
+                try:
+                    event = waiting.get(timeout=LOOK_PERIOD)
+                except queue.Empty:
+                    continue
+                print(_line(event, as_json=options.json), flush=True)
+                told += 1
+                if told == options.count:
+                    break
+            if options.start:
+                grabber.stop()
+    return 0
+
+
+def _known(grabber: FrameGrabber) -> list[str]:
+    if not grabber.has_feature(SELECTOR) or not grabber.has_feature(SWITCH):
+        raise FeatureError(f"{grabber.info.title} has no {SELECTOR}, so it tells nothing by itself", SELECTOR)
+    return [entry.name for entry in grabber.feature(SELECTOR).entries if entry.available]
+
+
+def _keep(waiting: queue.Queue[DeviceEvent], event: DeviceEvent) -> None:
+    if not waiting.full():
+        waiting.put_nowait(event)
+
+
+@contextmanager
+def _switched_on(grabber: FrameGrabber, names: list[str]) -> Iterator[None]:
+    """The events on, and off again behind the block where they were off."""
+    before = []
+    for name in names:
+        grabber.write_feature(SELECTOR, name)
+        before.append((name, grabber.feature(SWITCH).value))
+        grabber.write_feature(SWITCH, "On")
+    try:
+        yield
+    finally:
+        for name, value in before:
+            if isinstance(value, str):
+                grabber.write_feature(SELECTOR, name)
+                grabber.write_feature(SWITCH, value)
+
+
+def _line(event: DeviceEvent, *, as_json: bool) -> str:
+    if as_json:
+        return json.dumps({"event": event.name, "id": event.event_id, "values": event.values})
+    return str(event)

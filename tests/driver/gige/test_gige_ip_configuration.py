@@ -1,0 +1,91 @@
+"""The address that a camera keeps: registers, the command, and what the simulated camera makes of it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+
+from grabbergui.cli import main
+from grabbergui.core.errors import TransportError, UsageError
+from grabbergui.core.grabber import Access
+from grabbergui.driver.gige import discovery
+from grabbergui.driver.gige.bootstrap import IpConfigurationBit
+from grabbergui.driver.gige.device import GigeDevice
+from grabbergui.driver.gige.ip_configuration import check_addresses, keep_address, read_configuration
+from grabbergui.driver.sim.gige import registers as gev
+from grabbergui.driver.sim.gige.faults import Faults
+from grabbergui.driver.sim.gige.server import GigeCamera
+
+NET = f"127.86.{os.getpid() % 250 + 1}"
+
+
+@pytest.fixture
+def camera() -> Iterator[GigeCamera]:
+    with closing(GigeCamera(f"{NET}.1")) as camera:
+        yield camera
+
+
+def test_an_address_is_kept_and_forgotten(camera: GigeCamera, capsys: pytest.CaptureFixture[str]) -> None:
+    source = f"gige:{NET}.1"
+    assert main(["persistent-ip", source, f"{NET}.9", "255.255.255.0", f"{NET}.254"]) == 0
+    assert f"its persistent address, then DHCP, then a link-local address ({NET}.9" in capsys.readouterr().out
+    memory = camera.control.memory
+    assert memory.integer(gev.IP_CONFIGURATION) == 7
+    assert not camera.control.controlled
+
+    assert main(["persistent-ip", source, "--forget"]) == 0
+    assert "at power-on: DHCP, then a link-local address\n" in capsys.readouterr().out
+    assert memory.integer(gev.IP_CONFIGURATION) == 6
+    assert main(["persistent-ip", source]) == 0
+    assert capsys.readouterr().out.startswith("grabbergui Simulated camera (SIM001): ")
+
+
+def test_a_camera_that_keeps_its_address_has_it_after_a_restart() -> None:
+    with closing(GigeCamera(f"{NET}.2", faults=Faults(reboot_after=0.5))) as camera:
+        with closing(GigeDevice(f"{NET}.2")) as device:
+            device.open(Access.CONTROL)
+            keep_address(device, f"{NET}.20", "255.0.0.0")
+        found = None
+        for _ in range(100):
+            found = found or discovery.ask(f"{NET}.20", 0.1)
+        assert found is not None and found.ip == f"{NET}.20"
+        assert camera.address == f"{NET}.20"
+        assert discovery.ask(f"{NET}.2", 0.1) is None
+
+
+def test_a_camera_that_cannot_keep_one_says_so(camera: GigeCamera) -> None:
+    (supported,) = (r for r in gev._REGISTERS if r.name == "supported IP configuration")
+    camera.control.memory.set(supported, 6)
+    with closing(GigeDevice(f"{NET}.1")) as device:
+        device.open(Access.CONTROL)
+        with pytest.raises(TransportError, match="DHCP give it one"):
+            keep_address(device, f"{NET}.9", "255.0.0.0")
+        assert IpConfigurationBit.PERSISTENT not in read_configuration(device).ways
+
+
+@pytest.mark.parametrize(
+    "addresses",
+    [
+        ("192.168.0", "255.255.255.0"),
+        ("192.168.0.10", "255.0.255.0"),
+        ("192.168.0.0", "255.255.255.0"),
+        ("192.168.0.255", "255.255.255.0"),
+        ("239.1.1.1", "255.255.255.0"),
+        ("0.0.0.0", "0.0.0.0"),
+        ("192.168.0.10", "255.255.255.0", "192.168.1.1"),
+    ],
+)
+def test_addresses_that_make_no_sense_are_refused(addresses: tuple[str, ...]) -> None:
+    with pytest.raises(UsageError):
+        check_addresses(*addresses)
+
+
+@pytest.mark.parametrize(
+    "arguments", [["sim:"], ["gige:127.0.0.1", "1.2.3.4", "--forget"], ["gige:127.0.0.1", "1.2.3.400"]]
+)
+def test_wrong_usage_reaches_no_camera(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["persistent-ip", *arguments]) == 2
+    assert capsys.readouterr().err.startswith("grabbergui: ")
