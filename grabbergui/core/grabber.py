@@ -10,6 +10,7 @@ from typing import Any
 
 from psygnal import Signal
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue
@@ -126,6 +127,8 @@ class FrameGrabber(ABC):
     """Names (frozenset[str]) of features whose value, range or access may have changed."""
     connection_changed = Signal(ConnectionState, str)
     """The new state, and why, for people."""
+    noticed = Signal(str)
+    """While the connection holds: what hinders the pictures, or how the other end changed; a sentence."""
     event_received = Signal(DeviceEvent)
     """The camera told something by itself. At the end of every exposure, if that is what was switched on."""
     shared = False
@@ -218,6 +221,13 @@ class FrameGrabber(ABC):
     @abstractmethod
     def statistics(self) -> StreamStatistics:
         """A snapshot of the counters. Any thread; never waits."""
+
+    def calibration(self) -> Calibration | None:
+        """How directions become pixels in the pictures it sends just now; None where the source does not say.
+
+        Any thread; never waits.
+        """
+        return None
 
     def open_queue(self, depth: int = 2) -> FrameQueue:
         """A new consumer of the stream. Any thread; also before `start` and across restarts."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
@@ -25,12 +26,14 @@ class SharedGrabber(FrameGrabber):
         """Listen to the grabber; it is open already."""
         self._grabber.features_changed.connect(self.features_changed.emit)
         self._grabber.connection_changed.connect(self._on_connection_changed)
+        self._grabber.noticed.connect(self.noticed.emit)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
     def close(self) -> None:
         """See FrameGrabber."""
         self._grabber.features_changed.disconnect(self.features_changed.emit, missing_ok=True)
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
+        self._grabber.noticed.disconnect(self.noticed.emit, missing_ok=True)
         for queue in self._queues:
             queue.close()
         self._queues.clear()
@@ -76,6 +79,10 @@ class SharedGrabber(FrameGrabber):
     def statistics(self) -> StreamStatistics:
         """See FrameGrabber."""
         return self._grabber.statistics()
+
+    def calibration(self) -> Calibration | None:
+        """See FrameGrabber."""
+        return self._grabber.calibration()
 
     def open_queue(self, depth: int = 2) -> FrameQueue:
         """See FrameGrabber."""
