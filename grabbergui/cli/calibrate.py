@@ -8,14 +8,12 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.opening import opened
 from grabbergui.core.errors import FrameTimeoutError, UsageError
 
 if TYPE_CHECKING:
-    from grabbergui.servo.calibration import Board, Collector
-
-_PAUSE_S = 0.3
-"Between two looks: the board must be held elsewhere anyway."
+    from grabbergui.servo.boards import BoardSettings
+    from grabbergui.servo.calibration import Collector
 
 
 def add_commands(commands: Any) -> None:
@@ -25,7 +23,10 @@ def add_commands(commands: Any) -> None:
         help="calibrate a camera with a printed board; writes a camera_info file",
         description="Hold the board still, then elsewhere: near and far, in every corner, tilted.",
     )
-    add_source(parser)
+    parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera: sim:board to try it …")
+    parser.add_argument(
+        "--print", type=Path, metavar="FILE", dest="sheet", help="only save the board, as .pdf or .png"
+    )
     parser.add_argument("--board", choices=("charuco", "chessboard"), default="charuco", help="(charuco)")
     parser.add_argument("--columns", type=int, default=8, help="fields across (8)")
     parser.add_argument("--rows", type=int, default=6, help="fields down (6)")
@@ -39,21 +40,29 @@ def add_commands(commands: Any) -> None:
     parser.set_defaults(run=_run)
 
 
-def board(options: argparse.Namespace) -> Board:
-    """The board that was chosen. Raises UsageError."""
-    from grabbergui.servo.calibration import CharucoBoard, Chessboard
+def settings(options: argparse.Namespace) -> BoardSettings:
+    """The board that was chosen."""
+    from grabbergui.servo.boards import BoardSettings
 
-    if options.board == "chessboard":
-        return Chessboard(options.columns, options.rows, options.square)
-    return CharucoBoard(options.columns, options.rows, options.square, options.marker, options.dictionary)
+    return BoardSettings(
+        options.board, options.columns, options.rows, options.square, options.marker, options.dictionary
+    )
 
 
 def _run(options: argparse.Namespace) -> int:
+    from grabbergui.servo import board_sheet
     from grabbergui.servo.calibration import Collector
 
+    board = settings(options).board()
+    if options.sheet is not None:
+        sheet = board_sheet.save(board, options.sheet)
+        print(f"saved as {options.sheet}; print it on {sheet.paper} at 100 %, and measure the rule")
+        return 0
+    if not options.source:
+        raise UsageError("calibrate which camera? Name a SOURCE, or --print FILE to print the board only")
     if not options.out.parent.is_dir():
         raise UsageError(f"there is no folder {options.out.parent} for the calibration")
-    collector = Collector(board(options), options.views)
+    collector = Collector(board, options.views, still=True)
     _collect(collector, options)
     result = collector.solve(options.name)
     for number, error in enumerate(result.errors, 1):
@@ -61,7 +70,7 @@ def _run(options: argparse.Namespace) -> int:
     matrix, spread = result.calibration.matrix, result.uncertainty
     print(f"focal lengths {matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px")
     print(f"centre {matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px")
-    print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage:.0f} %")
+    print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage.part:.0f} %")
     result.calibration.save(options.out)
     print(f"saved as {options.out}")
     return 0
@@ -80,10 +89,10 @@ def _collect(collector: Collector, options: argparse.Namespace) -> None:
                     hint = collector.missing()
                     print(
                         f"view {len(collector.views)} of {collector.wanted}, "
-                        f"coverage {100 * collector.coverage:.0f} %{f'; next: {hint}' if hint else ''}",
+                        f"coverage {100 * collector.coverage.part:.0f} %"
+                        f"{f'; next, hold it {hint}' if hint else ''}",
                         flush=True,
                     )
-                    time.sleep(_PAUSE_S)
         except FrameTimeoutError:
             if time.monotonic() < deadline:
                 raise

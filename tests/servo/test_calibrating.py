@@ -10,7 +10,9 @@ from grabbergui.cli import calibrate
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.driver.sim.rendered.world import Panel, draw
-from grabbergui.servo.calibration import CharucoBoard, Chessboard, Collector
+from grabbergui.servo.boards import CharucoBoard, Chessboard
+from grabbergui.servo.calibration import Collector, Verdict, placed
+from grabbergui.servo.coverage import Coverage, Placement
 
 WIDTH, HEIGHT = 640, 480
 CAMERA = np.array([[560.0, 0, 331], [0, 552.0, 228], [0, 0, 1]])
@@ -59,7 +61,7 @@ def test_the_camera_that_drew_the_views_is_found(kind):
     assert matrix[:2, 2] == pytest.approx([331, 228], abs=5)
     assert len(result.errors) == len(collector.views)
     assert abs(matrix[0, 0] - 560) < 6 * result.uncertainty[0] + 2
-    assert collector.coverage > 0.5
+    assert collector.coverage.part > 0.5
 
 
 def test_a_view_is_kept_once_and_the_same_again_is_not():
@@ -67,8 +69,8 @@ def test_a_view_is_kept_once_and_the_same_again_is_not():
     assert collector.add(view)
     assert not collector.add(view)
     assert len(collector.views) == 1
-    assert 0 < collector.coverage < 1
-    assert collector.missing() == "top left"
+    assert 0 < collector.coverage.part < 1
+    assert collector.missing() == "at the top left"
 
 
 def test_pictures_without_a_board_are_no_views():
@@ -89,6 +91,11 @@ def test_a_view_that_fits_badly_is_left_out():
     assert np.isnan(result.errors[4])
     assert np.isnan(result.errors).sum() == 1
     assert result.calibration.matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert result.error_of(4) > 5 > 10 * max(result.error_of(number) for number in (3, 5))
+    chosen = collector.solve(used=[*range(4), *range(5, 12)])
+    assert np.isfinite(chosen.errors).sum() == 11
+    with pytest.raises(UsageError, match="3 different views"):
+        collector.solve(used=[0, 1, 2, 2])
 
 
 def test_pictures_of_another_size_are_refused():
@@ -96,6 +103,62 @@ def test_pictures_of_another_size_are_refused():
     collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
     with pytest.raises(UsageError, match="begin again"):
         collector.add(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
+
+
+def test_only_a_board_at_rest_counts():
+    collector, pattern = Collector(CHARUCO, still=True), texture("charuco")
+    first, moved = picture(pattern, at(0.45, 0, 0, yaw=20)), picture(pattern, at(0.45, 0.02, 0, yaw=20))
+    assert [collector.look(grey) for grey in (first, moved, moved, moved)] == [
+        Verdict.MOVING,
+        Verdict.MOVING,
+        Verdict.KEPT,
+        Verdict.KNOWN,
+    ]
+    assert collector.look(np.zeros_like(first)) is Verdict.NOT_SEEN
+    assert collector.look(first) is Verdict.MOVING  # seen anew: it may just have been put there
+
+
+def test_a_look_that_is_not_to_keep_keeps_nothing():
+    collector = Collector(CHARUCO)
+    assert collector.look(picture(texture("charuco"), at(0.45, 0, 0)), keep=False) is Verdict.KEPT
+    assert collector.views == []
+    assert collector.last is not None
+
+
+@pytest.mark.parametrize("kind", ["charuco", "chessboard"])
+@pytest.mark.parametrize(("yaw", "slant"), [(-30, 1), (30, -1)])
+def test_the_nearer_edge_is_told(kind, yaw, slant):
+    board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
+    # About the vertical by a positive angle, the edge to the left in the picture comes nearer.
+    place = placed(board.find(picture(texture(kind), at(0.45, 0, 0, yaw=yaw))), (WIDTH, HEIGHT))
+    assert np.sign(place.slant_x) == slant
+    assert abs(place.slant_x) > 2 * abs(place.slant_y)
+    turned = placed(board.find(picture(texture(kind), at(0.45, 0, 0, pitch=yaw))), (WIDTH, HEIGHT))
+    assert abs(turned.slant_y) > 2 * abs(turned.slant_x)
+
+
+def test_what_is_missing_is_told_until_nothing_is():
+    coverage, hints = Coverage(), []
+    view = CHARUCO.find(picture(texture("charuco"), at(0.3, 0, 0)))
+    everywhere = np.stack(np.meshgrid(np.linspace(1, 638, 40), np.linspace(1, 478, 40)), axis=-1).reshape(
+        -1, 2
+    )
+    whole = type(view)(view.board, everywhere.astype(np.float32), view.ids)
+    for placement in (
+        *[Placement(0.5, 0.5, 0.4, 0.0, 0.0)] * 4,
+        Placement(0.5, 0.5, 0.4, -0.2, 0.0),
+        Placement(0.5, 0.5, 0.4, 0.2, 0.0),
+        Placement(0.5, 0.5, 0.4, 0.0, -0.2),
+        Placement(0.5, 0.5, 0.4, 0.0, 0.2),
+    ):
+        coverage.add(view, placement, (WIDTH, HEIGHT))
+        hints.append(coverage.missing())
+    assert hints[0].startswith("at the ")
+    assert [hint.split()[2] for hint in hints[3:7]] == ["left", "right", "upper", "lower"]
+    coverage.add(whole, Placement(0.5, 0.5, 0.4, 0.0, 0.0), (WIDTH, HEIGHT))
+    assert coverage.missing() == "nearer"
+    coverage.add(whole, Placement(0.5, 0.5, 0.7, 0.0, 0.0), (WIDTH, HEIGHT))
+    assert coverage.missing() == ""
 
 
 def options(*arguments):
@@ -114,6 +177,7 @@ def options(*arguments):
         (("--views", "1"), "1 views"),
         (("--out", "/nowhere/at/all.yaml"), "no folder"),
         (("--seconds", "0.5"), "different views"),
+        (("--print", "board.jpg"), "as .pdf or .png"),
     ],
 )
 def test_the_command_says_what_is_wrong(arguments, complaint):
@@ -128,6 +192,7 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
     def collect(collector, chosen):
         for grey in pictures:
             collector.add(grey)
+            collector.add(grey)  # at rest
 
     monkeypatch.setattr(calibrate, "_collect", collect)
     chosen = options("sim:", "--out", str(tmp_path / "left.yaml"), "--name", "left")
@@ -136,3 +201,16 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
 
     assert Calibration.load(tmp_path / "left.yaml").matrix[0, 0] == pytest.approx(560, rel=0.01)
     assert "coverage" in capsys.readouterr().out
+
+
+def test_the_command_prints_the_board(tmp_path, capsys):
+    chosen = options("--print", str(tmp_path / "board.pdf"), "--board", "chessboard")
+    assert chosen.run(chosen) == 0
+    assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
+    assert "A4" in capsys.readouterr().out
+
+
+def test_the_command_needs_a_source_or_something_to_print():
+    chosen = options()
+    with pytest.raises(UsageError, match="SOURCE"):
+        chosen.run(chosen)
