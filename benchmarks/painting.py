@@ -1,30 +1,46 @@
-"""Painting pictures in the window's own view, offscreen: from a frame to pixels on the screen.
+"""Watching a camera: the whole window at the camera's rate, and how fast the picture's view could go.
 
-Each frame is made ready for the view (`core.pixels.for_display`), set, and painted before the next; CPU is
-of the whole process, so a core is busy for that share when a camera sends at the rate named. The peer is
-pyqtgraph's ImageItem, which most Python viewers use, given the finished RGB picture in the same run.
+    python -m benchmarks painting [--seconds 4] [--window 1600x1000]
+
+Offscreen; nothing is said of a graphics card. The peer is pyqtgraph's ImageItem, which most Python viewers
+use, given the finished RGB picture in the same run.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 
 import cv2
 import numpy as np
 import pyqtgraph as pg
-from PyQt5.QtCore import QRectF
+from PyQt5.QtCore import QRectF, QTimer
 from PyQt5.QtWidgets import QApplication, QWidget
 
+from benchmarks import _document
+from benchmarks._network_ends import SENSOR_THREAD, cpu_seconds, thread_cpu_seconds
+from benchmarks._results import Chart, Goal, Section, Table, machine
 from benchmarks.conversion import random_frame
 from grabbergui.core import pixels
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
 from grabbergui.core.region import Region
 from grabbergui.ui.views.picture_view import PictureView
+
+WARM = 30
+"""Pictures that are painted before anything is counted: the controls are there by then."""
+METHOD = """The whole window ({window}, as it opens) without a screen, on the simulated camera at its own rate
+for {seconds:g} seconds: frames that came, pictures that were painted, and CPU of the process without the
+camera's own thread. The camera shows a still pattern; nothing is kept from one frame to the next.
+
+Then the picture's view alone, fed as fast as it paints ({view}, OpenCV on one thread): each frame converted
+to what the view shows, set, and painted before the next. *ImageItem* is pyqtgraph's, given the finished RGB
+picture, with conversion left out."""
 
 
 @dataclass(frozen=True)
@@ -36,45 +52,161 @@ class Case:
     width: int
     height: int
     rate: float
-    "Frames per second at which its share of a core is stated."
+    "Frames per second."
+    asked: bool = False
+    "Whether it has to be watched with less than one core."
+
+    @property
+    def title(self) -> str:
+        return f"{self.label} {self.pixel_format} at {self.rate:g}"
 
 
 CASES = (
     Case("3 MP", "Mono8", 2048, 1536, 60),
-    Case("3 MP", "RGB8", 2048, 1536, 60),
+    Case("3 MP", "RGB8", 2048, 1536, 60, asked=True),
     Case("3 MP", "BayerRG8", 2048, 1536, 60),
     Case("8.8 MP", "RGB8", 4096, 2160, 21),
-    Case("8.8 MP", "BayerRG8", 4096, 2160, 21),
+    Case("8.8 MP", "BayerRG8", 4096, 2160, 21, asked=True),
     Case("8.8 MP", "BayerRG12p", 4096, 2160, 21),
 )
 
 
-def main(argv: list[str] | None = None) -> None:
+@dataclass(frozen=True)
+class Watched:
+    """What the whole window did with a camera's frames."""
+
+    came: float
+    painted: float
+    "Both a second."
+    cores: float
+    "Of the process, without the simulated sensor."
+    sensor: float
+
+
+def measure(argv: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks painting", description=__doc__)
-    parser.add_argument("--seconds", type=float, default=1.0, help="spent on each figure")
-    parser.add_argument("--view", default="1200x900", help="size of the view in screen pixels")
-    arguments = parser.parse_args(argv)
-    columns, rows = (int(side) for side in arguments.view.split("x"))
+    parser.add_argument("--seconds", type=float, default=4.0, help="that a camera is watched")
+    parser.add_argument("--window", default="1600x1000", help="size in screen pixels")
+    parser.add_argument("--view", default="1200x900", help="size of the view alone in screen pixels")
+    options = parser.parse_args(argv)
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    before = machine()
+    watched = {case: _in_a_process(case, options.window, options.seconds) for case in CASES}
+    for case, seen in watched.items():
+        print(case.label, case.pixel_format, seen, flush=True)
     application = QApplication.instance() or QApplication([])
     cv2.setNumThreads(1)
-    print(f"view {columns}×{rows}, platform {application.platformName()}, each frame painted before the next")
-    print(
-        f"{'camera':8}{'format':12}{'frames/s':>9}{'CPU ms':>8}{'of a core':>20}{'ImageItem/s':>13}"
-        f"{'ratio':>7}"
-    )
+    columns, rows = (int(side) for side in options.view.split("x"))
+    alone = {}
     for case in CASES:
-        rate, cpu = in_the_window(case, columns, rows, arguments.seconds)
-        peer = in_an_image_item(case, columns, rows, arguments.seconds)
-        share = f"{cpu * case.rate:.0%} at {case.rate:g}/s"
-        print(
-            f"{case.label:8}{case.pixel_format:12}{rate:9.0f}{cpu * 1e3:8.2f}{share:>20}"
-            f"{peer:13.0f}{rate / peer:7.1f}",
-            flush=True,
-        )
+        rate, cpu = in_the_view(case, columns, rows, 1.0)
+        alone[case] = rate, cpu, in_an_image_item(case, columns, rows, 1.0)
+    del application
+    return Section(
+        "Painting",
+        "python -m benchmarks painting          # one minute",
+        METHOD.format(window=options.window, seconds=options.seconds, view=options.view),
+        [_watched_table(watched), _alone_table(alone)],
+        [
+            Chart(
+                "painting-cpu",
+                "The whole window watching a camera at its rate",
+                "hundredths of one core",
+                [case.title for case in CASES],
+                {"CPU without the camera": [100 * watched[case].cores for case in CASES]},
+                100.0,
+                "one core",
+            )
+        ],
+        [_goal(case, watched[case]) for case in CASES if case.asked],
+        machine=before,
+    )
 
 
-def in_the_window(case: Case, columns: int, rows: int, seconds: float) -> tuple[float, float]:
+def _goal(case: Case, seen: Watched) -> Goal:
+    return Goal(
+        f"{case.title} watched with less than one core",
+        f"{seen.painted:.1f} painted a second of {seen.came:.1f} that came, {seen.cores:.0%}",
+        seen.cores < 1 and seen.painted >= 0.95 * case.rate,
+    )
+
+
+def _watched_table(watched: dict[Case, Watched]) -> Table:
+    rows = [
+        [
+            case.title,
+            f"{seen.came:.1f}",
+            f"{seen.painted:.1f}",
+            f"{seen.cores:.0%}",
+            f"{1e3 * seen.cores / max(seen.painted, 1):.1f} ms",
+            f"{seen.sensor:.0%}",
+        ]
+        for case, seen in watched.items()
+    ]
+    header = ["camera", "came, fps", "painted, fps", "CPU", "CPU per picture", "the camera's CPU"]
+    return Table(header, rows, "The whole window:")
+
+
+def _alone_table(alone: dict[Case, tuple[float, float, float]]) -> Table:
+    rows = [
+        [case.title, f"{rate:.0f}", f"{cpu * 1e3:.1f} ms", f"{peer:.0f}", f"{rate / peer:.1f}"]
+        for case, (rate, cpu, peer) in alone.items()
+    ]
+    header = ["camera", "view alone, fps", "CPU per picture", "ImageItem, fps", "ratio"]
+    return Table(header, rows, "The picture's view alone, as fast as it goes:")
+
+
+# -- the whole window --------------------------------------------------------------------------------
+def _in_a_process(case: Case, window: str, seconds: float) -> Watched:
+    """Each camera gets a new window in a new process."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=watch, args=(theirs, case, window, seconds))
+    process.start()
+    theirs.close()
+    seen: Watched = ours.recv()
+    process.join()
+    return seen
+
+
+def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
+    """Open the window on a camera and look at it for a while."""
+    from grabbergui.ui.app import application
+    from grabbergui.ui.controllers.main import MainController
+    from grabbergui.ui.preferences import Preferences
+    from grabbergui.ui.theme import Theme, dress
+    from grabbergui.ui.views.main_window import MainWindow
+
+    app = application()
+    dress(app, Theme.LIGHT)
+    window = MainWindow()
+    window.resize(*(int(side) for side in size.split("x")))
+    program = MainController(window, Preferences(None))
+    painted = [0]
+    window.picture.painted.connect(lambda: painted.__setitem__(0, painted[0] + 1))
+    window.show()
+    program.begin(
+        f"sim:?width={case.width}&height={case.height}&fps={case.rate:g}"
+        f"&pixel_format={case.pixel_format}&test_pattern=GreyHorizontalRamp"
+    )
+
+    window.picture.painted.connect(lambda: app.quit() if painted[0] == WARM else None)
+    app.exec_()
+    count, came = painted[0], program.picture.received
+    cpu, sensor, began = cpu_seconds(), thread_cpu_seconds(SENSOR_THREAD), time.monotonic()
+    QTimer.singleShot(round(1000 * seconds), app.quit)
+    app.exec_()
+    took = time.monotonic() - began
+    cpu, sensor = cpu_seconds() - cpu, thread_cpu_seconds(SENSOR_THREAD) - sensor
+    came = program.picture.received - came
+    pipe.send(Watched(came / took, (painted[0] - count) / took, (cpu - sensor) / took, sensor / took))
+    window.close()
+    program.shut_down()
+    program.connection.wait_closed(10)
+
+
+# -- the view alone ----------------------------------------------------------------------------------
+def in_the_view(case: Case, columns: int, rows: int, seconds: float) -> tuple[float, float]:
     """Frames per second through the window's picture view, and CPU seconds a frame."""
     frames = frames_of(case)
     view = PictureView()
@@ -142,4 +274,4 @@ def measured(show: Callable[[int], None], seconds: float, widget: QWidget) -> tu
 
 
 if __name__ == "__main__":
-    main()
+    print(_document.markdown(measure()))
