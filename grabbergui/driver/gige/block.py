@@ -1,9 +1,9 @@
-"""One block while its packets arrive: which came, which are missing, when to ask again."""
+"""One block while its packets arrive: which came, which are missing, which were asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,30 +13,34 @@ from grabbergui.driver.gige.gvsp import Leader, PayloadKind, Trailer
 NEVER = float("inf")
 
 
-@dataclass(frozen=True)
-class ResendPolicy:
-    """When to ask for lost packets, and when to stop."""
+class RequestLog:
+    """Which packets of a block were asked for, and when. Empty, and free of cost, where none was."""
 
-    enabled: bool = True
-    "Off where the device cannot resend: it is then never asked."
-    initial_wait: float = 0.001
-    "Seconds from noticing a gap to asking: the packet may only have been overtaken."
-    repeat_wait: float = 0.02
-    "Seconds between two requests for the same packet."
-    tail_wait: float = 0.01
-    "Seconds of silence after which the end of a block counts as lost too."
-    max_tries: int = 5
-    "Requests for one packet."
-    max_ratio: float = 0.25
-    "A block that misses more than this share of its packets is not worth asking for."
-    always_worth: int = 16
-    "So many missing packets are asked for, however small the block."
-    give_up: float = 0.1
-    "Seconds of silence after which a block is finished as it is."
-    reorder_wait: float = 0.01
-    "The same, once a later block has begun and nothing more is asked for."
-    max_blocks: int = 4
-    "Blocks under way at once; the oldest is finished when one more begins."
+    def __init__(self) -> None:
+        self.tries = np.zeros(0, np.uint8)
+        "Requests for each packet, by packet id."
+        self.first_at = np.zeros(0)
+        "When the first of them left."
+        self.again_at = np.zeros(0)
+        "When the last of them counts as lost."
+        self.next_check = NEVER
+        "When to look for packets to ask for."
+        self.tail_checked = -NEVER
+        "The block's `last_packet_at` when its end was last looked at."
+
+    def make_room(self, packets: int) -> None:
+        """Hold at least so many packets."""
+        if len(self.tries) < packets:
+            self.tries = _grown(self.tries, packets - 1)
+            self.first_at = _grown(self.first_at, packets - 1)
+            self.again_at = _grown(self.again_at, packets - 1)
+
+    def note(self, first: int, last: int, now: float, wait: float) -> None:
+        """Packets `first` to `last` are asked for; each try waits twice as long as the one before."""
+        asked = slice(first, last + 1)
+        self.first_at[asked] = np.where(self.tries[asked] == 0, now, self.first_at[asked])
+        self.again_at[asked] = now + wait * np.exp2(self.tries[asked])
+        self.tries[asked] += 1
 
 
 class Block:
@@ -49,6 +53,8 @@ class Block:
         self.extended = extended
         self.buffer = buffer
         "None where no buffer was free: the block is only counted."
+        self.began = now
+        "When its first packet came."
         self.leader: Leader | None = None
         self.trailer: Trailer | None = None
         self.last_id: int | None = None
@@ -66,28 +72,13 @@ class Block:
         self.ended_short = False
         "Whether the packet at `extent` was shorter than a full one, so nothing follows it."
         self.last_packet_at = now
-        self.asked_at = np.zeros(0)
-        self.tries = np.zeros(0, np.uint8)
-        self.next_check = NEVER
-        "When to look for packets to ask for."
-        self.tail_checked = -NEVER
-        "`last_packet_at` when the end of the block was last looked at."
+        self.asked = RequestLog()
 
-    def holds(self, packet_id: int) -> bool:
-        """Whether a packet came already."""
-        return packet_id < len(self.received) and bool(self.received[packet_id])
+    def holds(self, packet_id: int, count: int = 1) -> bool:
+        """Whether any of `count` packets from `packet_id` on came already."""
+        return bool(self.received[packet_id : packet_id + count].any())
 
-    def mark(self, packet_id: int, now: float) -> bool:
-        """Note that a packet came; whether it had been asked for."""
-        if packet_id >= len(self.received):
-            self.received = _grown(self.received, packet_id)
-        self.received[packet_id] = 1
-        self.count += 1
-        self.highest = max(self.highest, packet_id)
-        self.last_packet_at = now
-        return packet_id < len(self.tries) and bool(self.tries[packet_id])
-
-    def mark_run(self, first: int, count: int, now: float) -> None:
+    def mark(self, first: int, count: int, now: float) -> None:
         """Note that `count` consecutive packets came, none of them before."""
         end = first + count
         if end > len(self.received):
@@ -96,6 +87,14 @@ class Block:
         self.count += count
         self.highest = max(self.highest, end - 1)
         self.last_packet_at = now
+
+    def place(self, offset: int, data: NDArray[np.uint8] | memoryview) -> None:
+        """Put data into the payload, `offset` bytes from its start; rows of a 2-D array follow each other."""
+        size = data.nbytes
+        if self.buffer is not None and not self.refused:
+            room = self.buffer[offset : offset + size]
+            room.reshape(data.shape)[...] = data
+        self.extent = max(self.extent, offset + size)
 
     def payload_packets(self, stride: int) -> int | None:
         """How many payload packets make up the block, where that is known."""
@@ -115,6 +114,19 @@ class Block:
         packets = self.payload_packets(stride)
         return packets is not None and self.count == packets + 1 and self.highest == packets
 
+    def all_arrived(self) -> bool:
+        """Chunks end where the trailer says; where it was lost, a short last packet says the same."""
+        leader = self.leader
+        return (
+            leader is not None
+            and not self.refused
+            and self.last_id is None
+            and leader.has_chunks
+            and self.ended_short
+            and self.extent >= leader.image_bytes
+            and self.count == self.highest + 1
+        )
+
     def missing(self, end: int) -> NDArray[np.intp]:
         """Ids up to and including `end` of packets that did not come."""
         if end >= len(self.received):
@@ -122,38 +134,13 @@ class Block:
         ids: NDArray[np.intp] = np.flatnonzero(self.received[: end + 1] == 0)
         return ids
 
-    def to_ask(self, missing: NDArray[np.intp], policy: ResendPolicy, now: float) -> NDArray[np.intp]:
-        """Those of the missing packets whose time to be asked for has come; notes that they are asked for."""
-        if not len(missing) or len(missing) > max(policy.always_worth, policy.max_ratio * len(self.received)):
-            self.next_check = NEVER
-            return missing[:0]
-        if len(self.tries) < len(self.received):
-            self.tries = _grown(self.tries, len(self.received) - 1)
-            self.asked_at = np.concatenate([self.asked_at, np.zeros(len(self.tries) - len(self.asked_at))])
-        open_ids: NDArray[np.intp] = missing[self.tries[missing] < policy.max_tries]
-        if not len(open_ids):
-            self.next_check = NEVER
-            return open_ids
-        # Deadlines are compared as sums, exactly as they are announced: a difference may round the other way.
-        again_at = self.asked_at[open_ids] + policy.repeat_wait
-        due: NDArray[np.intp] = open_ids[(self.tries[open_ids] == 0) | (again_at <= now)]
-        self.tries[due] += 1
-        self.asked_at[due] = now
-        self.next_check = float((self.asked_at[open_ids] + policy.repeat_wait).min())
-        return due
-
-    def give_up_on(self, packet_id: int, policy: ResendPolicy) -> None:
-        """The device no longer has this packet: do not ask again."""
-        if packet_id < len(self.tries):
-            self.tries[packet_id] = policy.max_tries
-
     @property
     def only_leader(self) -> bool:
         """Some devices send it when acquisition starts, long before the rest."""
         return self.count == 1 and self.leader is not None and self.trailer is None
 
 
-def _grown(array: NDArray[np.uint8], index: int) -> NDArray[np.uint8]:
+def _grown(array: NDArray[Any], index: int) -> NDArray[Any]:
     """A copy with room for `index`."""
     larger = np.zeros(max(index + 1, 2 * len(array)), array.dtype)
     larger[: len(array)] = array

@@ -6,8 +6,8 @@ import time
 
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame, FrameStatus
-from grabbergui.driver.gige.block_assembler import FinishedBlock
 from grabbergui.driver.gige.clock import ClockMapper, ticks_to_ns
+from grabbergui.driver.gige.finished_block import FinishedBlock
 
 
 class FrameBuilder:

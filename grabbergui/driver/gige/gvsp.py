@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import ClassVar
 
 from grabbergui.core.errors import RemoteProtocolError
@@ -144,7 +145,7 @@ class Leader:
         """Whether the layout of the pixels is known."""
         return bool(self.width and self.height and self.pixel_format)
 
-    @property
+    @cached_property
     def image_bytes(self) -> int:
         """Bytes of the image with its padding; chunks and further parts not counted."""
         bits = self.pixel_format >> 16 & 0xFF
@@ -154,7 +155,7 @@ class Leader:
             pixels = (self.width * self.height * bits + 7) // 8
         return pixels + self.padding_y
 
-    @property
+    @cached_property
     def payload_bytes(self) -> int | None:
         """Bytes of the whole payload where the leader tells, else None."""
         if self.parts:

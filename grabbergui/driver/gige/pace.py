@@ -1,0 +1,52 @@
+"""How long to let packets gather: fewer, larger batches cost less, as long as no buffer runs over."""
+
+from __future__ import annotations
+
+LONGEST_PAUSE = 0.01
+"Seconds."
+SHORTEST_PAUSE = 0.0002
+"Seconds; less is not worth the wake-up."
+BUFFER_SHARE = 0.25
+"Of the socket's buffer that may fill meanwhile."
+KERNEL_BYTES = 1024
+"That a waiting packet takes beside its own, and"
+KERNEL_FACTOR = 1.3
+"times so much: memory comes in pages."
+LEAST_SPAN = 0.0002
+"Seconds; over a shorter one no rate is measured."
+FALL = 0.1
+"Weight of a rate below the known one. Above it, it counts at once: a buffer must not run over."
+
+
+class Pace:
+    """Learns the rate at which a stream's packets come, and tells how long to wait for the next batch."""
+
+    def __init__(self, buffer_bytes: int, most_packets: int) -> None:
+        """`buffer_bytes` as the kernel counts; `most_packets` are taken in one batch."""
+        self._buffer_bytes = buffer_bytes
+        self._most_packets = most_packets
+        self._rate = 0.0
+        "Packets a second within a block."
+        self._last: float | None = None
+
+    def took(self, packets: int, now: float, *, more: bool) -> None:
+        """A batch was taken; `more` of its block is to come."""
+        if self._last is not None and now - self._last >= LEAST_SPAN and packets:
+            rate = packets / (now - self._last)
+            self._rate = rate if rate > self._rate else self._rate + FALL * (rate - self._rate)
+        self._last = now if more else None
+
+    def pause(self, expected: int, packet_bytes: int) -> float:
+        """Seconds to wait where `expected` packets of so many bytes are still to come of a block."""
+        if not expected or not self._rate:
+            return 0.0
+        filling = self._rate * (KERNEL_FACTOR * packet_bytes + KERNEL_BYTES)
+        longest = min(
+            LONGEST_PAUSE,
+            BUFFER_SHARE * self._buffer_bytes / filling,
+            0.9 * self._most_packets / self._rate,
+        )
+        rest = expected / self._rate
+        # Two equal pauses rather than a long and a tiny one.
+        pause = rest if rest <= longest else min(longest, rest / 2)
+        return pause if pause >= SHORTEST_PAUSE else 0.0

@@ -1,0 +1,135 @@
+"""When to ask for lost packets, and when to stop: part of the machine that puts blocks together, without I/O.
+
+A device answers as fast as it can, and a busy or distant one is slow. So the time to wait before a packet is
+asked for again is learned from the answers, as TCP learns it, and doubles with each try; and only so many
+requests are unanswered at once. Asking a slow device more often would make it slower still.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.driver.gige.block import NEVER, Block, runs
+from grabbergui.driver.gige.gvcp import PacketResend
+
+
+@dataclass(frozen=True)
+class ResendPolicy:
+    """When to ask for lost packets, and when to stop."""
+
+    enabled: bool = True
+    "Off where the device cannot resend: it is then never asked."
+    initial_wait: float = 0.001
+    "Seconds from noticing a gap to asking: the packet may only have been overtaken."
+    first_answer_wait: float = 0.02
+    "Seconds to wait for the answer to a request, before any answer showed how long it takes."
+    shortest_answer_wait: float = 0.005
+    longest_answer_wait: float = 0.1
+    "Bounds of what is learned, before it is doubled from try to try."
+    tail_wait: float = 0.03
+    "Seconds of silence after which the end of a block counts as lost too."
+    max_tries: int = 6
+    "Requests for one packet."
+    max_unanswered: int = 256
+    "Requests under way at once."
+    max_ratio: float = 0.25
+    "A block that misses more than this share of its packets is not worth asking for."
+    always_worth: int = 16
+    "So many missing packets are asked for, however small the block."
+    give_up: float = 0.5
+    "Seconds of silence after which a block is finished as it is."
+    reorder_wait: float = 0.01
+    "The same, once a later block has begun and nothing more is asked for."
+    max_blocks: int = 32
+    "Blocks under way at once; the oldest is finished when one more begins."
+
+
+class AnswerTime:
+    """How long the device takes to answer."""
+
+    def __init__(self, policy: ResendPolicy) -> None:
+        self._policy = policy
+        self._mean: float | None = None
+        self._deviation = 0.0
+
+    def learn(self, seconds: float) -> None:
+        """An answer came after so long."""
+        if self._mean is None:
+            self._mean, self._deviation = seconds, seconds / 2
+            return
+        self._deviation += (abs(seconds - self._mean) - self._deviation) / 4
+        self._mean += (seconds - self._mean) / 8
+
+    @property
+    def wait(self) -> float:
+        """Seconds after which an answer counts as lost."""
+        policy = self._policy
+        if self._mean is None:
+            return policy.first_answer_wait
+        # Twice the deviation and not four times as TCP: times here include answers that were lost, and with
+        # four the wait would grow without end on a link that loses a tenth of its packets.
+        likely = self._mean + 2 * self._deviation
+        return min(max(likely, policy.shortest_answer_wait), policy.longest_answer_wait)
+
+
+class Resender:
+    """Asks for the missing packets of one stream's blocks."""
+
+    def __init__(self, policy: ResendPolicy) -> None:
+        self.policy = policy
+        self._answer_time = AnswerTime(policy)
+        self._unanswered: deque[float] = deque()
+        "For each request when it counts as lost, the oldest first."
+        self._requests: deque[PacketResend] = deque()
+
+    def came(self, block: Block, packet_id: int, now: float) -> bool:
+        """Note that a packet arrived; whether it had been asked for."""
+        asked = block.asked
+        if packet_id >= len(asked.tries) or not asked.tries[packet_id]:
+            return False
+        # Which of several requests was answered cannot be told. Taken as the first, a device that is slower
+        # than we thought is found out.
+        self._answer_time.learn(now - float(asked.first_at[packet_id]))
+        if self._unanswered:
+            self._unanswered.popleft()
+        return True
+
+    def refused(self, block: Block, packet_id: int) -> None:
+        """The device no longer has this packet: it is not asked for again."""
+        asked = block.asked
+        if packet_id < len(asked.tries):
+            asked.tries[packet_id] = self.policy.max_tries
+            asked.again_at[packet_id] = -NEVER
+
+    def ask(self, block: Block, missing: NDArray[np.intp], now: float) -> None:
+        """Ask for those of the missing packets whose time has come; sets when to look at the block again."""
+        policy, asked = self.policy, block.asked
+        asked.next_check = NEVER
+        if len(missing) > max(policy.always_worth, policy.max_ratio * len(block.received)):
+            return
+        asked.make_room(len(block.received))
+        due = missing[(asked.tries[missing] < policy.max_tries) & (asked.again_at[missing] <= now)]
+        for first, last in runs(due):
+            if not self._may_ask(now):
+                asked.next_check = now + policy.shortest_answer_wait
+                break
+            asked.note(first, last, now, self._answer_time.wait)
+            self._unanswered.append(now + self._answer_time.wait)
+            self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
+        waiting = asked.again_at[missing]
+        asked.next_check = min(asked.next_check, float(waiting[waiting > now].min(initial=NEVER)))
+
+    def _may_ask(self, now: float) -> bool:
+        while self._unanswered and self._unanswered[0] <= now:
+            self._unanswered.popleft()
+        return len(self._unanswered) < self.policy.max_unanswered
+
+    def requests(self) -> Iterator[PacketResend]:
+        """Commands to send, each once."""
+        while self._requests:
+            yield self._requests.popleft()
