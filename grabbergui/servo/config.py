@@ -109,6 +109,8 @@ class SafetyConfig:
     "Seconds since the robot's encoders were read."
     freeze: float = 0.6
     "Seconds that encoders may stand still while motion is commanded."
+    stuck: float = 3.0
+    "Seconds of approaching in which the hand comes no nearer, after which it gives up."
     search_after: float = 2.0
     "Seconds after a loss before the head starts to search."
     command_timeout: float = 0.15

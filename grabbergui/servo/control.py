@@ -109,6 +109,8 @@ class ArmController:
     def __init__(self, config: ArmConfig, standoff: float) -> None:
         self.error = (math.inf, math.inf)
         "Metres and radians from the hand to the goal at last."
+        self.confined = False
+        "Whether the workspace kept the hand from going on at last."
         self._config = config
         self._standoff = standoff
         self._twist = np.zeros(6)
@@ -188,6 +190,7 @@ class ArmController:
         low, high = self._box()
         ahead = hand[:3, 3] + twist[:3] * max(seconds, 0.05)
         leaving = ((ahead < low) & (twist[:3] < 0)) | ((ahead > high) & (twist[:3] > 0))
+        self.confined = bool(leaving.any())
         return np.concatenate((np.where(leaving, 0.0, twist[:3]), twist[3:]))
 
     def _box(self) -> tuple[Vector, Vector]:

@@ -89,8 +89,8 @@ class Chain(ABC):
             names = [name for name, there in zip(self.joint_names, limited, strict=True) if there]
             return f"{' and '.join(names)} {'is at its limit' if len(names) == 1 else 'are at their limits'}"
         directions, strengths, _ = np.linalg.svd(jacobian)
-        share = np.abs(directions.T @ (twist / np.linalg.norm(twist)))
-        if (share[strengths < STRETCHED] > 0.3).any():
+        share = np.abs(directions.T @ twist)
+        if (share[strengths < STRETCHED] > 0.3 * np.linalg.norm(twist)).any():
             return f"{self.name} is stretched or folded so that it cannot move that way"
         return ""
 

@@ -10,11 +10,11 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
-from grabbergui.servo.geometry import Pose, Vector, is_pose
+from grabbergui.servo.geometry import Pose, Vector, diff, is_pose
 from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
-from grabbergui.servo.watch import EncoderWatch
+from grabbergui.servo.watch import EncoderWatch, ProgressWatch
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,9 @@ class ServoLoop:
         self._camera_pose = robot.camera_pose
         self._history = JointHistory()
         self._watch = EncoderWatch(config.safety.freeze)
+        self._progress = ProgressWatch(config.safety.stuck)
+        self._stuck = ""
+        self._hindrance = robot.body.arm.hindrance
         self._pending: Sighting | None = None
         self._last = 0.0
 
@@ -81,6 +84,7 @@ class ServoLoop:
         if not fresh or not fresh_robot or robot is None:
             target = marker = None
         self._measure(target, marker, robot)
+        self._judge_progress(now, marker, robot)
         state = self.machine.step(
             now,
             Situation(
@@ -90,6 +94,7 @@ class ServoLoop:
                 centred=target is not None and robot is not None and self._centred(robot),
                 marker=marker is not None and self._reachable(marker),
                 arrived=marker is not None and self.arm.arrived,
+                stuck=self._stuck,
                 problem=self._problem(bool(fresh), robot, sound, fresh_robot),
             ),
         )
@@ -157,6 +162,30 @@ class ServoLoop:
             self.head.see(target, from_camera)
         if robot is not None and marker is not None:
             self.arm.measure(robot.hand, marker)
+
+    def _judge_progress(self, now: float, marker: Pose | None, robot: RobotState | None) -> None:
+        """Whether the hand still gets nearer, and if not, why."""
+        if self.machine.state is State.STOPPED:
+            self._progress.reset()
+            self._stuck = ""
+        if robot is None or marker is None:
+            return
+        goal = self.arm.goal(marker)
+        self._progress.update(now, robot.hand, goal, self.machine.state.arm_moves)
+        if not self._progress.stuck:
+            self._stuck = ""
+        elif not self._stuck:
+            metres, radians = self.arm.error
+            self._stuck = (
+                f"the hand comes no nearer than {1e3 * metres:.0f} mm and {np.degrees(radians):.0f}°: "
+                + self._reason(robot, goal)
+            )
+
+    def _reason(self, robot: RobotState, goal: Pose) -> str:
+        if self.arm.confined:
+            return "it would leave the workspace"
+        hindrance = "" if robot.arm is None else self._hindrance(robot.arm, diff(robot.hand, goal))
+        return hindrance or "the arm does not get there"
 
     def _centred(self, robot: RobotState) -> bool:
         waiting = self.machine.state is State.WAITING

@@ -142,9 +142,13 @@ def status(turn: Turn) -> Any:
     ):
         if math.isfinite(value):
             values[name] = f"{value * factor:.3f}"
-    stopped, lost = turn.state is State.STOPPED, turn.state is State.LOST
+    levels = {
+        State.STOPPED: DiagnosticStatus.ERROR,
+        State.LOST: DiagnosticStatus.WARN,
+        State.STUCK: DiagnosticStatus.WARN,
+    }
     return DiagnosticStatus(
-        level=DiagnosticStatus.ERROR if stopped else DiagnosticStatus.WARN if lost else DiagnosticStatus.OK,
+        level=levels.get(turn.state, DiagnosticStatus.OK),
         name="visual servoing",
         hardware_id="",
         message=turn.reason,

@@ -2,8 +2,9 @@
 
                 ┌─────────── target lost, pictures or robot silent ──────────┐
 SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker) ──► APPROACHING ──► REACHED
-    ▲             ▲                                                        ▲ marker moved │
-    └── LOST ─────┘ seen again                                             └──────────────┘
+    ▲             ▲                                                    │   ▲ marker moved │
+    └── LOST ─────┘ seen again                        comes no nearer  ▼   ├──────────────┘
+                                                                     STUCK ┘ marker moved
 
 anything ──► STOPPED (emergency stop, or a fault of the robot) ──► LOST on resume
 """
@@ -23,6 +24,7 @@ class State(Enum):
     WAITING = "waiting for the marker"
     APPROACHING = "approaching"
     REACHED = "reached"
+    STUCK = "stuck"
     LOST = "lost"
     STOPPED = "stopped"
 
@@ -53,6 +55,8 @@ class Situation:
     "Whether the chosen marker is seen surely."
     arrived: bool = False
     "Whether the hand is at its goal."
+    stuck: str = ""
+    "Why the hand cannot get to its goal, for people; empty while it may."
     problem: str = ""
     "What hinders, for people."
 
@@ -129,7 +133,9 @@ class StateMachine:
         elif state in (State.CENTRING, State.WAITING):
             if state is State.WAITING and situation.problem:
                 self.reason = situation.problem
-            if situation.centred and situation.marker:
+            if situation.centred and situation.marker and situation.stuck:
+                self._enter(now, State.STUCK, situation.stuck)
+            elif situation.centred and situation.marker:
                 self._enter(now, State.APPROACHING, "the marker is centred")
             elif situation.centred and state is State.CENTRING and marker_lost:
                 self._enter(now, State.WAITING, "centred; no marker yet")
@@ -137,9 +143,11 @@ class StateMachine:
                 self._enter(now, State.CENTRING, "the target is off centre")
         elif marker_lost:
             self._enter(now, State.LOST, situation.problem or "the marker is not seen")
+        elif state is State.APPROACHING and situation.stuck and not situation.arrived:
+            self._enter(now, State.STUCK, situation.stuck)
         elif state is State.APPROACHING:
             self._arrive(now, situation.arrived)
-        elif state is State.REACHED and situation.marker and not situation.arrived:
+        elif situation.marker and not (situation.arrived if state is State.REACHED else situation.stuck):
             self._enter(now, State.APPROACHING, "the marker moved")
 
     def _arrive(self, now: float, arrived: bool) -> None:

@@ -1,5 +1,6 @@
 """Every transition, and none that should not be."""
 
+import dataclasses
 import itertools
 
 import pytest
@@ -15,6 +16,7 @@ PERSON = Situation(target=True, centred=True)
 MARKER_ASIDE = Situation(target=True, marker=True)
 MARKER = Situation(target=True, centred=True, marker=True)
 ARRIVED = Situation(target=True, centred=True, marker=True, arrived=True)
+STUCK = Situation(target=True, centred=True, marker=True, stuck="a joint is at its limit")
 BLIND = Situation(pictures=False)
 SILENT = Situation(robot=False)
 
@@ -38,6 +40,7 @@ PATHS = {
     State.WAITING: [(PERSON_ASIDE, 1.0), (PERSON, STEP)],
     State.APPROACHING: [(MARKER_ASIDE, 1.0), (MARKER, STEP)],
     State.REACHED: [(MARKER_ASIDE, 1.0), (MARKER, STEP), (ARRIVED, 1.0)],
+    State.STUCK: [(MARKER_ASIDE, 1.0), (MARKER, STEP), (STUCK, STEP)],
 }
 
 
@@ -85,6 +88,14 @@ def test_nothing_moves_before_anything_is_known():
         (State.REACHED, ARRIVED, 60, State.REACHED),
         (State.REACHED, MARKER, STEP, State.APPROACHING),
         (State.REACHED, NOTHING, GRACE + 0.1, State.LOST),
+        (State.APPROACHING, STUCK, STEP, State.STUCK),
+        (State.APPROACHING, dataclasses.replace(STUCK, arrived=True), 1.0, State.REACHED),
+        (State.CENTRING, STUCK, STEP, State.STUCK),
+        (State.WAITING, STUCK, STEP, State.STUCK),
+        (State.STUCK, STUCK, 60, State.STUCK),
+        (State.STUCK, MARKER, STEP, State.APPROACHING),
+        (State.STUCK, PERSON, GRACE + STEP, State.LOST),
+        (State.STUCK, NOTHING, GRACE + 0.1, State.LOST),
     ],
 )
 def test_transitions(start, situation, seconds, end):

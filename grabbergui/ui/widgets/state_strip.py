@@ -13,7 +13,7 @@ _NAMES = {State.WAITING: "waiting"}
 "Where the full name is too long."
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
 "From one to the next when all goes well."
-_APART = (State.LOST, State.STOPPED)
+_APART = (State.STUCK, State.LOST, State.STOPPED)
 "From anywhere."
 _GAP, _ARROW, _PADDING = 6.0, 16.0, 11.0
 

@@ -1,0 +1,142 @@
+"""An approach that cannot come to its end: it is noticed, and said why, instead of pushing for ever."""
+
+import math
+
+import numpy as np
+import pytest
+from robots_for_tests import marker
+
+from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.servo import geometry
+from grabbergui.servo.config import Config
+from grabbergui.servo.detection import Sighting
+from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.loop import ServoLoop
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.state_machine import State
+from grabbergui.servo.watch import ProgressWatch
+
+DT = 0.02
+REACHABLE = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
+ROLLED = at(0.70, -0.32, 0.36, roll=120)
+"Nearer than REACHABLE to nothing but the shoulder's and the wrist's limits."
+FAR = at(0.93, -0.30, 0.50)
+"The hand's goal is in the workspace, but farther than the arm is long."
+
+
+class Chase:
+    """A loop, its gate and a robot with real kinematics, and a perfect camera, under one clock."""
+
+    def __init__(self, board):
+        self.now, self.board = 0.0, board
+        self.robot = SimRobot(teo.BODY, lambda: self.now)
+        self.loop = ServoLoop(Config(), self.robot)
+        self.gate = CommandGate(self.robot, Config())
+
+    def run(self, seconds, until=None):
+        for _ in range(round(seconds / DT)):
+            state = self.robot.state()
+            view = geometry.inverse(self.robot.camera_pose(state.head))
+            self.loop.see(Sighting(self.now, (marker(view @ self.board),)))
+            turn = self.loop.turn(self.now, state)
+            self.gate.send(turn.command, self.now)
+            self.now += DT
+            if turn.state is until:
+                break
+        return turn
+
+
+@pytest.mark.parametrize(
+    ("board", "reason"),
+    [(ROLLED, "AxialRightShoulder and FrontalRightWrist are at their limits"), (FAR, "stretched")],
+)
+def test_a_hand_that_comes_no_nearer_gives_up_and_says_why(board, reason):
+    chase = Chase(board)
+    turn = chase.run(15, State.STUCK)
+    assert turn.state is State.STUCK
+    assert "comes no nearer than" in turn.reason and reason in turn.reason
+    assert chase.run(0.5).state is State.STUCK
+    assert not turn.command.hand.any()
+    assert chase.robot.speed < 1e-3
+    assert chase.robot.limit_violations == 0
+
+
+def test_it_tries_again_once_the_marker_moved_and_not_before():
+    chase = Chase(ROLLED)
+    chase.run(15, State.STUCK)
+    assert chase.run(5).state is State.STUCK
+    chase.board = REACHABLE
+    assert chase.run(1, State.APPROACHING).state is State.APPROACHING
+    assert chase.run(15, State.REACHED).state is State.REACHED
+
+
+def test_it_tries_again_after_a_stop_was_ended():
+    chase = Chase(FAR)
+    chase.run(15, State.STUCK)
+    chase.loop.machine.stop(chase.now, "pressed")
+    chase.run(0.1)
+    chase.loop.machine.resume(chase.now)
+    assert chase.run(2, State.APPROACHING).state is State.APPROACHING
+
+
+def test_a_workspace_that_ends_before_the_goal_is_named():
+    chase = Chase(REACHABLE)
+    # Between home and goal there is a wall, as where the hand begins outside of a box that was set too small.
+    chase.loop.arm._kept_inside = lambda hand, twist, seconds: wall(chase.loop.arm)
+    assert "it would leave the workspace" in chase.run(15, State.STUCK).reason
+
+
+def wall(arm):
+    arm.confined = True
+    return np.zeros(6)
+
+
+# -- the watch -----------------------------------------------------------------------------------
+def off(metres, degrees=0.0):
+    return geometry.pose(geometry.rotation_from_vector((0, 0, math.radians(degrees))), (metres, 0, 0))
+
+
+def fed(watch, hands, approaching=True):
+    for step, hand in enumerate(hands):
+        watch.update(DT * (step + 1), hand, geometry.pose(), approaching)
+    return watch.stuck
+
+
+def test_slow_progress_is_progress():
+    """4 mm in three seconds, first of place, then of direction."""
+    assert not fed(ProgressWatch(3.0), [off(0.05 - 0.0013 * DT * step) for step in range(1000)])
+    assert not fed(ProgressWatch(3.0), [off(0.02, 30 - 0.8 * DT * step) for step in range(1000)])
+
+
+def test_trembling_is_none():
+    random = np.random.default_rng(3)
+    assert fed(ProgressWatch(3.0), [off(0.05 + random.normal(0, 3e-4)) for _ in range(500)])
+
+
+def test_time_at_rest_does_not_count():
+    assert not fed(ProgressWatch(3.0), [off(0.05)] * 500, approaching=False)
+
+
+def test_a_goal_that_wanders_is_followed_for_ever():
+    watch = ProgressWatch(3.0)
+    for step in range(1000):
+        watch.update(DT * step, off(0.05), off(0.1 + 0.05 * DT * step), True)
+    assert not watch.stuck
+
+
+# -- what hinders --------------------------------------------------------------------------------
+def test_nothing_hinders_an_arm_in_the_middle_of_its_reach():
+    twists = np.vstack((np.eye(6), -np.eye(6))) * 0.1
+    assert {teo.RIGHT_ARM.hindrance(teo.HOME, twist) for twist in twists} == {""}
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_the_joint_that_is_in_the_way_is_named(joint):
+    for limit, sign in ((teo.RIGHT_ARM.high, 1), (teo.RIGHT_ARM.low, -1)):
+        angles = teo.HOME.copy()
+        angles[joint] = limit[joint]
+        twist = sign * teo.RIGHT_ARM.jacobian(angles)[:, joint]
+        if np.linalg.svd(teo.RIGHT_ARM.jacobian(angles))[1][-1] > 0.1:
+            assert teo.RIGHT_ARM.joint_names[joint] in teo.RIGHT_ARM.hindrance(angles, twist)
+            assert teo.RIGHT_ARM.joint_names[joint] not in teo.RIGHT_ARM.hindrance(angles, -twist)
