@@ -22,7 +22,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap, discovery
-from grabbergui.driver.gige.bootstrap import Capability, Control, Register
+from grabbergui.driver.gige.block import ResendPolicy
+from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
 from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.description import fetch_description
@@ -33,8 +34,8 @@ from grabbergui.driver.gige.heartbeat import PRIVILEGE_AND_HOLDER, Holder, Pulse
 from grabbergui.driver.gige.interfaces import Interface, interface_of
 from grabbergui.driver.gige.memory import DeviceMemory
 from grabbergui.driver.gige.message_channel import MessageChannel
+from grabbergui.driver.gige.packet_delay import PacketDelayPolicy, settle_delay
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
-from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.stream import Stream, tick_frequency
 
 log = logging.getLogger(__name__)
@@ -49,6 +50,9 @@ class GigeOptions:
 
     packet_size: PacketSizePolicy = field(default_factory=PacketSizePolicy)
     resend: ResendPolicy = field(default_factory=ResendPolicy)
+    packet_delay: PacketDelayPolicy = field(default_factory=PacketDelayPolicy)
+    multicast: str = ""
+    "The group that the camera is to send its stream to, for others to listen in; empty: to us alone."
     batched: bool = True
     "Many datagrams a system call, where the system can."
     search_timeout: float = 1.0
@@ -109,6 +113,7 @@ class GigeDevice(Device):
             packet_size=self.options.packet_size,
             resend=self.options.resend,
             batched=self.options.batched,
+            multicast=self.options.multicast,
         )
         return access
 
@@ -248,9 +253,12 @@ class GigeDevice(Device):
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         """See Device."""
-        self._opened()
-        assert self._stream is not None
-        self._stream.open(request, deliver, self._tick_frequency)
+        memory, stream = self._opened(), self._stream
+        assert stream is not None
+        stream.open(request, deliver, self._tick_frequency)
+        if memory.writable:
+            policy = self.options.packet_delay
+            settle_delay(memory, StreamChannel(0), policy, stream.packet_size, self._tick_frequency)
 
     def close_stream(self) -> None:
         """See Device."""

@@ -1,11 +1,14 @@
 """`gige:` sources: `gige:` the first found, `gige:192.168.0.10`, `gige:SERIAL`, `gige:MAC`, `gige:user name`.
 
 Options: `packet_size=auto|keep|BYTES`, `incomplete=1` (deliver frames with missing packets), `resend=0`
-(never ask for lost packets), `plain=1` (a system call for each datagram).
+(never ask for lost packets), `packet_delay=10us` or `bandwidth=60MB` (pauses between packets),
+`multicast=239.192.0.1` (send to a group, so that others can listen in), `plain=1` (a system call for each
+datagram).
 """
 
 from __future__ import annotations
 
+import ipaddress
 from dataclasses import replace
 
 from grabbergui.core.errors import UsageError
@@ -13,11 +16,12 @@ from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import discovery
+from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
+from grabbergui.driver.gige.packet_delay import PacketDelayPolicy
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
-from grabbergui.driver.gige.resend import ResendPolicy
 
-_OPTIONS = ("packet_size", "incomplete", "resend", "plain")
+_OPTIONS = ("packet_size", "incomplete", "resend", "packet_delay", "bandwidth", "multicast", "plain")
 
 
 def create(uri: SourceUri) -> FrameGrabber:
@@ -28,6 +32,8 @@ def create(uri: SourceUri) -> FrameGrabber:
     options = GigeOptions(
         packet_size=PacketSizePolicy.parse(uri.option("packet_size")),
         resend=ResendPolicy(enabled=_switch(uri, "resend", default=True)),
+        packet_delay=PacketDelayPolicy.parse(uri.option("packet_delay"), uri.option("bandwidth")),
+        multicast=_group(uri),
         batched=not _switch(uri, "plain", default=False),
     )
     device = GigeDevice(uri.name, options)
@@ -42,6 +48,16 @@ def discover(timeout: float) -> list[DeviceInfo]:
     return [
         info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos
     ]
+
+
+def _group(uri: SourceUri) -> str:
+    group = uri.option("multicast")
+    try:
+        if group and not ipaddress.IPv4Address(group).is_multicast:
+            raise ValueError(group)
+    except ValueError as error:
+        raise UsageError(f"{uri}: multicast={group}: write a group's address, e.g. 239.192.0.1") from error
+    return group
 
 
 def _switch(uri: SourceUri, name: str, *, default: bool) -> bool:

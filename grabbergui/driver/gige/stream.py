@@ -13,6 +13,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import gvsp, recvmmsg
+from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.block_assembler import BlockAssembler
 from grabbergui.driver.gige.bootstrap import (
     PORT_MASK,
@@ -26,9 +27,13 @@ from grabbergui.driver.gige.frame_builder import FrameBuilder
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.memory import DeviceMemory
 from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
-from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.stream_receiver import StreamReceiver
-from grabbergui.driver.gige.stream_socket import is_multicast, join_multicast, open_stream_socket
+from grabbergui.driver.gige.stream_socket import (
+    is_multicast,
+    join_multicast,
+    listening_address,
+    open_stream_socket,
+)
 
 log = logging.getLogger(__name__)
 
@@ -50,14 +55,19 @@ class Stream:
         packet_size: PacketSizePolicy,
         resend: ResendPolicy,
         batched: bool = True,
+        multicast: str = "",
     ) -> None:
-        """`interface` is the host's towards the device. Nothing happens before `open`."""
+        """`interface` is the host's towards the device. Nothing happens before `open`.
+
+        `multicast` is the group that the device is to send to; empty: to us alone.
+        """
         self._memory = memory
         self._device_ip = device_ip
         self._interface = interface
         self._packet_size_policy = packet_size
         self._resend = resend
         self._batched = batched
+        self._multicast = multicast
         self._channel = StreamChannel(0)
         self._receiver: StreamReceiver | None = None
         self._statistics = StreamStatistics()
@@ -117,10 +127,14 @@ class Stream:
     def _open_socket(self, payload_size: int) -> socket.socket:
         if not self._memory.writable:
             return self._listen_in(payload_size)
-        receiver = open_stream_socket(self._interface.ip, payload_size)
+        group = self._multicast
+        local = listening_address(group) if group else self._interface.ip
+        receiver = open_stream_socket(local, payload_size, shared=bool(group))
         try:
+            if group:
+                join_multicast(receiver, group, self._interface.ip)
             self.port = receiver.getsockname()[1]
-            destination = int.from_bytes(socket.inet_aton(self._interface.ip), "big")
+            destination = int.from_bytes(socket.inet_aton(group or self._interface.ip), "big")
             self._memory.write_register(self._channel.destination, destination)
             self._memory.write_register(self._channel.port, self.port)
             sizer = PacketSizer(
@@ -145,7 +159,7 @@ class Stream:
                 f"the camera sends its pictures to {group}, not to a multicast group, so only its controller"
                 " receives them; close the other application or let it stream to 239.x.x.x"
             )
-        receiver = open_stream_socket("", payload_size, port, shared=True)
+        receiver = open_stream_socket(listening_address(group), payload_size, port, shared=True)
         try:
             join_multicast(receiver, group, self._interface.ip)
             self.port = port

@@ -43,6 +43,11 @@ def open_stream_socket(
     return receiver
 
 
+def listening_address(group: str) -> str:
+    """Where to bind a socket for a group: where the system can, only what is sent to the group arrives."""
+    return "" if sys.platform == "win32" else group
+
+
 def join_multicast(receiver: socket.socket, group: str, local_address: str) -> None:
     """Receive what is sent to a group, on the interface of `local_address`. Raises TransportError."""
     request = struct.pack("4s4s", socket.inet_aton(group), socket.inet_aton(local_address))

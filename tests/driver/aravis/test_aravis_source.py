@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 import queue
 import threading
@@ -24,6 +25,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis import library, source
+from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
 
@@ -190,3 +192,19 @@ def test_a_machine_without_the_library_is_told_how_to_get_it(monkeypatch: pytest
             source.create(SourceUri.parse("aravis:"))
     finally:
         library.load.cache_clear()
+
+
+def test_our_driver_listens_in_on_what_aravis_controls(opened: FrameGrabber) -> None:
+    device: Any = opened.device  # type: ignore[attr-defined]
+    opened.start()
+    # Aravis streams to itself only, so its controller names the group by hand.
+    device.write(StreamChannel(0).destination, ipaddress.IPv4Address("239.192.3.4").packed)
+    with closing(sources.create(f"gige:{ADDRESS}")) as listener:
+        with pytest.raises(AccessDeniedError):
+            listener.open()
+        listener.open(Access.MONITOR)
+        frames = listener.open_queue(20)
+        listener.start()
+        grabbed = [frames.get(5) for _ in range(10)]
+        assert all(frame.raw().shape == (48, 64) for frame in grabbed)
+        assert opened.write_feature("ExposureTime", 1100.0).value == 1100.0
