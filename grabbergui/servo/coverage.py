@@ -13,7 +13,7 @@ GRID = (8, 6)
 "Cells of the picture, across and down, in which corners are counted."
 TILTED = 0.08
 "Slant from which a board counts as tilted: about 15° where it fills half of the picture."
-NEAR, FAR = 0.55, 0.32
+NEAR, FAR = 0.40, 0.22
 "Size of the board in parts of the picture's longer side from, and below, which it is near or far."
 
 Counts = NDArray[np.int64]

@@ -1,7 +1,8 @@
 """`sim:`, the built-in simulated camera as a source.
 
 Options set what the camera wakes up with: `sim:?width=640&height=480&fps=60&pixel_format=BayerRG8`.
-`sim:colour` wakes up in colour; `sim:scene` looks at a room with a person who holds a marker, in perspective.
+`sim:colour` wakes up in colour; `sim:scene` looks at a room with a person who holds a marker, in perspective;
+in `sim:board` that person shows a board to calibrate by.
 """
 
 from __future__ import annotations
@@ -16,16 +17,30 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.memory import Register, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.rendered.board import BoardScene
 from grabbergui.driver.sim.rendered.scene import RenderedScene
+from grabbergui.driver.sim.scene import Scene
 
 SCENE_NAME = "scene"
+BOARD_NAME = "board"
 COLOUR_NAME = "colour"
+_SCENES: dict[str, Callable[[], Scene]] = {SCENE_NAME: RenderedScene, BOARD_NAME: BoardScene}
 _KINDS: dict[str, dict[Register, RegisterValue]] = {
     COLOUR_NAME: {
         reg.DEVICE_MODEL_NAME: "Simulated colour camera",
         reg.DEVICE_SERIAL_NUMBER: "SIM002",
         reg.PIXEL_FORMAT: pfnc.by_name("BayerRG8").code,
-    }
+    },
+    # Half of the resolution, so that a board in motion is drawn as fast as it moves.
+    BOARD_NAME: {
+        reg.BINNING_HORIZONTAL: 2,
+        reg.BINNING_VERTICAL: 2,
+        reg.WIDTH: 1216,
+        reg.HEIGHT: 1024,
+        reg.OFFSET_X: (reg.SENSOR_WIDTH // 2 - 1216) // 2,
+        reg.OFFSET_Y: (reg.SENSOR_HEIGHT // 2 - 1024) // 2,
+        reg.FRAME_RATE: 15.0,
+    },
 }
 """By name, what sets a camera apart from the built-in one."""
 
@@ -46,12 +61,13 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 def create_device(uri: SourceUri) -> SimulatedDevice:
     """The device alone, with the URI's options as its power-on values."""
-    if uri.name not in ("", COLOUR_NAME, SCENE_NAME, reg.DEVICE_SERIAL_NUMBER.default):
+    if uri.name not in ("", COLOUR_NAME, *_SCENES, reg.DEVICE_SERIAL_NUMBER.default):
         raise SourceNotFoundError(
             f"there is no simulated camera '{uri.name}'; write sim: for the built-in one, "
-            f"sim:{COLOUR_NAME} for one in colour, sim:{SCENE_NAME} for one in a room"
+            f"sim:{COLOUR_NAME} for one in colour, sim:{SCENE_NAME} for one in a room, sim:{BOARD_NAME} for "
+            "one that is shown a board to calibrate by"
         )
-    scene = RenderedScene() if uri.name == SCENE_NAME else None
+    scene = _SCENES[uri.name]() if uri.name in _SCENES else None
     power_on = _power_on(uri)
     return SimulatedDevice(_info(uri, power_on), CameraModel(scene=scene, power_on=power_on))
 
