@@ -25,6 +25,7 @@ from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.changes import ChangesController
+from grabbergui.ui.controllers.feature_menu import FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.gallery import GalleryController
 from grabbergui.ui.controllers.keeping import KeepingController
@@ -34,6 +35,7 @@ from grabbergui.ui.controllers.measuring import MeasuringController
 from grabbergui.ui.controllers.pausing import PauseController
 from grabbergui.ui.controllers.region import RegionController
 from grabbergui.ui.controllers.sources import SourcesController
+from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
@@ -79,6 +81,9 @@ class MainController(QObject):
         self.pausing = PauseController(window, self.connection, self.picture, self.history)
         self.region = RegionController(window, self.connection, self.picture)
         self.changes = ChangesController(window, self.connection)
+        self.values = ValuesController(window, self.connection)
+        self.feature_menu = FeatureMenuController(window, self.connection)
+        self.feature_menu.plotRequested.connect(self.values.plot)
         self.log = LogController(window.log, self.log_book)
         self._read_only_bar: MessageBar | None = None
         self._down = False
@@ -125,9 +130,10 @@ class MainController(QObject):
         for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
             controller.failed.connect(window.messages.showError)
         self.keeping.failed.connect(window.messages.showError)
-        for keeper in (self.keeping, self.changes):
-            keeper.noticed.connect(window.messages.showNotice)
-        self.changes.failed.connect(window.messages.showError)
+        for teller in (self.keeping, self.changes, self.values):
+            teller.noticed.connect(window.messages.showNotice)
+        for tuning in (self.changes, self.values):
+            tuning.failed.connect(window.messages.showError)
         self.keeping.playRequested.connect(self.sources.connect_to)
         self.keeping.accept_drops(window)
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 
-from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtCore import QPoint, Qt, pyqtSignal
+from PyQt5.QtGui import QContextMenuEvent
 from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
@@ -32,6 +33,8 @@ class FeatureRow(QWidget):
     executed = pyqtSignal(str)
     held = pyqtSignal(str)
     released = pyqtSignal(str)
+    menuRequested = pyqtSignal(str, QPoint)
+    """What else can be done with it is wanted, at a place on the screen."""
 
     def __init__(
         self, description: FeatureDescription, parent: QWidget | None = None, *, indented: bool = False
@@ -101,6 +104,12 @@ class FeatureRow(QWidget):
         self.auto.setFeature(feature)
         if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
             self.setFeature(self._feature)
+
+    def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
+        """Ask for the menu that all features have."""
+        if event is not None:
+            self.menuRequested.emit(self.name, event.globalPos())
+            event.accept()
 
     def _show(self, feature: Feature) -> None:
         wanted = editor_class(feature, type(self.editor) if self.editor is not None else None)

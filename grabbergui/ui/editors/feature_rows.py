@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QPoint, pyqtSignal
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
@@ -16,6 +16,7 @@ class FeatureRows(QObject):
     executed = pyqtSignal(str)
     held = pyqtSignal(str)
     released = pyqtSignal(str)
+    menuRequested = pyqtSignal(str, QPoint)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -32,6 +33,7 @@ class FeatureRows(QObject):
         row.executed.connect(self.executed)
         row.held.connect(self.held)
         row.released.connect(self.released)
+        row.menuRequested.connect(self.menuRequested)
         self._rows.setdefault(row.name, []).append(row)
         if (feature := self._features.get(row.name)) is not None:
             self._show(row, feature)

@@ -31,14 +31,15 @@ from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.profile_panel import ProfilePanel
 from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
+from grabbergui.ui.views.values_panel import ValuesPanel
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
 
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
 
-_DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+H", "F12")
-"""Show and hide sources, features, histogram, focus aid, line profile, changes, log."""
+_DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
+"""Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
 
 
 class MainWindow(QMainWindow):
@@ -60,6 +61,7 @@ class MainWindow(QMainWindow):
     histogram: HistogramPanel
     focus: FocusPanel
     profile: ProfilePanel
+    values: ValuesPanel
     changes: ChangesPanel
     log: LogPanel
     sourcesDock: QDockWidget
@@ -67,6 +69,7 @@ class MainWindow(QMainWindow):
     histogramDock: QDockWidget
     focusDock: QDockWidget
     profileDock: QDockWidget
+    valuesDock: QDockWidget
     changesDock: QDockWidget
     logDock: QDockWidget
     toolBar: QToolBar
@@ -142,7 +145,8 @@ class MainWindow(QMainWindow):
 
     def _arrange_tools(self) -> None:
         """Panels below the picture lie over each other; icons that speak for themselves need no text."""
-        tools = (self.histogramDock, self.focusDock, self.profileDock, self.changesDock, self.logDock)
+        tools = (self.histogramDock, self.focusDock, self.profileDock, self.valuesDock, self.changesDock,
+                 self.logDock)  # fmt: skip
         for dock in tools:
             if dock is not self.histogramDock:
                 self.tabifyDockWidget(self.histogramDock, dock)

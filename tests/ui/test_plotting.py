@@ -1,0 +1,123 @@
+"""Values over time, plotted as a person asks for it."""
+
+import csv
+
+import pytest
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtGui import QContextMenuEvent
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.models.value_watch import MOST_FEATURES
+
+
+@pytest.fixture
+def desk(window_desk):
+    window_desk.connect("sim:?width=320&height=240&fps=60")
+    return window_desk
+
+
+def right_click(desk, name):
+    """The menu of a feature in the strip of favourites."""
+    rows = desk.window.favourites.rows
+    desk.until(lambda: rows.rows(name) and rows.rows(name)[0].editor is not None)
+    label = rows.rows(name)[0]._label
+    where = label.rect().center()
+    event = QContextMenuEvent(QContextMenuEvent.Mouse, where, label.mapToGlobal(where))
+    QApplication.sendEvent(label, event)
+    menu = desk.program.feature_menu.menu
+    desk.until(menu.isVisible)
+    return menu
+
+
+def choose(desk, name, text):
+    menu = right_click(desk, name)
+    (action,) = (a for a in menu.actions() if a.text().replace("&", "") == text)
+    desk.qtbot.mouseClick(menu, Qt.LeftButton, pos=menu.actionGeometry(action).center())
+    desk.until(lambda: desk.program.feature_menu.menu is None)
+
+
+def curve(desk, name):
+    values = desk.window.values.row(name).plot.values(name)
+    return [] if values is None else values[values == values].tolist()
+
+
+def test_a_feature_is_plotted_from_its_menu_and_follows_the_camera(desk):
+    choose(desk, "Gain", "Plot over time")
+    assert desk.window.valuesDock.isVisible()
+    desk.until(lambda: len(curve(desk, "Gain")) >= 3)
+    desk.grabber.write_feature("Gain", 6.0)
+    desk.until(lambda: curve(desk, "Gain")[-1] == 6.0)
+    assert curve(desk, "Gain")[0] == 0.0
+    row = desk.window.values.row("Gain")
+    assert (row.valueLabel.text(), row.rangeLabel.text()) == ("6 dB", "0 … 6")
+    desk.qtbot.mouseClick(row.removeButton, Qt.LeftButton)
+    assert desk.window.values.row("Gain") is None
+    assert desk.window.values.hintLabel.isVisible()
+    assert desk.program.values.names == ()
+
+
+def test_pausing_hiding_and_clearing(desk):
+    choose(desk, "Gain", "Plot over time")
+    choose(desk, "ExposureTime", "Plot over time")
+    desk.until(lambda: len(curve(desk, "Gain")) >= 2 and len(curve(desk, "ExposureTime")) >= 2)
+    panel = desk.window.values
+    desk.qtbot.mouseClick(panel.pauseButton, Qt.LeftButton)
+    assert not desk.program.values._watch._wanted
+    desk.watch(5)
+    kept = len(curve(desk, "Gain"))
+    desk.watch(10)
+    assert len(curve(desk, "Gain")) == kept
+    desk.qtbot.mouseClick(panel.pauseButton, Qt.LeftButton)
+    desk.until(lambda: len(curve(desk, "Gain")) > kept)
+    desk.qtbot.mouseClick(panel.clearButton, Qt.LeftButton)
+    assert len(curve(desk, "Gain")) == 0
+    desk.until(lambda: len(curve(desk, "Gain")) >= 1)
+    desk.window.valuesDock.hide()
+    desk.until(lambda: not desk.program.values._watch._wanted)
+
+
+def test_values_are_saved_as_a_table(desk, tmp_path):
+    choose(desk, "Gain", "Plot over time")
+    desk.until(lambda: len(curve(desk, "Gain")) >= 3)
+    path = tmp_path / "values.csv"
+    desk.program.values.save(path)
+    rows = list(csv.reader(path.read_text().splitlines()))
+    assert rows[0] == ["time", "Gain"] and len(rows) >= 4
+    assert rows[1][0].endswith("+00:00") and rows[1][1] == "0.0"
+    desk.program.values.save(tmp_path / "no" / "folder.csv")
+    desk.until(lambda: any("could not be written" in text for text in desk.errors))
+
+
+def test_another_camera_takes_the_curves_over(desk):
+    choose(desk, "Gain", "Plot over time")
+    desk.until(lambda: len(curve(desk, "Gain")) >= 2)
+    desk.program.connection.disconnect()
+    desk.connect("sim:?width=64&height=64&gain=3")
+    desk.until(lambda: curve(desk, "Gain")[-1] == 3.0)
+
+
+def test_too_many_curves_are_refused_in_words(desk):
+    source = desk.program.connection.source
+    numbers = [d for d in source.features.root.descriptions() if d.kind.value in ("integer", "float")]
+    for description in numbers[: MOST_FEATURES + 1]:
+        desk.program.values.plot(description)
+    assert len(desk.program.values.names) == MOST_FEATURES
+    assert "no more than 12" in desk.errors[0]
+
+
+def test_name_and_value_are_copied(desk):
+    choose(desk, "Gain", "Copy the name")
+    assert QApplication.clipboard().text() == "Gain"
+    choose(desk, "ExposureTime", "Copy name and value")
+    assert QApplication.clipboard().text() == "ExposureTime=10000"
+
+
+def test_what_is_no_number_cannot_be_plotted(desk):
+    menu = right_click(desk, "Gain")
+    assert "Plot over time" in [a.text().replace("&", "") for a in menu.actions()]
+    menu.close()
+    desk.until(lambda: desk.program.feature_menu.menu is None)
+    desk.program.feature_menu._on_menu_requested("PixelFormat", QPoint())
+    menu = desk.program.feature_menu.menu
+    assert "Plot over time" not in [a.text().replace("&", "") for a in menu.actions()]
+    menu.close()
