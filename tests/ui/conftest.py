@@ -3,6 +3,7 @@
 import threading
 
 import pytest
+from PyQt5.QtWidgets import QApplication
 
 from grabbergui.models.connection import LinkState
 from grabbergui.ui.controllers.main import MainController
@@ -34,6 +35,7 @@ class Desk:
     def connect(self, uri="sim:"):
         self.program.sources.connect_to(uri)
         self.until(lambda: self.program.connection.state is LinkState.STREAMING)
+        QApplication.processEvents()  # the window has heard of it too
 
     def watch(self, pictures=3):
         """Wait until so many more pictures are painted."""

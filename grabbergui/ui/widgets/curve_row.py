@@ -30,7 +30,9 @@ class CurveRow(QWidget):
     removeButton: QToolButton
     plot: ChannelPlot
 
-    def __init__(self, description: FeatureDescription, unit: str = "", parent: QWidget | None = None) -> None:
+    def __init__(
+        self, description: FeatureDescription, unit: str = "", parent: QWidget | None = None
+    ) -> None:
         super().__init__(parent)
         load_form("curve_row", self)
         self.name = description.name
