@@ -22,7 +22,6 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap, discovery
-from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
 from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
@@ -36,6 +35,7 @@ from grabbergui.driver.gige.memory import DeviceMemory
 from grabbergui.driver.gige.message_channel import MessageChannel
 from grabbergui.driver.gige.packet_delay import PacketDelayPolicy, settle_delay
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
+from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.stream import Stream, tick_frequency
 
 log = logging.getLogger(__name__)

@@ -16,10 +16,10 @@ from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import discovery
-from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.packet_delay import PacketDelayPolicy
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
+from grabbergui.driver.gige.resend import ResendPolicy
 
 _OPTIONS = ("packet_size", "incomplete", "resend", "packet_delay", "bandwidth", "multicast", "plain")
 

@@ -13,7 +13,6 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import gvsp, recvmmsg
-from grabbergui.driver.gige.block import ResendPolicy
 from grabbergui.driver.gige.block_assembler import BlockAssembler
 from grabbergui.driver.gige.bootstrap import (
     PORT_MASK,
@@ -27,6 +26,7 @@ from grabbergui.driver.gige.frame_builder import FrameBuilder
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.memory import DeviceMemory
 from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
+from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.stream_receiver import StreamReceiver
 from grabbergui.driver.gige.stream_socket import (
     is_multicast,
