@@ -39,7 +39,7 @@ class RequestLog:
         """Packets `first` to `last` are asked for; each try waits twice as long as the one before."""
         asked = slice(first, last + 1)
         self.first_at[asked] = np.where(self.tries[asked] == 0, now, self.first_at[asked])
-        self.again_at[asked] = now + wait * np.exp2(self.tries[asked])
+        self.again_at[asked] = now + np.ldexp(wait, self.tries[asked])
         self.tries[asked] += 1
 
 
