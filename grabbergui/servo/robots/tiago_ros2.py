@@ -41,7 +41,7 @@ class Topics:
 class TiagoOverRos2(Robot):
     """A TIAGo, real or simulated. Readings arrive on the node's thread."""
 
-    def __init__(self, body: Body, topics: Topics | None = None, timeout: float = 5.0) -> None:
+    def __init__(self, body: Body, topics: Topics | None = None, timeout: float = 15.0) -> None:
         """`timeout` is for the first reading, seconds."""
         super().__init__(body)
         self._topics = topics or Topics()

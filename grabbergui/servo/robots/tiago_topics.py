@@ -15,8 +15,8 @@ from grabbergui.servo.robots.tiago_ros2 import Topics
 
 log = logging.getLogger(__name__)
 
-PERIOD = 0.01
-"Seconds between two joint states."
+PERIOD = 0.02
+"Seconds between two joint states, as on the robot."
 
 
 class TiagoTopics:
