@@ -25,7 +25,7 @@ from importlib.util import find_spec
 from grabbergui.core.errors import FrameTimeoutError
 
 ADDRESS = "127.0.79.9"
-WIDTH, HEIGHT = 2048, 2048
+WIDTH, HEIGHT = 4096, 1024
 PAYLOAD = WIDTH * HEIGHT
 GIGABIT = 125e6
 LOSSES = (0.001, 0.01, 0.05)

@@ -7,6 +7,7 @@ import pytest
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.pfnc import by_name
+from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
 from grabbergui.driver.sim.datagram_batch import DatagramBatch
 from grabbergui.driver.sim.gige.block import Block, test_packet, unavailable
@@ -72,7 +73,8 @@ def test_a_packet_sent_again_says_so(extended):
 
 
 def test_a_packet_that_is_gone_is_a_header_with_its_status():
-    assert unavailable(0x270F, 1, False).hex() == "800c270f03000001"
+    assert unavailable(0x270F, 1, False, Status.PACKET_UNAVAILABLE).hex() == "800c270f03000001"
+    assert unavailable(0x270F, 1, False, Status.PACKET_NOT_YET_AVAILABLE).hex() == "8010270f03000001"
 
 
 def test_test_packets_have_their_size():

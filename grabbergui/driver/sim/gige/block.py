@@ -33,6 +33,8 @@ class Block:
     "As SCPS counts."
     extended: bool = False
     "64-bit block ids."
+    sent: int = 0
+    "Packets that left already, or were lost on purpose: what is after them cannot be sent again yet."
 
     @property
     def block_id(self) -> int:
@@ -103,7 +105,7 @@ class Block:
         if packet_id == self.trailer_id:
             return self._marked(self.trailer())
         start = (packet_id - 1) * self.stride
-        header = self._header(PacketFormat.PAYLOAD, packet_id)
+        header = self.headers[packet_id - 1].tobytes()
         return self._marked(header + self.payload[start : start + self.stride].tobytes())
 
     @property
@@ -121,11 +123,9 @@ class Block:
         return bytes(marked)
 
 
-def unavailable(block_id: int, packet_id: int, extended: bool) -> bytes:
-    """The datagram that says that a packet cannot be sent again."""
-    return PacketHeader(
-        PacketFormat.PAYLOAD, block_id, packet_id, Status.PACKET_UNAVAILABLE, extended
-    ).encode()
+def unavailable(block_id: int, packet_id: int, extended: bool, status: Status) -> bytes:
+    """The datagram that says that a packet cannot be sent again, or not yet."""
+    return PacketHeader(PacketFormat.PAYLOAD, block_id, packet_id, status, extended).encode()
 
 
 def test_packet(size: int) -> bytes:

@@ -31,6 +31,8 @@ GIGABIT = 125e6
 _PAYLOAD_SHARE = 0.96
 "Of a link's bytes that are pixels, the rest being headers; keeps the stream from ever falling behind."
 _TICK_S = 0.1
+_BURST = 64
+"Datagrams taken before anything else is looked after."
 _LARGEST_DATAGRAM = 65_535
 
 
@@ -45,11 +47,13 @@ class GigeCamera:
         scene: Scene | None = None,
         faults: Faults | None = None,
         bandwidth: float = GIGABIT,
+        segmentation: bool = True,
     ) -> None:
         """Take the address and begin to answer. Raises SourceUnavailableError where it cannot be had.
 
         `bandwidth` (bytes per second) is what the camera's link carries: packets are spread over time and
-        the frame rate is bounded as on such a link; 0 sends as fast as this machine can.
+        the frame rate is bounded as on such a link; 0 sends as fast as this machine can. Without
+        `segmentation` every packet is a send of its own.
         """
         self.address = address
         self._power_on = dict(power_on or {})
@@ -61,6 +65,7 @@ class GigeCamera:
         self._scene = scene
         self._faults = faults or Faults()
         self._bandwidth = bandwidth
+        self._segmentation = segmentation
         self._flash: dict[Register, RegisterValue] = {}
         self._queue: list[tuple[float, int, Outgoing]] = []
         self._order = itertools.count()
@@ -109,7 +114,9 @@ class GigeCamera:
             memory.set(register, value)
         if self._bandwidth:
             memory.set(gev.LINK_SPEED, max(int(self._bandwidth * 8 / 1e6), 1))
-        self._stream = StreamSender(self.model, self.address, self._faults, self._bandwidth)
+        self._stream = StreamSender(
+            self.model, self.address, self._faults, self._bandwidth, segmentation=self._segmentation
+        )
         memory.set(gev.SCSP, self._stream.port)
         self.control = ControlChannel(
             self.model,
@@ -204,16 +211,19 @@ class GigeCamera:
             self._transmit(heapq.heappop(self._queue)[2])
 
     def _receive(self, sock: socket.socket) -> None:
-        try:
-            datagram, source = sock.recvfrom(2048)
-        except (BlockingIOError, ConnectionRefusedError, InterruptedError):
-            return
-        with self._channel:
-            self._enqueue(self.control.receive(datagram, source, time.monotonic()))
-        now = time.monotonic()
-        while self._queue and self._queue[0][0] <= now:
-            self._transmit(heapq.heappop(self._queue)[2])
-        self.control.run_deferred()
+        for _ in range(_BURST):
+            if sock not in self._sockets:
+                return
+            try:
+                datagram, source = sock.recvfrom(2048)
+            except (BlockingIOError, ConnectionRefusedError, InterruptedError):
+                return
+            now = time.monotonic()
+            with self._channel:
+                self._enqueue(self.control.receive(datagram, source, now))
+            while self._queue and self._queue[0][0] <= now:
+                self._transmit(heapq.heappop(self._queue)[2])
+            self.control.run_deferred()
 
     def _enqueue(self, outgoing: Sequence[Outgoing]) -> None:
         for out in outgoing:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grabbergui.driver.gige.gvcp import PacketResend
+from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.sim.datagram_batch import DatagramBatch
 from grabbergui.driver.sim.gige.block import Block, test_packet, unavailable
 from grabbergui.driver.sim.gige.faults import Faults, PacketFaults
@@ -46,13 +46,23 @@ class StreamSettings:
 class StreamSender:
     """Renders frames and sends them, on a thread of its own; answers requests from any thread."""
 
-    def __init__(self, model: CameraModel, address: str, faults: Faults, bandwidth: float = 0.0) -> None:
+    def __init__(
+        self,
+        model: CameraModel,
+        address: str,
+        faults: Faults,
+        bandwidth: float = 0.0,
+        *,
+        segmentation: bool = True,
+    ) -> None:
+        """`segmentation`: let the kernel cut packets out of large sends, where it can."""
         self.sent_bytes = 0
         "Payload bytes of frames that left, faults and all."
         self._model = model
         self._faults = faults
         self._packet_faults = PacketFaults(faults)
         self._bandwidth = bandwidth
+        self._segmentation = segmentation
         self._settings = StreamSettings()
         self._batch: DatagramBatch | None = None
         self._kept: OrderedDict[int, Block] = OrderedDict()
@@ -93,9 +103,7 @@ class StreamSender:
             self._batch = None
             if settings.port:
                 self._batch = DatagramBatch(
-                    self._socket,
-                    (settings.host, settings.port),
-                    segmentation=not self._faults.disturbs_packets,
+                    self._socket, (settings.host, settings.port), segmentation=self._segmentation
                 )
 
     def send_test_packet(self, size: int) -> None:
@@ -103,18 +111,25 @@ class StreamSender:
         self._send(test_packet(size))
 
     def resend(self, request: PacketResend) -> None:
-        """Send packets again, or say that they are gone."""
+        """Send packets again, or say that they are gone or not sent yet."""
         with self._lock:
             block = self._kept.get(request.block_id)
             if block is None:
-                self._send(unavailable(request.block_id, request.first, request.extended))
+                self._refuse(request, request.first, Status.PACKET_UNAVAILABLE)
                 return
-            last = min(request.last, block.trailer_id, request.first + _MOST_RESENT - 1)
-            wanted = np.arange(request.first, last + 1)
-            for index in self._packet_faults.order(len(wanted)):
-                self._send(block.packet(int(wanted[index])))
-            if request.last > block.trailer_id and request.last != PacketResend.TO_THE_END:
-                self._send(unavailable(request.block_id, max(last + 1, request.first), request.extended))
+            sent = block.sent
+            count = min(request.last + 1, sent, request.first + _MOST_RESENT) - request.first
+            for index in self._packet_faults.order(max(count, 0)):
+                self._send(block.packet(request.first + int(index)))
+            if request.last < sent:
+                return
+            if sent <= block.trailer_id:
+                self._refuse(request, max(request.first, sent), Status.PACKET_NOT_YET_AVAILABLE)
+            elif request.last != PacketResend.TO_THE_END:
+                self._refuse(request, max(request.first, sent), Status.PACKET_UNAVAILABLE)
+
+    def _refuse(self, request: PacketResend, packet_id: int, status: Status) -> None:
+        self._send(unavailable(request.block_id, packet_id, request.extended, status))
 
     def _send(self, datagram: bytes) -> None:
         settings = self._settings
@@ -170,6 +185,7 @@ class StreamSender:
                 leader, trailer = (len(self._packet_faults.order(1)) > 0 for _ in range(2))
         if leader:
             self._send(block.leader())
+        block.sent = 1
         headers, starts, sizes = block.headers, block.starts, block.sizes
         if self._faults.disturbs_packets:
             headers, starts, sizes = headers[order], starts[order], sizes[order]
@@ -181,12 +197,14 @@ class StreamSender:
         for first in range(0, len(order), count):
             part = slice(first, first + count)
             batch.send(headers[part], block.payload, starts[part], sizes[part])
+            block.sent = int(order[part.stop]) + 1 if part.stop < len(order) else block.trailer_id
             if pause:
                 # A link does not make up for lost time: after a late wake-up it goes on at its own pace.
                 due = max(due, time.monotonic() - _PACED_BATCH_S) + len(sizes[part]) * pause
                 time.sleep(max(due - time.monotonic(), 0))
         if trailer:
             self._send(block.trailer())
+        block.sent = block.trailer_id + 1
 
 
 def _open_socket(address: str) -> socket.socket:
