@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from grabbergui.core.calibration import Calibration
+from grabbergui.core.calibration import DISTORTION_LENGTH, Calibration
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 
 log = logging.getLogger(__name__)
 
+DEFAULT_MODEL = "plumb_bob"
+"""Where a message names no distortion model."""
 _FULL_SIZE = ("WidthMax", "HeightMax")
 """What the camera could send with its present binning, region aside (SFNC, image format control)."""
 
@@ -38,17 +40,23 @@ class FittedCalibration:
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
 
     def of(self, frame: Frame) -> Calibration | None:
-        """What holds for the frame; None, with a warning once, where that cannot be told."""
+        """What holds for the frame; None, with a warning once, where that cannot be told.
+
+        Without a calibration of ours it is what the source itself says of its pictures.
+        """
         calibration = self.calibration
+        if calibration is None:
+            own = self._grabber.calibration()
+            return own if own and (own.width, own.height) == (frame.width, frame.height) else None
         key = (calibration, frame.width, frame.height, frame.offset_x, frame.offset_y)
-        if calibration is not None and key != self._key:
+        if key != self._key:
             self._key = key
             try:
                 self._fitted = fitted(calibration, frame, self._full_size())
             except GrabberError as error:
                 log.warning("camera_info goes out uncalibrated: %s", error)
                 self._fitted = None
-        return self._fitted if calibration is not None else None
+        return self._fitted
 
     def _full_size(self) -> tuple[int, int] | None:
         if not all(map(self._grabber.has_feature, _FULL_SIZE)):
@@ -86,9 +94,26 @@ def fill_camera_info(message: Any, calibration: Calibration) -> None:
 
 
 def read_camera_info(message: Any, name: str) -> Calibration:
-    """The calibration in a message. Raises UsageError where there is none in it."""
+    """What a message says of the pictures that it comes with. Raises UsageError where that is nothing.
+
+    Its matrix is of the whole sensor; its region and binning, in this order, tell what became of it
+    (`sensor_msgs/CameraInfo`). Zeros mean all of it, unbinned.
+    """
     matrix = np.array(message.k, float).reshape(3, 3)
     if not message.width or not message.height or not np.isfinite(matrix).all() or matrix[0, 0] <= 0:
         raise UsageError("the camera_info holds no calibration: width, height and k must be set")
-    distortion = np.array(message.d, float)
-    return Calibration(message.width, message.height, matrix, distortion, camera_name=name)
+    model = message.distortion_model or DEFAULT_MODEL
+    if model not in DISTORTION_LENGTH:
+        known = ", ".join(DISTORTION_LENGTH)
+        raise UsageError(f"the camera_info has distortion model '{model}'; known are {known}")
+    padding = DISTORTION_LENGTH[model] - len(message.d)
+    if padding < 0:
+        raise UsageError(f"the camera_info has {len(message.d)} coefficients, which are too many for {model}")
+    distortion = np.pad(np.array(message.d, float), (0, padding))
+    whole = Calibration(message.width, message.height, matrix, distortion, camera_name=name)
+    region, across, down = message.roi, max(message.binning_x, 1), max(message.binning_y, 1)
+    if region.width and region.height:
+        matrix = whole.matrix.copy()
+        matrix[:2, 2] -= (region.x_offset, region.y_offset)
+        whole = replace(whole, width=region.width, height=region.height, matrix=matrix)
+    return whole.scaled_to(whole.width // across, whole.height // down) if across * down > 1 else whole

@@ -5,62 +5,47 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Any
 
-import numpy as np
-
-from grabbergui.core.errors import (
-    DeviceLostError,
-    FrameTimeoutError,
-    GrabberError,
-    PixelFormatError,
-    SourceNotFoundError,
-)
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import DeviceLostError, GrabberError, SourceNotFoundError
 from grabbergui.core.features import Category, Feature, FeatureValue
-from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.net.feature_json import error_of, loads
-from grabbergui.net.ros2.encodings import format_of
-from grabbergui.net.ros2.parameter_features import ParameterFeatures
-from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service, require_interfaces
-from grabbergui.net.tree_client import TreeFeatures
+from grabbergui.net.ros2.client_link import CameraLink, Features, not_found
+from grabbergui.net.ros2.client_stream import ImageStream
+from grabbergui.net.ros2.runtime import Ros2Node
 
 log = logging.getLogger(__name__)
 
-IMAGE_TYPE = "sensor_msgs/msg/Image"
 DISCOVERY_TIMEOUT = 3.0
 """Seconds that a topic has to appear."""
-CALL_TIMEOUT = 7.0
 WATCH_PERIOD = 0.1
 """Seconds between looks at what others changed, while anybody listens, and at whether it is still there."""
+LOOKS_PER_CHECK = 10
+"""So many looks, and those who publish the topic are looked at again."""
 
 
 class Ros2Grabber(FrameGrabber):
     """An image topic, and the controls of the node behind it.
 
-    `name` is a topic of images, or what stands before `/image_raw` or `/image` in one. It subscribes best
-    effort, which matches every publisher, and only while streaming. Feature calls from any one thread at a
-    time.
+    `name` is a topic of images, or what stands before `/image_raw` or `/image` in one. It subscribes only
+    while streaming, best effort unless `reliable`. Feature calls from any one thread at a time. A publisher
+    that vanishes is found again, with what it then has, by a watching thread.
     """
 
     shared = True
 
-    def __init__(self, name: str, uri: str = "") -> None:
+    def __init__(self, name: str, uri: str = "", *, reliable: bool = False) -> None:
         name = "/" + name.strip("/")
         super().__init__(DeviceInfo(uri or f"ros2:{name}", bus="ROS 2", address=name))
         self._name = name
+        self._reliable = reliable
         self._ros: Ros2Node | None = None
-        self._topic = ""
-        self._node_name = ""
-        self._features: TreeFeatures | ParameterFeatures | None = None
-        self._subscription: Any = None
-        self._clients: dict[str, Any] = {}
-        self._calls = threading.RLock()
-        self._counters = StreamStatistics()
-        self._rate = RateMeter()
-        self._refused = ""
-        self._watching = threading.Event()
+        self._link: CameraLink | None = None
+        self._stream: ImageStream | None = None
+        self._statistics = StreamStatistics()
+        # Over every use of the link: the window's thread and the watcher both ask the remote node.
+        self._lock = threading.RLock()
+        self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
     # -- connection ------------------------------------------------------------------------------
@@ -72,22 +57,22 @@ class Ros2Grabber(FrameGrabber):
         self._ros = Ros2Node(f"grabbergui_{time.time_ns() % 10**9}")
         self._ros.start()
         try:
-            self._topic, self._node_name = self._find_topic()
-            self._features = self._find_features()
+            self._link = self._find(DISCOVERY_TIMEOUT)
         except BaseException:
             self._leave()
             self.connection_changed.emit(ConnectionState.CLOSED, "")
             raise
-        self._watching.set()
+        self._closing.clear()
         self._watcher = threading.Thread(target=self._watch, name=f"ros2 watch {self._name}", daemon=True)
         self._watcher.start()
         self.connection_changed.emit(ConnectionState.OPEN, "")
+        self.noticed.emit(f"{self._link.topic} comes from {self._link.publisher}")
 
     def close(self) -> None:
         """See FrameGrabber."""
         if self._ros is None:
             return
-        self._watching.clear()
+        self._closing.set()
         watcher, self._watcher = self._watcher, None
         if watcher is not None:
             watcher.join()
@@ -95,13 +80,6 @@ class Ros2Grabber(FrameGrabber):
         self._leave()
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
-
-    def _leave(self) -> None:
-        ros, self._ros = self._ros, None
-        self._features = None
-        self._clients.clear()
-        if ros is not None:
-            ros.close()
 
     @property
     def access(self) -> Access:
@@ -111,214 +89,133 @@ class Ros2Grabber(FrameGrabber):
     # -- features --------------------------------------------------------------------------------
     def feature_tree(self) -> Category:
         """See FrameGrabber."""
-        return self._opened().tree
+        return self._features().tree
 
     def has_feature(self, name: str) -> bool:
         """See FrameGrabber."""
-        return self._opened().has(name)
+        return self._features().has(name)
 
     def feature(self, name: str) -> Feature:
         """See FrameGrabber."""
         self._require(name)
-        with self._calls:
-            return self._opened().read(name)
+        with self._lock:
+            return self._features().read(name)
 
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """See FrameGrabber."""
         self._require(name)
-        with self._calls:
-            return self._opened().write(name, value)
+        with self._lock:
+            return self._features().write(name, value)
 
     def execute(self, name: str) -> None:
         """See FrameGrabber."""
         self._require(name)
-        with self._calls:
-            self._opened().execute(name)
+        with self._lock:
+            self._features().execute(name)
 
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
         """Subscribe; the remote camera itself is not touched."""
-        from sensor_msgs.msg import Image
-
-        if self._subscription is None:
-            self._counters = StreamStatistics()
-            self._rate.clear()
-            self._fanout.clear()
-            qos = quality_of_service("sensor_data")
-            node = self._node()
-            self._subscription = node.create_subscription(Image, self._topic, self._on_image, qos)
+        with self._lock:
+            if self._stream is None:
+                self._fanout.clear()
+                link = self._opened()
+                self._stream = ImageStream(
+                    link.node, link.topic, self._fanout.put, self.noticed.emit, reliable=self._reliable
+                )
+                self._stream.open()
 
     def stop(self) -> None:
         """Unsubscribe."""
-        subscription, self._subscription = self._subscription, None
-        if subscription is not None and self._ros is not None:
-            self._ros.node.destroy_subscription(subscription)
+        with self._lock:
+            stream, self._stream = self._stream, None
+            if stream is not None:
+                stream.close()
+                self._statistics = stream.statistics()
 
     @property
     def streaming(self) -> bool:
         """See FrameGrabber."""
-        return self._subscription is not None
+        return self._stream is not None
 
     def statistics(self) -> StreamStatistics:
         """See FrameGrabber."""
-        counters = StreamStatistics(**self._counters.as_dict())
-        counters.frame_rate, counters.bandwidth = self._rate.rates()
-        return counters
+        stream = self._stream
+        return stream.statistics() if stream is not None else self._statistics
 
-    def _on_image(self, message: Any) -> None:
-        try:
-            frame = _frame(message, self._counters.frames + 1)
-        except PixelFormatError as error:
-            self._counters.incomplete += 1
-            if str(error) != self._refused:
-                self._refused = str(error)
-                log.warning("%s: %s", self._topic, error)
-            return
-        self._counters.frames += 1
-        self._counters.bytes += frame.payload.nbytes
-        self._rate.add(frame.payload.nbytes)
-        self._fanout.put(frame)
+    def calibration(self) -> Calibration | None:
+        """See FrameGrabber. From the topic's camera_info, while streaming."""
+        stream = self._stream
+        return stream.calibration() if stream is not None else None
 
     # -- the other end ---------------------------------------------------------------------------
-    def _find_topic(self) -> tuple[str, str]:
-        """The image topic and the node that publishes it."""
-        node = self._node()
-        candidates = [f"{self._name}/image_raw", f"{self._name}/image", self._name]
-        deadline = time.monotonic() + DISCOVERY_TIMEOUT
-        while True:
-            for topic in candidates:
-                for publisher in node.get_publishers_info_by_topic(topic):
-                    # A node is seen before its name is.
-                    if (
-                        publisher.topic_type == IMAGE_TYPE
-                        and "_NODE_NAME_UNKNOWN_" not in publisher.node_name
-                    ):
-                        return topic, f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"
+    def _find(self, timeout: float) -> CameraLink:
+        """Wait for the topic, and join the node that publishes it. Raises SourceNotFoundError."""
+        assert self._ros is not None
+        deadline = time.monotonic() + timeout
+        while (link := CameraLink.find(self._ros.node, self._name)) is None:
             if time.monotonic() > deadline:
-                raise SourceNotFoundError(
-                    f"nobody publishes images at {' or '.join(candidates)}; check the name and ROS_DOMAIN_ID"
-                )
+                raise SourceNotFoundError(not_found(self._ros.node, self._name))
             time.sleep(0.05)
+        link.join(self._tell)
+        self.info = link.described(self.info)
+        return link
 
-    def _find_features(self) -> TreeFeatures | ParameterFeatures:
-        if self._ours():
-            require_interfaces()
-            from grabber_interfaces.srv import Ask
+    def _leave(self) -> None:
+        ros, self._ros = self._ros, None
+        self._link = None
+        if ros is not None:
+            ros.close()
 
-            self._clients["ask"] = self._node().create_client(Ask, f"{self._name}/ask")
-            self._clients["ask"].wait_for_service(DISCOVERY_TIMEOUT)
-            hello = self._ask("hello").get("info", {})
-            self.info = DeviceInfo(
-                self.info.uri,
-                vendor=str(hello.get("vendor", "")),
-                model=str(hello.get("model", "")),
-                serial=str(hello.get("serial", "")),
-                bus="ROS 2",
-                address=self._topic,
-            )
-            return TreeFeatures(self._ask)
-        from rcl_interfaces.msg import ParameterEvent
+    def _opened(self) -> CameraLink:
+        if self._link is None:
+            raise DeviceLostError(f"{self.info.title} is not open")
+        return self._link
 
-        self.info = DeviceInfo(self.info.uri, model=self._node_name, bus="ROS 2", address=self._topic)
-        self._node().create_subscription(ParameterEvent, "/parameter_events", self._on_parameter_event, 100)
-        return ParameterFeatures(self._call_parameters)
+    def _features(self) -> Features:
+        return self._opened().features
 
-    def _on_parameter_event(self, event: Any) -> None:
-        if event.node == self._node_name:
-            self._tell(frozenset(parameter.name for parameter in event.changed_parameters))
-
-    def _ours(self) -> bool:
-        services = dict(self._node().get_service_names_and_types())
-        return f"{self._name}/ask" in services
-
-    def _ask(self, verb: str, *arguments: str) -> Any:
-        from grabber_interfaces.srv import Ask
-
-        answer = self._wait(self._clients["ask"], Ask.Request(verb=verb, arguments=list(arguments)))
-        if not answer.success:
-            raise error_of(answer.error, answer.result, answer.feature)
-        return loads(answer.result)
-
-    def _call_parameters(self, service: str, request: Any) -> Any:
-        kind = type(request)
-        if service not in self._clients:
-            from rcl_interfaces import srv
-
-            name = "".join(part.title() for part in service.split("_"))
-            client = self._node().create_client(getattr(srv, name), f"{self._node_name}/{service}")
-            if not client.wait_for_service(DISCOVERY_TIMEOUT):
-                raise DeviceLostError(f"the node {self._node_name} offers no {service}")
-            self._clients[service] = client
-        log.debug("%s %s", service, kind.__name__)
-        return self._wait(self._clients[service], request)
-
-    def _wait(self, client: Any, request: Any) -> Any:
-        done = threading.Event()
-        future = client.call_async(request)
-        future.add_done_callback(lambda _: done.set())
-        if not done.wait(CALL_TIMEOUT):
-            client.remove_pending_request(future)
-            raise FrameTimeoutError(f"{client.srv_name} did not answer within {CALL_TIMEOUT:g} s")
-        return future.result()
-
+    # -- on the watching thread ------------------------------------------------------------------
     def _watch(self) -> None:
-        there = True
-        while self._watching.is_set():
-            time.sleep(WATCH_PERIOD)
-            here = self._node().count_publishers(self._topic) > 0
-            if here != there:
-                there = here
-                state = ConnectionState.OPEN if here else ConnectionState.LOST
-                self.connection_changed.emit(
-                    state, "" if here else f"nobody publishes {self._topic} any more"
-                )
-                if here:
-                    self._tell(frozenset(d.name for d in self._opened().tree.descriptions()))
-            elif here and len(self.features_changed):
-                self._look()
+        present, looks = True, 0
+        while not self._closing.wait(WATCH_PERIOD):
+            looks += 1
+            published = self._opened().published()
+            try:
+                if published and not present:
+                    self._come_back()
+                    present = True
+                elif published:
+                    self._look(check=looks % LOOKS_PER_CHECK == 0)
+                elif present:
+                    present = False
+                    self._lose()
+            except GrabberError as error:
+                log.info("%s: %s", self._name, error)
 
-    def _look(self) -> None:
-        try:
-            features = self._opened()
-            if isinstance(features, TreeFeatures):
-                with self._calls:
-                    self._tell(features.changes())
-        except GrabberError as error:
-            log.info("%s: %s", self._name, error)
+    def _look(self, *, check: bool) -> None:
+        with self._lock:
+            stream = self._stream
+            if stream is not None and check:
+                stream.look()
+            changed = self._opened().changes() if len(self.features_changed) else frozenset()
+        self._tell(changed)
+
+    def _lose(self) -> None:
+        self.connection_changed.emit(
+            ConnectionState.LOST, f"nobody publishes {self._opened().topic} any more"
+        )
+
+    def _come_back(self) -> None:
+        """What publishes now may be another camera."""
+        with self._lock:
+            old, self._link = self._opened(), self._find(DISCOVERY_TIMEOUT)
+            old.leave()
+            if self._stream is not None:
+                self._stream.look()
+        self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} is back")
+        self._tell(frozenset(description.name for description in self.feature_tree().descriptions()))
 
     def _tell(self, names: frozenset[str]) -> None:
         if names:
             self.features_changed.emit(names)
-
-    def _node(self) -> Any:
-        if self._ros is None:
-            raise DeviceLostError(f"{self.info.title} is not open")
-        return self._ros.node
-
-    def _opened(self) -> TreeFeatures | ParameterFeatures:
-        if self._features is None:
-            raise DeviceLostError(f"{self.info.title} is not open")
-        return self._features
-
-
-def _frame(message: Any, frame_id: int) -> Frame:
-    """A message as a frame that looks into its bytes. Raises PixelFormatError for what cannot be shown."""
-    pixel_format = format_of(message.encoding)
-    payload = np.frombuffer(message.data, np.uint8)
-    padding = message.step - pixel_format.line_bytes(message.width)
-    if padding < 0 or message.step * message.height > payload.size or not message.width * message.height:
-        raise PixelFormatError(
-            f"an image of {message.width}×{message.height} {message.encoding} with lines of "
-            f"{message.step} bytes and {payload.size} bytes in all contradicts itself"
-        )
-    stamp = message.header.stamp
-    return Frame(
-        payload=payload,
-        width=message.width,
-        height=message.height,
-        pixel_format=pixel_format,
-        frame_id=frame_id,
-        received_ns=stamp.sec * 1_000_000_000 + stamp.nanosec or time.time_ns(),
-        padding_x=padding,
-        big_endian=bool(message.is_bigendian),
-    )

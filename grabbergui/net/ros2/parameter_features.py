@@ -2,74 +2,125 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
-from grabbergui.core.errors import FeatureValueError
+from grabbergui.core.errors import FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import (
     AccessMode,
     Category,
+    EnumEntry,
     Feature,
     FeatureDescription,
     FeatureKind,
     FeatureValue,
 )
+from grabbergui.net.ros2.parameter_values import BOOL, DOUBLE, INTEGER, STRING, message_of, value_of
 
-_KINDS = {1: FeatureKind.BOOLEAN, 2: FeatureKind.INTEGER, 3: FeatureKind.FLOAT, 4: FeatureKind.STRING}
-"""Of `rcl_interfaces/msg/ParameterType`; arrays are left out."""
+_KINDS = {
+    BOOL: FeatureKind.BOOLEAN,
+    INTEGER: FeatureKind.INTEGER,
+    DOUBLE: FeatureKind.FLOAT,
+    STRING: FeatureKind.STRING,
+}
+"""Arrays are left out."""
+_NOT_OF_THE_CAMERA = re.compile(r"qos_overrides\..*|use_sim_time|start_type_description_service")
+"""What ROS adds to every node."""
+_CHOICES = re.compile(
+    r"(?:one of|(?:valid|allowed|possible|available|supported) (?:values|options|choices)(?: are)?|choices)"
+    r"\s*:?\s*(?:[\[{(](?P<in_brackets>[^\])}]*)[\])}]|(?P<to_the_end>[^.;\n]*))",
+    re.IGNORECASE,
+)
+"""How drivers write in words what ROS has no field for: `one of [off, auto]`, `Valid values: 1, 2, 4`."""
+_BETWEEN_CHOICES = re.compile(r"\s*(?:,\s*(?:or\s)?|\||\sor\s)\s*")
+_MOST_CHOICES = 64
 
 Call = Callable[[str, Any], Any]
 """Calls a service of the node by its name with a request, and gives the response or raises."""
 
 
+class NoFeatures:
+    """Of a node that has no parameters to offer: a picture only."""
+
+    tree = Category("Root")
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a parameter: no."""
+        return False
+
+    def read(self, name: str) -> Feature:
+        """There is nothing to read."""
+        raise FeatureNotFoundError(f"there is no {name}: this node offers no parameters", name)
+
+    def write(self, name: str, value: FeatureValue) -> Feature:
+        """There is nothing to set."""
+        return self.read(name)
+
+    def execute(self, name: str) -> None:
+        """There is nothing to run."""
+        self.read(name)
+
+
 class ParameterFeatures:
-    """A remote node's parameters as features. One thread at a time."""
+    """A remote node's parameters as features. One thread at a time; any may call `has` and `doubt`."""
 
     def __init__(self, call: Call) -> None:
         from rcl_interfaces import srv
 
         self._srv = srv
         self._call = call
+        self._doubted: frozenset[str] = frozenset()
         names = list(call("list_parameters", srv.ListParameters.Request()).result.names)
-        self._descriptors = {}
-        if names:
-            answer = call("describe_parameters", srv.DescribeParameters.Request(names=names))
-            # What ROS adds to every node is no business of the camera's operator.
-            self._descriptors = {
-                descriptor.name: descriptor
-                for descriptor in answer.descriptors
-                if descriptor.type in _KINDS
-                and not descriptor.name.startswith(("qos_overrides.", "use_sim_time"))
-            }
-        members = tuple(self._describe(name) for name in self._descriptors)
-        self.tree = Category("Root", members=(Category("Parameters", members=members),))
+        self._kinds: dict[str, FeatureKind] = {}
+        self._descriptors = {
+            descriptor.name: descriptor
+            for descriptor in self._describe(names)
+            if descriptor.type in _KINDS and not _NOT_OF_THE_CAMERA.fullmatch(descriptor.name)
+        }
+        values = dict(zip(self._descriptors, self._values(list(self._descriptors)), strict=False))
+        for name, descriptor in self._descriptors.items():
+            listed = values.get(name) is not None and str(values[name]) in choices(descriptor)
+            self._kinds[name] = FeatureKind.ENUMERATION if listed else _KINDS[descriptor.type]
+        self.tree = _tree([self._description(name) for name in self._descriptors])
 
     def has(self, name: str) -> bool:
         """Whether there is such a parameter."""
         return name in self._descriptors
 
+    def doubt(self, names: frozenset[str]) -> None:
+        """What is said to have changed may have another range too; it is asked for when next read."""
+        self._doubted |= names
+
     def read(self, name: str) -> Feature:
         """The parameter as it is now."""
-        answer = self._call("get_parameters", self._srv.GetParameters.Request(names=[name]))
+        if name in self._doubted:
+            self._doubted -= {name}
+            self._descriptors.update((found.name, found) for found in self._describe([name]))
         descriptor = self._descriptors[name]
-        value = _value(answer.values[0]) if answer.values else None
+        values = self._values([name])
+        value = values[0] if values else None
+        kind = self._kinds[name]
         access = AccessMode.READ_ONLY if descriptor.read_only else AccessMode.READ_WRITE
         low, high, step = _range(descriptor)
         return Feature(
-            **vars(self._describe(name)),
+            **vars(self._description(name)),
             access=AccessMode.NOT_AVAILABLE if value is None else access,
-            value=value,
+            value=str(value) if value is not None and kind is FeatureKind.ENUMERATION else value,
             minimum=low,
             maximum=high,
             increment=step or None,
+            entries=tuple(map(EnumEntry, choices(descriptor))) if kind is FeatureKind.ENUMERATION else (),
         )
 
     def write(self, name: str, value: FeatureValue) -> Feature:
         """Set it; raises FeatureValueError with the node's reason where it refuses."""
-        from rclpy.parameter import Parameter
+        from rcl_interfaces.msg import Parameter
 
         new = self.read(name).validated(value)
-        request = self._srv.SetParameters.Request(parameters=[Parameter(name, value=new).to_parameter_msg()])
+        kind = _KINDS[self._descriptors[name].type]
+        message = message_of(kind, int(new) if kind is FeatureKind.INTEGER else new)
+        request = self._srv.SetParameters.Request(parameters=[Parameter(name=name, value=message)])
         result = self._call("set_parameters", request).results[0]
         if not result.successful:
             raise FeatureValueError(f"{name}={value}: the node answered: {result.reason}", name)
@@ -79,23 +130,48 @@ class ParameterFeatures:
         """Parameters cannot be executed."""
         raise FeatureValueError(f"{name} is a parameter and no command", name)
 
-    def _describe(self, name: str) -> FeatureDescription:
-        descriptor = self._descriptors[name]
+    def _describe(self, names: list[str]) -> list[Any]:
+        if not names:
+            return []
+        answer = self._call("describe_parameters", self._srv.DescribeParameters.Request(names=names))
+        return list(answer.descriptors)
+
+    def _values(self, names: list[str]) -> list[FeatureValue | None]:
+        answer = self._call("get_parameters", self._srv.GetParameters.Request(names=names))
+        return [value_of(message) for message in answer.values]
+
+    def _description(self, name: str) -> FeatureDescription:
         return FeatureDescription(
-            name=name, kind=_KINDS[descriptor.type], tooltip=descriptor.description, category="Parameters"
+            name=name,
+            kind=self._kinds[name],
+            tooltip=self._descriptors[name].description,
+            category=name.rpartition(".")[0] or "Parameters",
         )
+
+
+def choices(descriptor: Any) -> tuple[str, ...]:
+    """What a descriptor's words list as all there is to choose from; empty where they list nothing."""
+    for text in (descriptor.additional_constraints, descriptor.description):
+        match = _CHOICES.search(text[:4096])
+        if match:
+            listed = match["in_brackets"] if match["in_brackets"] is not None else match["to_the_end"]
+            found = [part.strip(" \t\"'`") for part in _BETWEEN_CHOICES.split(listed.strip())]
+            if 2 <= len(found) <= _MOST_CHOICES and all(found):
+                return tuple(dict.fromkeys(found))
+    return ()
+
+
+def _tree(descriptions: list[FeatureDescription]) -> Category:
+    """Parameters in the categories that the dots in their names make."""
+    branches: dict[str, list[FeatureDescription]] = {}
+    for description in descriptions:
+        branches.setdefault(description.category, []).append(description)
+    return Category("Root", members=tuple(Category(name, members=tuple(m)) for name, m in branches.items()))
 
 
 def _range(descriptor: Any) -> tuple[Any, Any, Any]:
     for found in (*descriptor.integer_range, *descriptor.floating_point_range):
         return found.from_value, found.to_value, found.step
-    if descriptor.type == 2:
+    if descriptor.type == INTEGER:
         return -(2**63), 2**63 - 1, 1
     return None, None, None
-
-
-def _value(value: Any) -> FeatureValue | None:
-    fields = {1: "bool_value", 2: "integer_value", 3: "double_value", 4: "string_value"}
-    name = fields.get(value.type)
-    found: FeatureValue | None = getattr(value, name) if name else None
-    return found

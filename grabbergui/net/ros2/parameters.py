@@ -193,9 +193,11 @@ class FeatureParameters:
             event = ParameterEvent(node=self._node.get_fully_qualified_name())
             for name in sorted(names):
                 try:
-                    feature = self._feature(name)
+                    feature = self._grabber.feature(name)
                 except GrabberError as error:
                     log.debug("parameter %s: %s", name, error)
+                    continue
+                if feature.kind not in TYPES:
                     continue
                 event.changed_parameters.append(Parameter(name=name, value=_value(feature)))
             if event.changed_parameters:

@@ -59,9 +59,7 @@ class Ros2Node:
         self.context = rclpy.Context()
         arguments = ["--ros-args", *ros_args] if ros_args else []
         try:
-            rclpy.init(
-                args=arguments, context=self.context, signal_handler_options=SignalHandlerOptions.NO
-            )
+            rclpy.init(args=arguments, context=self.context, signal_handler_options=SignalHandlerOptions.NO)
             self.node = rclpy.create_node(name, namespace=namespace or None, context=self.context, **options)
         except (RuntimeError, ValueError) as error:
             self.context.try_shutdown()

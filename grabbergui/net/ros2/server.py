@@ -53,9 +53,10 @@ class Ros2GrabberServer:
             node_name, namespace, ros_args=ros_args, enable_rosout=True, start_parameter_services=False
         )
         node = self._ros.node
-        self._pictures = PicturePublisher(node, grabber, name, frame_id, qos)
+        # Pictures last: who sees the topic finds the services there already.
         self._services = GrabberServices(node, grabber, name)
         self._parameters = FeatureParameters(node, grabber)
+        self._pictures = PicturePublisher(node, grabber, name, frame_id, qos)
         self._serve_camera_info(node)
         self._serve_diagnostics(node)
         self._started_stream = False

@@ -19,7 +19,10 @@ def create(uri: SourceUri) -> FrameGrabber:
 
     if not uri.name.strip("/"):
         raise UsageError("ros2: which topic? Write ros2:/camera; `grabbergui list` shows the image topics")
-    return Ros2Grabber(uri.name, str(uri))
+    qos = uri.option("qos", "sensor_data")
+    if qos not in ("sensor_data", "reliable"):
+        raise UsageError(f"{uri}: quality of service '{qos}': write ?qos=sensor_data or ?qos=reliable")
+    return Ros2Grabber(uri.name, str(uri), reliable=qos == "reliable")
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
@@ -32,7 +35,7 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
         require_ros2()
     except SourceUnavailableError:
         return []
-    from grabbergui.net.ros2.client import IMAGE_TYPE
+    from grabbergui.net.ros2.publishers import IMAGE_TYPE, publishers_of
 
     node = _listener().node
     deadline = time.monotonic() + timeout
@@ -41,9 +44,17 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
         time.sleep(0.05)
         topics = [name for name, types in node.get_topic_names_and_types() if IMAGE_TYPE in types]
     # A camera that offers both names is one camera.
-    cameras = (topic.removesuffix("/image_raw").removesuffix("/image") or topic for topic in topics)
-    names = dict.fromkeys(cameras)
-    return [DeviceInfo(f"ros2:{name}", model=name, bus="ROS 2", address=name) for name in names]
+    cameras = {topic.removesuffix("/image_raw").removesuffix("/image") or topic: topic for topic in topics}
+    return [
+        DeviceInfo(
+            f"ros2:{name}",
+            model=name,
+            bus="ROS 2",
+            address=name,
+            interface=" and ".join(map(str, publishers_of(node, topic))),
+        )
+        for name, topic in cameras.items()
+    ]
 
 
 @functools.cache

@@ -1,5 +1,7 @@
 """What a calibration becomes when the camera bins or cuts out a region; without ROS."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
-from grabbergui.net.ros2.camera_info import FittedCalibration, fitted
+from grabbergui.net.ros2.camera_info import FittedCalibration, fitted, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
 WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))
@@ -89,3 +91,65 @@ def test_another_calibration_takes_effect_and_none_is_none():
     assert calibrations.of(frame(640, 480)) is WHOLE
     calibrations.calibration = None
     assert calibrations.of(frame(640, 480)) is None
+
+
+def message(**changes):
+    whole = {"x_offset": 0, "y_offset": 0, "width": 0, "height": 0}
+    fields = {
+        "width": 640,
+        "height": 480,
+        "distortion_model": "plumb_bob",
+        "k": MATRIX.ravel().tolist(),
+        "d": [0.1] * 5,
+        "binning_x": 0,
+        "binning_y": 0,
+        "roi": SimpleNamespace(**whole),
+    }
+    return SimpleNamespace(**{**fields, **changes})
+
+
+def region(x, y, width, height):
+    return SimpleNamespace(x_offset=x, y_offset=y, width=width, height=height)
+
+
+def test_a_message_of_the_whole_sensor():
+    calibration = read_camera_info(message(), "left")
+
+    assert intrinsics(calibration) == (500, 500, 319.5, 239.5) and calibration.camera_name == "left"
+    assert calibration.distortion.tolist() == [0.1] * 5
+
+
+def test_a_messages_region_and_binning():
+    calibration = read_camera_info(message(roi=region(64, 32, 320, 240), binning_x=2, binning_y=2), "left")
+
+    assert (calibration.width, calibration.height) == (160, 120)
+    assert intrinsics(calibration) == (250, 250, (319.5 - 64 + 0.5) / 2 - 0.5, (239.5 - 32 + 0.5) / 2 - 0.5)
+
+
+@pytest.mark.parametrize(("given", "expected"), [([], 5), ([0.1, 0.2], 5), ([0.1, 0.2, 0.3, 0.4], 5)])
+def test_coefficients_left_out_are_zero(given, expected):
+    distortion = read_camera_info(message(d=given), "left").distortion
+
+    assert distortion.tolist() == given + [0.0] * (expected - len(given))
+
+
+def test_eight_coefficients():
+    model = read_camera_info(message(d=[0.1] * 8, distortion_model="rational_polynomial"), "left")
+
+    assert model.distortion.shape == (8,)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"k": [0.0] * 9}, "holds no calibration"),
+        ({"width": 0}, "holds no calibration"),
+        ({"k": [float("nan")] * 9}, "holds no calibration"),
+        ({"d": [0.1] * 6}, "too many for plumb_bob"),
+        ({"d": [float("inf")] * 5}, "not finite"),
+        ({"distortion_model": "equidistant", "d": [0.1] * 4}, "'equidistant'"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(changes, words):
+    with pytest.raises(UsageError, match=words):
+        read_camera_info(message(**changes), "left")

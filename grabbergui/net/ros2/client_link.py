@@ -1,0 +1,175 @@
+"""The node behind an image topic: found by the topic, asked by its services."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net.feature_json import error_of, loads, read_info
+from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
+from grabbergui.net.ros2.publishers import IMAGE_TYPE, Publisher, publishers_of
+from grabbergui.net.ros2.runtime import require_interfaces
+from grabbergui.net.tree_client import TreeFeatures
+
+Features = TreeFeatures | ParameterFeatures | NoFeatures
+
+SERVICE_TIMEOUT = 3.0
+"""Seconds that a service has to appear once its node has."""
+CALL_TIMEOUT = 7.0
+"""Seconds for one answer; a command may take five in the camera."""
+_LOOK_PERIOD = 0.2
+"""Seconds between looks at whether a service that owes us an answer is still there."""
+_ASK_TYPE = "grabber_interfaces/srv/Ask"
+
+
+def candidates(name: str) -> list[str]:
+    """The topics that a camera's name may mean, best first."""
+    return [f"{name}/image_raw", f"{name}/image", name]
+
+
+def not_found(node: Any, name: str) -> str:
+    """Why there is no camera of this name, for people."""
+    topics = candidates(name)
+    for topic in topics:
+        for publisher in publishers_of(node, topic):
+            if publisher.topic_type != IMAGE_TYPE:
+                return f"{topic} carries {publisher.topic_type}, not {IMAGE_TYPE}; name a topic of images"
+    return f"nobody publishes images at {' or '.join(topics)}; check the name and ROS_DOMAIN_ID"
+
+
+class CameraLink:
+    """A topic of images and the node that publishes it. One thread at a time, except `published`."""
+
+    def __init__(self, node: Any, name: str, topic: str, publisher: Publisher) -> None:
+        self.node = node
+        "Our own node, by which everything is asked."
+        self.topic = topic
+        self.publisher = publisher
+        "As it was when it was found."
+        self.features: Features = NoFeatures()
+        "What can be set; nothing before `join`."
+        self._name = name
+        self._clients: dict[str, Any] = {}
+        self._events: Any = None
+
+    @classmethod
+    def find(cls, node: Any, name: str) -> CameraLink | None:
+        """The best of the topics that a name may mean, if anybody publishes it yet."""
+        for topic in candidates(name):
+            for publisher in publishers_of(node, topic):
+                if publisher.topic_type == IMAGE_TYPE and publisher.node:
+                    return cls(node, name, topic, publisher)
+        return None
+
+    def join(self, tell: Callable[[frozenset[str]], None]) -> None:
+        """Find out what can be set. Raises SourceUnavailableError, DeviceLostError.
+
+        `tell` is told what others set, on the node's thread, where the remote node says so by itself.
+        """
+        if self._ours():
+            require_interfaces()
+            self.features = TreeFeatures(self._ask)
+        elif self._client("list_parameters") is not None:
+            self.features = features = ParameterFeatures(self._call_parameters)
+            self._follow(features, tell)
+
+    def leave(self) -> None:
+        """Forget the node's services. May be called twice."""
+        clients, self._clients = self._clients, {}
+        for client in filter(None, clients.values()):
+            self.node.destroy_client(client)
+        if self._events is not None:
+            self.node.destroy_subscription(self._events)
+            self._events = None
+
+    def published(self) -> bool:
+        """Whether anybody publishes the topic. Any thread; never waits."""
+        return bool(self.node.count_publishers(self.topic))
+
+    def changes(self) -> frozenset[str]:
+        """What others changed, where that must be asked for."""
+        return self.features.changes() if isinstance(self.features, TreeFeatures) else frozenset()
+
+    def described(self, info: DeviceInfo) -> DeviceInfo:
+        """What is known of the camera, with the publisher and its quality of service."""
+        seen = replace(info, bus="ROS 2", address=self.topic, interface=str(self.publisher))
+        if not isinstance(self.features, TreeFeatures):
+            return replace(seen, model=self.publisher.node)
+        told = read_info(self._ask("hello").get("info", {}))
+        return replace(seen, vendor=told.vendor, model=told.model, serial=told.serial)
+
+    # -- services --------------------------------------------------------------------------------
+    def _ours(self) -> bool:
+        from rclpy.node import NodeNameNonExistentError
+
+        namespace, _, name = self.publisher.node.rpartition("/")
+        try:
+            # By node: among all names there are those that only somebody asks for, as we did a moment ago.
+            offered = dict(self.node.get_service_names_and_types_by_node(name, namespace or "/"))
+        except NodeNameNonExistentError:
+            return False
+        return _ASK_TYPE in offered.get(f"{self._name}/ask", ())
+
+    def _ask(self, verb: str, *arguments: str) -> Any:
+        from grabber_interfaces.srv import Ask
+
+        if "ask" not in self._clients:
+            self._clients["ask"] = self.node.create_client(Ask, f"{self._name}/ask")
+            self._clients["ask"].wait_for_service(SERVICE_TIMEOUT)
+        answer = self._wait(self._clients["ask"], Ask.Request(verb=verb, arguments=list(arguments)))
+        if not answer.success:
+            raise error_of(answer.error, answer.result, answer.feature)
+        return loads(answer.result)
+
+    def _call_parameters(self, service: str, request: Any) -> Any:
+        client = self._client(service)
+        if client is None:
+            raise DeviceLostError(f"the node {self.publisher.node} offers no {service}")
+        return self._wait(client, request)
+
+    def _client(self, service: str) -> Any:
+        """A client of one of the node's parameter services; None where it offers none."""
+        if service not in self._clients:
+            from rcl_interfaces import srv
+
+            kind = getattr(srv, "".join(part.title() for part in service.split("_")))
+            client = self.node.create_client(kind, f"{self.publisher.node}/{service}")
+            if not client.wait_for_service(SERVICE_TIMEOUT):
+                self.node.destroy_client(client)
+                client = None
+            self._clients[service] = client
+        return self._clients[service]
+
+    def _wait(self, client: Any, request: Any) -> Any:
+        """The answer to a request. Raises DeviceLostError as soon as the service is gone."""
+        done = threading.Event()
+        future = client.call_async(request)
+        future.add_done_callback(lambda _: done.set())
+        deadline = time.monotonic() + CALL_TIMEOUT
+        while not done.wait(_LOOK_PERIOD):
+            gone, late = not client.service_is_ready(), time.monotonic() > deadline
+            if gone or late:
+                client.remove_pending_request(future)
+                if gone:
+                    raise DeviceLostError(f"{client.srv_name} is gone just now")
+                raise FrameTimeoutError(f"{client.srv_name} did not answer within {CALL_TIMEOUT:g} s")
+        return future.result()
+
+    def _follow(self, features: ParameterFeatures, tell: Callable[[frozenset[str]], None]) -> None:
+        from rcl_interfaces.msg import ParameterEvent
+        from rclpy.qos import qos_profile_parameter_events
+
+        def on_event(event: Any) -> None:
+            if event.node == self.publisher.node:
+                names = frozenset(parameter.name for parameter in event.changed_parameters)
+                features.doubt(names)
+                tell(frozenset(filter(features.has, names)))
+
+        self._events = self.node.create_subscription(
+            ParameterEvent, "/parameter_events", on_event, qos_profile_parameter_events
+        )

@@ -1,0 +1,168 @@
+"""The picture side of a remote camera: an image topic and the camera_info beside it, while streaming."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from typing import Any
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import GrabberError, PixelFormatError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import RateMeter
+from grabbergui.core.grabber import StreamStatistics
+from grabbergui.net.ros2.camera_info import read_camera_info
+from grabbergui.net.ros2.image_messages import Continuity, frame_of
+from grabbergui.net.ros2.publishers import IMAGE_TYPE, publishers_of
+from grabbergui.net.ros2.runtime import quality_of_service
+
+log = logging.getLogger(__name__)
+
+REMIND = 5.0
+"""Seconds after which something that lasts is said again."""
+
+
+class ImageStream:
+    """Receives one topic's images. Messages come on the node's thread, which also delivers the frames.
+
+    It subscribes best effort, which every publisher can serve; where `reliable` is asked for and a publisher
+    cannot, it says so and takes best effort.
+    """
+
+    def __init__(
+        self,
+        node: Any,
+        topic: str,
+        deliver: Callable[[Frame], None],
+        say: Callable[[str], None],
+        *,
+        reliable: bool = False,
+    ) -> None:
+        """`say` is told, in sentences for people, what hinders the pictures and how they changed."""
+        self._node = node
+        self._topic = topic
+        self._deliver = deliver
+        self._say = say
+        self._reliable = reliable
+        self._subscribed_reliable: bool | None = None
+        self._subscriptions: list[Any] = []
+        self._counters = StreamStatistics()
+        self._rate = RateMeter()
+        self._continuity = Continuity()
+        self._said: dict[str, float] = {}
+        "Sentences, or kinds of them, to `time.monotonic` when each was said."
+        self._info_key: object = None
+        self._calibration: Calibration | None = None
+
+    def open(self) -> None:
+        """Subscribe."""
+        self.look()
+
+    def close(self) -> None:
+        """Unsubscribe. May be called twice."""
+        subscriptions, self._subscriptions = self._subscriptions, []
+        for subscription in subscriptions:
+            self._node.destroy_subscription(subscription)
+
+    def calibration(self) -> Calibration | None:
+        """What the newest camera_info says of the pictures."""
+        return self._calibration
+
+    def statistics(self) -> StreamStatistics:
+        """A snapshot of the counters."""
+        counters = StreamStatistics(**self._counters.as_dict())
+        counters.frame_rate, counters.bandwidth = self._rate.rates()
+        return counters
+
+    def look(self) -> None:
+        """See who publishes: subscribe so that we match, and say what is amiss. One thread at a time."""
+        publishers = publishers_of(self._node, self._topic)
+        images = [publisher for publisher in publishers if publisher.topic_type == IMAGE_TYPE]
+        for other in publishers:
+            if other.topic_type != IMAGE_TYPE:
+                self._remark(f"{other} publishes {other.topic_type} there, which is no image")
+        if len(images) > 1:
+            self._remark(f"{' and '.join(map(str, images))} publish there at once: their pictures mix")
+        unable = [publisher for publisher in images if not publisher.reliable]
+        if self._reliable and unable:
+            self._remark(f"{unable[0]} cannot send reliably; what gets lost is not sent again")
+        reliable = self._reliable and not unable
+        if reliable != self._subscribed_reliable or not self._subscriptions:
+            self.close()
+            self._subscribe(reliable)
+
+    def _subscribe(self, reliable: bool) -> None:
+        from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
+        from sensor_msgs.msg import CameraInfo, Image
+
+        self._subscribed_reliable = reliable
+        qos = quality_of_service("reliable" if reliable else "sensor_data")
+
+        def images(callbacks: Any) -> Any:
+            return self._node.create_subscription(
+                Image, self._topic, self._on_image, qos, event_callbacks=callbacks
+            )
+
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=self._on_incompatible, message_lost=self._on_lost, use_default_callbacks=False
+        )
+        try:
+            subscription = images(events)
+        except UnsupportedEventTypeError:  # not every middleware tells of losses
+            subscription = images(None)
+        info_topic = f"{self._topic.rpartition('/')[0]}/camera_info"
+        info = self._node.create_subscription(
+            CameraInfo, info_topic, self._on_camera_info, quality_of_service("sensor_data")
+        )
+        self._subscriptions = [subscription, info]
+
+    # -- on the node's thread ------------------------------------------------------------------------
+    def _on_image(self, message: Any) -> None:
+        try:
+            frame = frame_of(message, self._counters.frames + 1)
+        except PixelFormatError as error:
+            self._counters.incomplete += 1
+            self._remark(str(error))
+            return
+        self._counters.frames += 1
+        self._counters.bytes += frame.payload.nbytes
+        self._rate.add(frame.payload.nbytes)
+        for kind, text in self._continuity.remarks(frame).items():
+            self._remark(text, kind)
+        self._deliver(frame)
+
+    def _on_camera_info(self, message: Any) -> None:
+        region = message.roi
+        key = (
+            *(message.width, message.height, message.distortion_model, message.binning_x, message.binning_y),
+            *(region.x_offset, region.y_offset, region.width, region.height),
+            *(tuple(message.k), tuple(message.d)),
+        )
+        if key == self._info_key:
+            return
+        self._info_key = key
+        try:
+            self._calibration = read_camera_info(message, self._topic)
+        except GrabberError as error:
+            self._calibration = None
+            if any(message.k):  # zeros say "uncalibrated" and are no fault
+                self._remark(str(error))
+
+    def _on_incompatible(self, event: Any) -> None:
+        from rclpy.qos import qos_policy_name_from_kind
+
+        policy = qos_policy_name_from_kind(event.last_policy_kind)
+        self._remark(f"a publisher's quality of service does not match ours ({policy}): nothing comes of it")
+
+    def _on_lost(self, event: Any) -> None:
+        self._counters.lost += event.total_count_change
+
+    def _remark(self, text: str, kind: str = "") -> None:
+        """Say it, unless that, or another of its kind, was said a moment ago."""
+        now, key = time.monotonic(), kind or text
+        if now - self._said.get(key, -REMIND) < REMIND:
+            return
+        self._said = {said: when for said, when in self._said.items() if now - when < REMIND} | {key: now}
+        log.warning("%s: %s", self._topic, text)
+        self._say(f"{self._topic}: {text}")

@@ -1,0 +1,431 @@
+"""Our client: on a server of ours, and on other people's camera drivers."""
+
+import queue
+import time
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+pytestmark = pytest.mark.ros2
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from ros2_peers import until  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest  # noqa: E402
+
+from grabbergui import sources  # noqa: E402
+from grabbergui.core.errors import (  # noqa: E402
+    DeviceLostError,
+    FeatureNotFoundError,
+    FeatureValueError,
+    SourceNotFoundError,
+    UsageError,
+)
+from grabbergui.core.features import FeatureKind  # noqa: E402
+from grabbergui.core.grabber import ConnectionState  # noqa: E402
+from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+
+PIXELS = bytes(range(16))
+
+
+class Driver:
+    """Somebody else's camera driver, written with rclpy alone."""
+
+    def __init__(self, name="other", reliability=ReliabilityPolicy.RELIABLE, kind=Image, **options):
+        self.ros = Ros2Node(f"{name}_driver", **options)
+        self.node = self.ros.node
+        qos = QoSProfile(depth=5, reliability=reliability, durability=DurabilityPolicy.VOLATILE)
+        self._images = self.node.create_publisher(kind, f"/{name}/image_raw", qos)
+        self._info = self.node.create_publisher(CameraInfo, f"/{name}/camera_info", qos)
+        self.message = kind() if kind is not Image else image()
+        self.info = None
+        self.stamp = time.time
+        self.node.create_timer(0.02, self._publish)
+        self.ros.start()
+
+    def _publish(self):
+        if isinstance(self.message, Image):
+            now = self.stamp()
+            self.message.header.stamp.sec = int(now)
+            self.message.header.stamp.nanosec = int(now % 1 * 1e9)
+        self._images.publish(self.message)
+        if self.info is not None:
+            self._info.publish(self.info)
+
+    def close(self):
+        self.ros.close()
+
+
+def image(width=4, height=2, encoding="mono8"):
+    return Image(width=width, height=height, encoding=encoding, step=8, data=PIXELS)
+
+
+def information(**changes):
+    matrix = [500.0, 0.0, 319.5, 0.0, 500.0, 239.5, 0.0, 0.0, 1.0]
+    return CameraInfo(
+        width=640, height=480, distortion_model="plumb_bob", k=matrix, d=[0.1, 0.0, 0.0, 0.0], **changes
+    )
+
+
+@pytest.fixture
+def drive(domain):
+    """Makes drivers, and ends them."""
+    drivers = []
+
+    def drive(*arguments, **options):
+        drivers.append(Driver(*arguments, **options))
+        return drivers[-1]
+
+    yield drive
+    for driver in drivers:
+        driver.close()
+
+
+@pytest.fixture
+def driver(drive):
+    return drive()
+
+
+@pytest.fixture
+def notices():
+    return []
+
+
+@pytest.fixture
+def opened(notices):
+    """Opens sources, collects what they notice, and closes them."""
+    grabbers = []
+
+    def opened(uri):
+        grabber = sources.create(uri)
+        grabbers.append(grabber)
+        grabber.noticed.connect(notices.append)
+        grabber.open()
+        return grabber
+
+    yield opened
+    for grabber in grabbers:
+        grabber.close()
+
+
+def said(notices, words):
+    return lambda: any(words in notice for notice in notices)
+
+
+# -- ours --------------------------------------------------------------------------------------------
+def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
+    assert remote.feature_tree() == camera.feature_tree()
+    assert remote.info.model == "Simulated camera"
+    assert remote.info.interface == "/cam (best effort, volatile)"
+    frames = remote.open_queue()
+    remote.start()
+    frame = frames.get(10)
+    assert (frame.pixel_format.name, frame.rgb().shape) == ("BayerRG8", (240, 320, 3))
+    assert abs(time.time_ns() - frame.received_ns) < 2e9
+    assert remote.write_feature("Gain", 3).value == 3 and camera.feature("Gain").value == 3
+    assert remote.write_feature("DeviceUserID", "").value == ""
+    with pytest.raises(FeatureValueError, match="allowed is 0 … 24 dB"):
+        remote.write_feature("Gain", 100)
+    with pytest.raises(FeatureNotFoundError, match="did you mean Gain"):
+        remote.feature("Gian")
+    remote.execute("TimestampLatch")
+
+
+def test_others_changes_are_told(remote, camera):
+    told = queue.Queue()
+    remote.features_changed.connect(told.put)
+
+    def changed():
+        camera.write_feature("Gain", camera.feature("Gain").value + 0.1)
+        return not told.empty() and "Gain" in told.get()
+
+    until(changed)
+
+
+def test_its_calibration_is_the_servers(server, remote, camera):
+    from grabbergui.core.calibration import Calibration
+
+    assert remote.calibration() is None
+    remote.start()
+    server._pictures.fitted.calibration = Calibration.from_field_of_view(4096, 2160)
+    calibration = until(remote.calibration)
+
+    assert (calibration.width, calibration.height) == (320, 240)
+    assert calibration.matrix[0, 2] == pytest.approx(2047.5 - camera.feature("OffsetX").value)
+
+
+def test_a_server_that_vanishes_and_comes_back(camera, opened):
+    server = Ros2GrabberServer(camera, "/cam")
+    server.start()
+    remote = opened("ros2:/cam")
+    states = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: states.put((state, why)))
+    frames = remote.open_queue()
+    remote.start()
+    frames.get(10)
+
+    server.stop()
+
+    state, why = states.get(timeout=15)
+    assert state is ConnectionState.LOST and "nobody publishes /cam/image_raw any more" in why
+    started = time.monotonic()
+    with pytest.raises(DeviceLostError):
+        remote.feature("Gain")
+    assert time.monotonic() - started < 2
+    frames.clear()
+    with Ros2GrabberServer(camera, "/cam"):
+        assert states.get(timeout=15)[0] is ConnectionState.OPEN
+        frames.get(10)
+        assert remote.write_feature("Gain", 2).value == 2
+
+
+def test_another_camera_that_comes_back_in_its_place_has_its_own_features(camera, opened, drive):
+    server = Ros2GrabberServer(camera, "/other")
+    server.start()
+    remote = opened("ros2:/other")
+    states = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: states.put(state))
+    server.stop()
+    assert states.get(timeout=15) is ConnectionState.LOST
+
+    driver = drive()
+    driver.node.declare_parameter("brightness", 3)
+    assert states.get(timeout=15) is ConnectionState.OPEN
+
+    assert not remote.has_feature("Gain") and remote.info.model == "/other_driver"
+
+
+# -- other people's ----------------------------------------------------------------------------------
+def test_parameters_become_controls(driver, opened):
+    span = FloatingPointRange(from_value=1.0, to_value=9.0, step=0.0)
+    steps = IntegerRange(from_value=0, to_value=16, step=4)
+    declare = driver.node.declare_parameter
+    declare("exposure", 2.0, ParameterDescriptor(description="how bright", floating_point_range=[span]))
+    declare("rgb.binning", 4, ParameterDescriptor(integer_range=[steps]))
+    declare("rgb.flip", False)
+    declare("name", "left")
+    declare("serial", "4711", ParameterDescriptor(read_only=True))
+    declare("awb", "auto", ParameterDescriptor(additional_constraints="one of [off, auto, daylight]"))
+    declare("anti_flicker", 50, ParameterDescriptor(description="Mains, in Hz. Valid values: 0, 50 or 60"))
+    declare("matrix", [1.0, 2.0])
+
+    remote = opened("ros2:/other")
+
+    branches = {branch.name: [m.name for m in branch.members] for branch in remote.feature_tree().members}
+    assert branches["rgb"] == ["rgb.binning", "rgb.flip"]
+    assert branches["Parameters"] == ["exposure", "name", "serial", "awb", "anti_flicker"]
+    exposure = remote.feature("exposure")
+    assert (exposure.kind, exposure.value, exposure.tooltip) == (FeatureKind.FLOAT, 2.0, "how bright")
+    assert (exposure.minimum, exposure.maximum) == (1.0, 9.0)
+    binning = remote.feature("rgb.binning")
+    assert (binning.kind, binning.minimum, binning.maximum, binning.increment) == (
+        FeatureKind.INTEGER,
+        0,
+        16,
+        4,
+    )
+    assert remote.feature("rgb.flip").kind is FeatureKind.BOOLEAN
+    assert remote.feature("name").kind is FeatureKind.STRING
+    assert not remote.feature("serial").access.writable
+    awb, flicker = remote.feature("awb"), remote.feature("anti_flicker")
+    assert [entry.name for entry in awb.entries] == ["off", "auto", "daylight"] and awb.value == "auto"
+    assert [entry.name for entry in flicker.entries] == ["0", "50", "60"] and flicker.value == "50"
+
+
+def test_controls_set_parameters(driver, opened):
+    span = FloatingPointRange(from_value=1.0, to_value=9.0, step=0.0)
+    driver.node.declare_parameter("exposure", 2.0, ParameterDescriptor(floating_point_range=[span]))
+    driver.node.declare_parameter("flip", False)
+    driver.node.declare_parameter("name", "left")
+    driver.node.declare_parameter("rate", 50, ParameterDescriptor(description="one of 50, 60"))
+    driver.node.add_on_set_parameters_callback(
+        lambda parameters: SetParametersResult(
+            successful=not any(p.value == "taken" for p in parameters), reason="that name is taken"
+        )
+    )
+    remote = opened("ros2:/other")
+
+    assert remote.write_feature("exposure", "4.5").value == 4.5
+    assert remote.write_feature("flip", True).value is True
+    assert remote.write_feature("name", "").value == ""
+    assert remote.write_feature("rate", "60").value == "60"
+
+    assert driver.node.get_parameter("rate").value == 60
+    with pytest.raises(FeatureValueError, match="allowed is 1 … 9"):
+        remote.write_feature("exposure", 10)
+    with pytest.raises(FeatureValueError, match="that name is taken"):
+        remote.write_feature("name", "taken")
+    with pytest.raises(FeatureValueError, match="no command"):
+        remote.execute("flip")
+
+
+def test_what_the_driver_changes_is_told_with_its_new_range(driver, opened):
+    driver.node.declare_parameter("gain", 2, ParameterDescriptor(integer_range=[IntegerRange(to_value=9)]))
+    remote = opened("ros2:/other")
+    told = queue.Queue()
+    remote.features_changed.connect(told.put)
+
+    def changed():
+        wider = ParameterDescriptor(type=2, integer_range=[IntegerRange(to_value=20)])
+        driver.node.set_descriptor("gain", wider)
+        driver.node.set_parameters([Parameter("gain", value=15)])
+        return not told.empty()
+
+    until(changed)
+
+    assert told.get() == frozenset({"gain"})
+    gain = remote.feature("gain")
+    assert (gain.value, gain.maximum) == (15, 20)
+
+
+def test_a_node_without_parameters_is_a_picture_only(opened, drive):
+    drive("bare", start_parameter_services=False)
+    remote = opened("ros2:/bare")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(10).raw().shape == (2, 4)
+    assert not list(remote.feature_tree().descriptions())
+    with pytest.raises(FeatureNotFoundError):
+        remote.feature("exposure")
+
+
+def test_lines_may_be_padded(driver, opened):
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(10).raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
+
+
+def test_its_camera_info_is_used(driver, opened, notices):
+    remote = opened("ros2:/other")
+    remote.start()
+    driver.info = information()
+    assert until(remote.calibration).matrix[0, 0] == 500
+
+    driver.info = information(
+        roi=RegionOfInterest(x_offset=64, y_offset=32, width=320, height=240), binning_x=2, binning_y=2
+    )
+    until(lambda: remote.calibration().width == 160)
+    driver.info = CameraInfo(width=640, height=480)
+    until(lambda: remote.calibration() is None)
+    assert not said(notices, "camera_info")()
+    driver.info = information()
+    driver.info.distortion_model, driver.info.d = "equidistant", [0.0] * 4
+    until(said(notices, "distortion model 'equidistant'"))
+
+
+# -- what goes wrong ---------------------------------------------------------------------------------
+def test_the_publishers_quality_of_service_is_shown(driver, opened, notices):
+    remote = opened("ros2:/other")
+
+    assert remote.info.interface == "/other_driver (reliable, volatile)"
+    assert said(notices, "/other/image_raw comes from /other_driver (reliable, volatile)")()
+
+
+def test_a_publisher_that_cannot_be_reliable_is_told_and_shown_all_the_same(opened, notices, drive):
+    drive(reliability=ReliabilityPolicy.BEST_EFFORT)
+    remote = opened("ros2:/other?qos=reliable")
+    frames = remote.open_queue()
+    remote.start()
+
+    frames.get(10)
+
+    assert said(notices, "/other_driver (best effort, volatile) cannot send reliably")()
+
+
+def test_reliable_where_it_can_be_had(driver, opened, notices):
+    remote = opened("ros2:/other?qos=reliable")
+    remote.start()
+
+    subscription = until(lambda: driver.node.get_subscriptions_info_by_topic("/other/image_raw"))[0]
+    assert subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    with pytest.raises(UsageError, match="qos=reliable"):
+        sources.create("ros2:/other?qos=best")
+
+
+def test_an_encoding_that_cannot_be_shown_is_named_and_the_next_good_picture_is_shown(
+    driver, opened, notices
+):
+    driver.message = image(encoding="32FC1")
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+    until(said(notices, "encoding '32FC1' cannot be shown"))
+    assert remote.statistics().incomplete > 0
+
+    driver.message = image()
+
+    assert frames.get(10).width == 4
+
+
+def test_images_that_contradict_themselves_are_refused(driver, opened, notices):
+    driver.message = image(width=400)
+    remote = opened("ros2:/other")
+    remote.start()
+
+    until(said(notices, "contradicts itself"))
+
+
+def test_a_changed_size_is_told(driver, opened, notices):
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+    frames.get(10)
+
+    driver.message = image(2, 2)
+
+    until(said(notices, "pictures are 2×2 Mono8 now, they were 4×2 Mono8"))
+    until(lambda: frames.get(10).width == 2)
+
+
+def test_a_clock_that_jumps_back_is_told_and_times_of_arrival_are_used(driver, opened, notices):
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+    assert abs(frames.get(10).received_ns - time.time_ns()) < 2e9
+
+    driver.stamp = lambda: time.time() - 3600
+
+    until(said(notices, "stamps went back by 3.6e+03 s"))
+    until(said(notices, "s behind this machine's clock"))
+    until(lambda: frames.get(10).timestamp_ns < time.time_ns() - 3e12)
+    assert abs(frames.get(10).received_ns - time.time_ns()) < 2e9
+
+
+def test_two_publishers_of_one_topic_are_told(driver, opened, notices):
+    remote = opened("ros2:/other")
+    remote.start()
+    second = Ros2Node("second_driver")
+    second.node.create_publisher(Image, "/other/image_raw", 5)
+
+    until(said(notices, "their pictures mix"))
+    second.close()
+
+
+def test_a_topic_of_something_else_is_named(drive):
+    drive("jpeg", kind=CompressedImage)
+    with pytest.raises(SourceNotFoundError, match=r"carries sensor_msgs/msg/CompressedImage"):
+        sources.create("ros2:/jpeg/image_raw").open()
+
+
+def test_a_topic_that_is_not_there(domain):
+    with pytest.raises(SourceNotFoundError, match="nobody publishes images at /nowhere/image_raw"):
+        sources.create("ros2:/nowhere").open()
+    with pytest.raises(UsageError, match="which topic"):
+        sources.create("ros2:")
+
+
+def test_nothing_listens_after_stop(driver, opened):
+    remote = opened("ros2:/other")
+    remote.start()
+    until(lambda: driver.node.count_subscribers("/other/image_raw"))
+
+    remote.stop()
+
+    until(lambda: not driver.node.count_subscribers("/other/image_raw"))
+    assert not remote.streaming

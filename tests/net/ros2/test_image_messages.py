@@ -1,0 +1,115 @@
+"""Images as they come over ROS, and how one differs from the next; without ROS."""
+
+import time
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.errors import PixelFormatError
+from grabbergui.net.ros2.encodings import _FORMATS
+from grabbergui.net.ros2.image_messages import Continuity, frame_of
+
+NOW = "now"
+
+
+def image(width=4, height=2, encoding="mono8", step=8, data=bytes(16), stamp=NOW, big_endian=0):
+    seconds = time.time() if stamp is NOW else stamp
+    header = SimpleNamespace(stamp=SimpleNamespace(sec=int(seconds), nanosec=int(seconds % 1 * 1e9)))
+    return SimpleNamespace(
+        header=header,
+        width=width,
+        height=height,
+        encoding=encoding,
+        step=step,
+        data=data,
+        is_bigendian=big_endian,
+    )
+
+
+def test_a_frame_looks_into_the_message():
+    frame = frame_of(image(data=bytes(range(16))), 7)
+
+    assert frame.raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
+    assert (frame.frame_id, frame.padding_x) == (7, 4)
+
+
+def test_big_endian_pixels():
+    frame = frame_of(image(1, 2, "mono16", 2, b"\x01\x02\x03\x04", big_endian=1), 1)
+
+    assert frame.raw().tolist() == [[0x0102], [0x0304]]
+
+
+def test_a_stamp_of_our_clock_is_the_time_of_exposure():
+    frame = frame_of(image(stamp=time.time() - 0.5), 1)
+
+    assert frame.received_ns == frame.timestamp_ns < time.time_ns() - 4e8
+
+
+@pytest.mark.parametrize("stamp", [0, 5, 4e9])
+def test_a_stamp_of_another_clock_is_not(stamp):
+    frame = frame_of(image(stamp=stamp), 1)
+
+    assert frame.timestamp_ns == stamp * 1e9 and abs(frame.received_ns - time.time_ns()) < 1e9
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"width": 9}, {"height": 3}, {"width": 0}, {"height": 0}, {"step": 3}, {"data": b""}]
+)
+def test_what_contradicts_itself_is_refused(wrong):
+    with pytest.raises(PixelFormatError, match="contradicts itself"):
+        frame_of(image(**wrong), 1)
+
+
+@given(
+    st.integers(0, 2**32 - 1),
+    st.integers(0, 2**32 - 1),
+    st.one_of(st.sampled_from(sorted(_FORMATS)), st.text(max_size=8)),
+    st.integers(0, 2**32 - 1),
+    st.binary(max_size=64),
+)
+def test_no_message_does_more_harm_than_being_refused(width, height, encoding, step, data):
+    try:
+        frame = frame_of(image(width, height, encoding, step, data), 1)
+    except PixelFormatError:
+        return
+    assert frame.raw().shape[:2] == (height, width)
+
+
+def test_nothing_is_said_of_pictures_that_go_on():
+    continuity = Continuity()
+
+    assert [continuity.remarks(frame_of(image(), number)) for number in range(3)] == [{}, {}, {}]
+
+
+def test_a_change_of_size_or_format():
+    continuity = Continuity()
+    continuity.remarks(frame_of(image(), 1))
+
+    assert continuity.remarks(frame_of(image(2), 2)) == {
+        "layout": "pictures are 2×2 Mono8 now, they were 4×2 Mono8"
+    }
+    assert "BayerRG8" in continuity.remarks(frame_of(image(2, encoding="bayer_rggb8"), 3))["layout"]
+
+
+def test_a_clock_that_jumps():
+    continuity = Continuity()
+    continuity.remarks(frame_of(image(stamp=1000.0), 1))
+
+    assert "back by 400 s" in continuity.remarks(frame_of(image(stamp=600.0), 2))["jump"]
+    assert continuity.remarks(frame_of(image(stamp=601.0), 3)) == {}
+
+
+def test_a_foreign_clock_is_told_once():
+    continuity = Continuity()
+    ahead = time.time() + 3600
+
+    assert "3600 s ahead" in continuity.remarks(frame_of(image(stamp=ahead), 1))["clock"]
+    assert continuity.remarks(frame_of(image(stamp=ahead + 1), 2)) == {}
+
+
+def test_no_stamps_at_all_are_no_remark():
+    continuity = Continuity()
+
+    assert [continuity.remarks(frame_of(image(stamp=0), number)) for number in range(2)] == [{}, {}]
