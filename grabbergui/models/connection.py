@@ -111,6 +111,8 @@ class Connection:
     """All sources (tuple[OpenSource, ...]): one more, one less, another at hand, or in another state."""
     failed = Signal(str)
     """Something that was asked for did not work, in a sentence for people."""
+    noticed = Signal(str)
+    """What a source says while its connection holds, in a sentence for people."""
     read_only = Signal(OpenSource)
     """A source is held by another program: it was opened beside that one, for looking only."""
 
@@ -255,6 +257,7 @@ class Connection:
         grabber.connection_changed.connect(
             lambda state, reason: self._noticed(source, state, reason), check_nargs=False
         )
+        grabber.noticed.connect(lambda text: self._pass_on(source, text), check_nargs=False)
         try:
             grabber.open()
         except AccessDeniedError as error:
@@ -327,6 +330,10 @@ class Connection:
         self.opened.emit(source)
         if source.read_only:
             self.read_only.emit(source)
+
+    def _pass_on(self, source: OpenSource, text: str) -> None:
+        if source in self._sources:
+            self.noticed.emit(text)
 
     def _complain(self, source: OpenSource, message: str) -> None:
         if source in self._sources:

@@ -98,6 +98,17 @@ def test_features_are_there_when_it_says_opened(bench):
     assert seen == [(bench.source, "Root")]
 
 
+def test_what_a_source_notices_is_passed_on_until_it_is_let_go(bench):
+    heard = []
+    bench.link.noticed.connect(heard.append)
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    bench.source.noticed.emit("pictures are 320×240 now")
+    bench.link.disconnect()
+    bench.source.noticed.emit("nobody listens any more")
+    assert heard == ["pictures are 320×240 now"] and bench.failures == []
+
+
 def test_connecting_does_not_wait_and_can_be_given_up(bench):
     bench.source.opening.clear()
     begun = time.monotonic()
