@@ -14,7 +14,7 @@ from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.models.recorder import Recorder
+from grabbergui.models.recorder import Recorder, RecordingLimits
 from grabbergui.models.recording_writers import RecordingKind, create_writer, kind_of
 
 _POLL = 0.1
@@ -34,6 +34,7 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("-n", "--frames", type=int, metavar="FRAMES", help="end after so many")
     parser.add_argument("-t", "--seconds", type=float, metavar="S", help="end after so many seconds")
+    parser.add_argument("--size", type=float, metavar="MB", help="end once so many megabytes are written")
     parser.add_argument("--lossless", action="store_true", help="of a movie: FFV1, larger")
     parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
     parser.add_argument(
@@ -52,6 +53,8 @@ def _record(options: argparse.Namespace) -> int:
         raise UsageError(f"-n {options.frames}: at least one frame, please")
     if options.seconds is not None and not options.seconds > 0:
         raise UsageError(f"-t {options.seconds:g}: more than no time, please")
+    if options.size is not None and not options.size > 0:
+        raise UsageError(f"--size {options.size:g}: more than no megabytes, please")
     assignments = [assignment(text) for text in options.assignments]
     kind = kind_of(options.out, lossless=options.lossless)
     if options.tiff and kind is not RecordingKind.PNG:
@@ -61,7 +64,7 @@ def _record(options: argparse.Namespace) -> int:
         for name, value in assignments:
             grabber.write_feature(name, value)
         writer = create_writer(kind, options.out, grabber.info, frame_rate(grabber))
-        recorder = Recorder(grabber, writer, frames=options.frames, seconds=options.seconds)
+        recorder = Recorder(grabber, writer, _limits(options))
         recorder.start()
         try:
             grabber.start(keep_trigger=options.keep_trigger)
@@ -89,6 +92,11 @@ def _record(options: argparse.Namespace) -> int:
     if progress.reason:
         raise GrabberError(progress.reason)
     return 0
+
+
+def _limits(options: argparse.Namespace) -> RecordingLimits:
+    size = None if options.size is None else round(options.size * 1e6)
+    return RecordingLimits(options.frames, options.seconds, size)
 
 
 def frame_rate(grabber: FrameGrabber) -> float:

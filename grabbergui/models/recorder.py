@@ -28,6 +28,20 @@ NOTICE_PERIOD = 0.2
 
 
 @dataclass(frozen=True)
+class RecordingLimits:
+    """Where a recording ends by itself; None for no such limit."""
+
+    frames: int | None = None
+    seconds: float | None = None
+    "From the first frame to the last."
+    size: int | None = None
+    "Bytes: the frame that reaches it is the last."
+
+
+UNLIMITED = RecordingLimits()
+
+
+@dataclass(frozen=True)
 class RecordingProgress:
     """How a recording stands."""
 
@@ -56,13 +70,12 @@ class Recorder:
         self,
         grabber: FrameGrabber,
         writer: RecordingWriter,
+        limits: RecordingLimits = UNLIMITED,
         *,
-        frames: int | None = None,
-        seconds: float | None = None,
         reserve: int = RESERVE_BYTES,
     ) -> None:
         self.writer = writer
-        self._limits = (frames, seconds)
+        self._limits = limits
         self._reserve = reserve
         self._queue: FrameQueue = grabber.open_queue(QUEUE_DEPTH)
         self._progress = RecordingProgress()
@@ -120,7 +133,7 @@ class Recorder:
                     return full
                 self.writer.write(frame)
                 self._count(frame)
-                if self._progress.frames == self._limits[0]:
+                if self._reached_limit():
                     return ""
             if time.monotonic() - noticed >= NOTICE_PERIOD:
                 noticed = time.monotonic()
@@ -128,10 +141,15 @@ class Recorder:
         return ""
 
     def _beyond_limit(self, frame: Frame) -> bool:
-        seconds = self._limits[1]
+        seconds = self._limits.seconds
         if seconds is None or not self._progress.frames:
             return False
         return frame.received_ns - self._first_ns > seconds * 1e9
+
+    def _reached_limit(self) -> bool:
+        frames, size = self._limits.frames, self._limits.size
+        by_count = frames is not None and self._progress.frames >= frames
+        return by_count or (size is not None and self._progress.size >= size)
 
     def _full(self, frame: Frame) -> str:
         free = self.writer.free()

@@ -126,6 +126,7 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     newcomer.until(lambda: newcomer.reads("Nothing is connected"))
     assert newcomer.reads("choose a source on the left")
     sources = window.sources.sourceList
+    newcomer.until(lambda: any(source.info.uri == "sim:" for source in listed(newcomer)))
     row = next(i for i, source in enumerate(listed(newcomer)) if source.info.uri == "sim:")
     place = sources.visualItemRect(sources.item(row)).center()
     newcomer.qtbot.mouseClick(sources.viewport(), Qt.LeftButton, pos=place)

@@ -116,8 +116,11 @@ class PlaybackGrabber(FrameGrabber):
                 state.loop = bool(accepted)
             else:
                 state.playing = bool(accepted)
+                changed |= {features.POSITION, features.TIME}  # they have moved on since they were told last
                 if state.playing and state.position >= state.frames - 1:
                     state.position, self._shown = 0, -1  # play again after the end
+                elif state.playing and self._shown == state.position:
+                    self._shown = -1  # wound to by hand: go on from this one
             self._changed.notify_all()
         self.features_changed.emit(frozenset(changed))
         return self.feature(name)
@@ -185,7 +188,8 @@ class PlaybackGrabber(FrameGrabber):
             with self._changed:
                 if self._state.playing and self._state.position == index:
                     due = self._advance(recording, index, due if not at_position else time.monotonic())
-            if time.monotonic() - noticed > NOTICE_PERIOD or at_position:
+                at_rest = not self._state.playing
+            if time.monotonic() - noticed > NOTICE_PERIOD or at_position or at_rest:
                 noticed = time.monotonic()
                 self.features_changed.emit(
                     frozenset({features.POSITION, features.TIME, features.PLAYING, features.WIDTH})

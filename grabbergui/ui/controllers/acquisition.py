@@ -168,7 +168,9 @@ class AcquisitionController(QObject):
         statistics = source.grabber.statistics()
         self._show_figures(statistics)
         self._show_cursor()
-        if self._connection.state is LinkState.STREAMING:
+        if self._window.actionPause.isChecked():
+            self._view.setNote("")
+        elif self._connection.state is LinkState.STREAMING:
             self._explain(source, statistics)
         elif source.no_picture:
             self._view.setNote(

@@ -33,6 +33,8 @@ from grabbergui.ui.controllers.log import LogController
 from grabbergui.ui.controllers.looking import LookingController
 from grabbergui.ui.controllers.measuring import MeasuringController
 from grabbergui.ui.controllers.pausing import PauseController
+from grabbergui.ui.controllers.playback import PlaybackController
+from grabbergui.ui.controllers.recording import RecordingController
 from grabbergui.ui.controllers.region import RegionController
 from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.controllers.values import ValuesController
@@ -75,10 +77,12 @@ class MainController(QObject):
             window, self.connection, self.picture, self.snapshots, preferences
         )
         self.features = FeatureController(window.features, window.favourites, self)
-        self.keeping = KeepingController(window.recordingBar, self.connection, preferences)
+        self.keeping = KeepingController(window, self.connection)
+        self.recording = RecordingController(window.recordingBar, self.connection, preferences)
         self.looking = LookingController(window, self.connection, self.picture)
         self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
         self.pausing = PauseController(window, self.connection, self.picture, self.history)
+        self.playback = PlaybackController(window, self.connection)
         self.region = RegionController(window, self.connection, self.picture)
         self.changes = ChangesController(window, self.connection)
         self.values = ValuesController(window, self.connection)
@@ -110,7 +114,7 @@ class MainController(QObject):
             self.picture.detach,
             self.history.detach,
             self.measuring.close,
-            self.keeping.shut_down,
+            self.recording.shut_down,
             self.connection.wait_closed,
             self.snapshots.wait,
             self.source_list.stop,
@@ -123,6 +127,7 @@ class MainController(QObject):
         window = self.window
         self._bridge = Bridge(self)
         self._bridge.bind(self.connection.failed, window.messages.showError)
+        self._bridge.bind(self.connection.noticed, window.messages.showNotice)
         self._bridge.bind(self.connection.opened, self._on_connection_opened)
         self._bridge.bind(self.connection.closing, self._on_connection_closing)
         self._bridge.bind(self.connection.read_only, self._on_connection_read_only)
@@ -134,7 +139,11 @@ class MainController(QObject):
             teller.noticed.connect(window.messages.showNotice)
         for tuning in (self.changes, self.values):
             tuning.failed.connect(window.messages.showError)
-        self.keeping.playRequested.connect(self.sources.connect_to)
+        for player in (self.keeping, self.recording):
+            player.playRequested.connect(self.sources.connect_to)
+        self.recording.failed.connect(window.messages.showError)
+        self.playback.failed.connect(window.messages.showError)
+        self.recording.noticed.connect(window.messages.showNotice)
         self.keeping.accept_drops(window)
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
         window.actionSaveSettings.triggered.connect(self.keeping.ask_save)

@@ -8,6 +8,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.models.connection import Connection, LinkState, OpenSource
 from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.picture import PictureModel
+from grabbergui.models.playback import is_recording
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 
@@ -28,6 +29,8 @@ class PauseController(QObject):
         self._history = history
         self._frames: tuple[Frame, ...] = ()
         self._index = 0
+        self._steps_itself = False
+        "Whether the source is a recording, which is stepped through by itself."
         bridge = Bridge(self)
         bridge.bind(connection.opened, self._on_connection_opened)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
@@ -42,6 +45,8 @@ class PauseController(QObject):
         self._on_connection_state_changed(connection.state, "")
 
     def _on_pause_toggled(self, paused: bool) -> None:
+        if self._steps_itself:
+            return
         self._history.pause(paused)
         self._frames = self._history.frames if paused else ()
         self._window.picture.pauseBar.setVisible(bool(self._frames))
@@ -54,6 +59,8 @@ class PauseController(QObject):
             self.failed.emit("there is no frame yet to pause at; start the camera first")
 
     def _step(self, steps: int) -> None:
+        if self._steps_itself:
+            return
         if not self._window.actionPause.isChecked():
             self._window.actionPause.setChecked(True)
         if self._frames:
@@ -68,7 +75,9 @@ class PauseController(QObject):
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is self._connection.source and source.grabber is not None:
             self._window.actionPause.setChecked(False)
-            self._history.attach(source.grabber)
+            self._steps_itself = is_recording(source.grabber)
+            if not self._steps_itself:
+                self._history.attach(source.grabber)
 
     def _on_connection_closing(self, _: OpenSource) -> None:
         self._history.detach()

@@ -13,6 +13,7 @@ from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
 from grabbergui.ui.widgets.pause_bar import PauseBar
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.picture_note import PictureNote
+from grabbergui.ui.widgets.playback_bar import PlaybackBar
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16
@@ -31,6 +32,7 @@ class PictureView(QWidget):
 
     canvas: PictureCanvas
     pauseBar: PauseBar
+    playbackBar: PlaybackBar
     cursorLabel: QLabel
     hintLabel: QLabel
     clippingLabel: QLabel

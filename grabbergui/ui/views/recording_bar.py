@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QComboBox, QLabel, QPushButton, QToolButton, QWidget
+from dataclasses import dataclass
 
-from grabbergui.models.recorder import RecordingProgress
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QPushButton, QToolButton, QWidget
+
+from grabbergui.models.recorder import RecordingLimits, RecordingProgress
 from grabbergui.models.recording_writers import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
@@ -19,16 +21,41 @@ _KINDS = {
 }
 
 
+@dataclass(frozen=True)
+class _Limit:
+    """One way for a recording to end, as it is typed."""
+
+    field: str
+    "Of RecordingLimits."
+    unit: str
+    usual: float
+    "What is offered at first."
+    decimals: int = 0
+    scale: float = 1
+    "From what is typed to what the field holds."
+
+
+_LIMITS = (
+    None,
+    _Limit("seconds", "s", 10, decimals=1),
+    _Limit("frames", "", 100),
+    _Limit("size", "MB", 1000, scale=1e6),
+)
+"""In the order of the form's `limitBox`."""
+
+
 class RecordingBar(QWidget):
     """Setters in, signals out."""
 
-    recordRequested = pyqtSignal(RecordingKind)
+    recordRequested = pyqtSignal(RecordingKind, RecordingLimits)
     stopRequested = pyqtSignal()
     folderRequested = pyqtSignal()
     playRequested = pyqtSignal()
 
     recordButton: QPushButton
     kindBox: QComboBox
+    limitBox: QComboBox
+    amountBox: QDoubleSpinBox
     folderButton: QToolButton
     progressLabel: QLabel
     playButton: QPushButton
@@ -38,6 +65,9 @@ class RecordingBar(QWidget):
         load_form("recording_bar", self)
         for kind, text in _KINDS.items():
             self.kindBox.addItem(text, kind)
+        self._amounts = [None if limit is None else limit.usual for limit in _LIMITS]
+        self.limitBox.currentIndexChanged[int].connect(self._on_limit_chosen)
+        self.amountBox.valueChanged[float].connect(self._on_amount_changed)
         self.recordButton.clicked.connect(self._on_record_clicked)
         self.folderButton.clicked.connect(self.folderRequested)
         self.playButton.clicked.connect(self.playRequested)
@@ -51,8 +81,10 @@ class RecordingBar(QWidget):
         """Whether a recording runs."""
         self.recordButton.setChecked(recording)
         self.recordButton.setText("Stop recording" if recording else "Record")
-        self.kindBox.setEnabled(not recording)
-        self.folderButton.setEnabled(not recording)
+        # What runs cannot be changed, and its progress needs the room.
+        for choice in (self.kindBox, self.limitBox, self.folderButton):
+            choice.setVisible(not recording)
+        self.amountBox.setVisible(not recording and _LIMITS[self.limitBox.currentIndex()] is not None)
         self.playButton.setVisible(False)
 
     def setProgress(self, progress: RecordingProgress) -> None:
@@ -66,6 +98,16 @@ class RecordingBar(QWidget):
         self.progressLabel.setText(" · ".join(parts))
         self.progressLabel.setToolTip(self.progressLabel.text())
 
+    @property
+    def limits(self) -> RecordingLimits:
+        """Where a recording is to end by itself."""
+        limit, amount = _LIMITS[self.limitBox.currentIndex()], self.amountBox.value()
+        if limit is None:
+            return RecordingLimits()
+        if limit.field == "seconds":
+            return RecordingLimits(seconds=amount)
+        return RecordingLimits(**{limit.field: round(amount * limit.scale)})
+
     def setPlayable(self, name: str) -> None:
         """A recording is finished; its name."""
         self.playButton.setVisible(True)
@@ -75,9 +117,22 @@ class RecordingBar(QWidget):
         # The button shows what is, not what was asked for: the program sets it back once it records.
         self.recordButton.setChecked(not checked)
         if checked:
-            self.recordRequested.emit(self.kindBox.currentData())
+            self.recordRequested.emit(self.kindBox.currentData(), self.limits)
         else:
             self.stopRequested.emit()
+
+    def _on_limit_chosen(self, index: int) -> None:
+        limit, amount = _LIMITS[index], self._amounts[index]
+        self.amountBox.setVisible(limit is not None)
+        if limit is not None and amount is not None:
+            self.amountBox.setDecimals(limit.decimals)
+            self.amountBox.setMinimum(10**-limit.decimals)
+            self.amountBox.setSuffix(f" {limit.unit}" if limit.unit else "")
+            self.amountBox.setValue(amount)
+
+    def _on_amount_changed(self, amount: float) -> None:
+        if self._amounts[self.limitBox.currentIndex()] is not None:
+            self._amounts[self.limitBox.currentIndex()] = amount
 
 
 def _bytes(count: int) -> str:

@@ -49,6 +49,8 @@ class SourceListView(QWidget):
         load_form("source_list", self)
         self._connected = False
         self._current = ""
+        self._select_current = False
+        "Whether what is at hand is to be selected once it is listed."
         self._recent = QStringListModel(self)
         completer = QCompleter(self._recent, self)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
@@ -77,7 +79,8 @@ class SourceListView(QWidget):
 
     def setSources(self, sources: Sequence[ListedSource]) -> None:
         """Show these sources; what was selected stays selected."""
-        selected = self.selected or self._current
+        selected = self._current if self._select_current or not self.selected else self.selected
+        self._select_current &= all(source.info.uri != self._current for source in sources)
         blocked = self.sourceList.blockSignals(True)
         self.sourceList.clear()
         for source in sources:
@@ -96,6 +99,7 @@ class SourceListView(QWidget):
 
     def setCurrent(self, uri: str, connected: bool) -> None:
         """Mark the source that is open or being opened; empty for none."""
+        self._select_current = uri != self._current or self._select_current
         self._current, self._connected = uri, connected
         for row in range(self.sourceList.count()):
             if (item := self.sourceList.item(row)) is None:
@@ -103,6 +107,7 @@ class SourceListView(QWidget):
             mine = item.data(SOURCE_ROLE).info.uri == uri
             item.setData(CURRENT_ROLE, mine)
             if mine:
+                self._select_current = False
                 self.sourceList.setCurrentItem(item)
         self._update_button()
 

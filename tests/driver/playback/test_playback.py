@@ -1,6 +1,7 @@
 """A recording as a source: its features, its pace, and folders that wish us ill."""
 
 import json
+import threading
 import time
 
 import cv2
@@ -101,6 +102,32 @@ def test_held_it_shows_the_position_that_is_set(player):
         queue.get(0.2)
     assert any("PlaybackPosition" in names for names in changed)
     assert player.feature("PlaybackTime").value == pytest.approx(0.15)
+
+
+def test_wound_to_a_place_by_hand_it_goes_on_from_there(player):
+    player.write_feature("PlaybackActive", False)
+    queue = player.open_queue(16)
+    player.start()
+    assert queue.get(5).frame_id == 0
+    player.write_feature("PlaybackPosition", 3)
+    assert queue.get(5).frame_id == 3
+    player.write_feature("PlaybackActive", True)
+    assert [queue.get(5).frame_id for _ in range(4)] == [3, 4, 5, 0]
+
+
+def test_that_it_came_to_its_end_is_told(player):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackSpeed", 20)
+    ended = threading.Event()
+
+    def look(names):
+        if "PlaybackActive" in names and player.feature("PlaybackActive").value is False:
+            ended.set()
+
+    player.features_changed.connect(look)
+    player.start()
+    assert ended.wait(5)
+    assert player.feature("PlaybackPosition").value == 5
 
 
 def test_features_are_what_they_say(player):

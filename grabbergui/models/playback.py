@@ -1,0 +1,128 @@
+"""Where a recording that is a source plays, and how fast: read from its features, set by them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import partial
+
+from psygnal import Signal
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.connection import OpenSource
+
+_FEATURES = {
+    "playing": "PlaybackActive",
+    "position": "PlaybackPosition",
+    "frames": "PlaybackFrameCount",
+    "time": "PlaybackTime",
+    "duration": "PlaybackDuration",
+    "speed": "PlaybackSpeed",
+    "loop": "PlaybackLoop",
+}
+
+
+@dataclass(frozen=True)
+class PlaybackState:
+    """How a recording stands."""
+
+    playing: bool = False
+    position: int = 0
+    "The frame shown, counted from 0."
+    frames: int = 1
+    time: float = 0.0
+    "Seconds from the first frame to the one shown."
+    duration: float = 0.0
+    "Seconds from the first frame to the last."
+    speed: float = 1.0
+    "1 is as fast as it was recorded."
+    loop: bool = True
+
+
+def is_recording(grabber: FrameGrabber) -> bool:
+    """Whether a source plays what was recorded."""
+    return all(grabber.has_feature(name) for name in _FEATURES.values())
+
+
+class PlaybackModel:
+    """Follows an open source that is a recording. No call waits; signals come from the source's thread.
+
+    What is set goes to the recording itself and not through the operator's hand: winding back and forth is
+    nothing to be undone.
+    """
+
+    changed = Signal(PlaybackState)
+    failed = Signal(GrabberError)
+
+    def __init__(self, source: OpenSource) -> None:
+        assert source.grabber is not None
+        self._source = source
+        self._grabber = source.grabber
+        self._state = PlaybackState()
+        self._grabber.features_changed.connect(self._on_grabber_features_changed)
+        self._look()
+
+    @property
+    def state(self) -> PlaybackState:
+        """As last known."""
+        return self._state
+
+    def close(self) -> None:
+        """Follow it no longer."""
+        self._grabber.features_changed.disconnect(self._on_grabber_features_changed, missing_ok=True)
+
+    def play(self, playing: bool) -> None:
+        """Go on, or hold the picture."""
+        self._set("playing", playing)
+
+    def go_to(self, position: int) -> None:
+        """Show this frame; the nearest one there is."""
+        self._set("position", min(max(position, 0), self._state.frames - 1))
+
+    def step(self, steps: int) -> None:
+        """Hold the picture, so many frames further."""
+        self.play(False)
+        self._source.worker.submit(partial(self._step, steps), failed=self.failed.emit)
+
+    def set_speed(self, speed: float) -> None:
+        """Play so many times as fast as it was recorded."""
+        self._set("speed", speed)
+
+    def set_loop(self, loop: bool) -> None:
+        """Begin again at the end, or stay there."""
+        self._set("loop", loop)
+
+    # -- on the source's thread -------------------------------------------------------------------
+    def _step(self, steps: int) -> None:
+        position = self._grabber.feature(_FEATURES["position"])
+        if isinstance(position.value, int) and position.maximum is not None:
+            wanted = min(max(position.value + steps, 0), int(position.maximum))
+            self._grabber.write_feature(position.name, wanted)
+
+    def _read(self) -> PlaybackState:
+        return PlaybackState(
+            **{f.name: self._grabber.feature(_FEATURES[f.name]).value for f in fields(PlaybackState)}  # type: ignore[arg-type]
+        )
+
+    def _publish(self, state: PlaybackState) -> None:
+        if state != self._state:
+            self._state = state
+            self.changed.emit(state)
+
+    # -- from anywhere ----------------------------------------------------------------------------
+    def _set(self, what: str, value: FeatureValue) -> None:
+        name = _FEATURES[what]
+        self._source.worker.submit(
+            lambda: self._grabber.write_feature(name, value),
+            key=f"playback {name}",
+            done=lambda _: self._look(),
+            failed=self.failed.emit,
+        )
+
+    def _look(self) -> None:
+        self._source.worker.submit(self._read, key="playback", done=self._publish)
+
+    def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
+        if not names.isdisjoint(_FEATURES.values()):
+            self._look()

@@ -1,0 +1,156 @@
+"""A recording played in the window: the bar, the keys, and a recording's limits."""
+
+import numpy as np
+import pytest
+from PyQt5.QtCore import Qt
+
+from grabbergui.core import pfnc
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.models.recording_writers import RecordingKind, create_writer
+
+FRAMES, STEP_NS = 21, 50_000_000
+START = 1_700_000_000_000_000_000
+
+
+@pytest.fixture
+def recording(tmp_path):
+    """A second of frames, each of another grey."""
+    path = tmp_path / "greys"
+    writer = create_writer(RecordingKind.TIFF, path, DeviceInfo("sim:", model="M"))
+    for index in range(FRAMES):
+        payload = np.full(48 * 64, 10 * index, np.uint8)
+        received = START + index * STEP_NS
+        writer.write(Frame(payload, 64, 48, pfnc.by_name("Mono8"), index, index, received))
+    writer.close()
+    return f"file:{path}"
+
+
+@pytest.fixture
+def player(window_desk, recording):
+    window_desk.connect(recording)
+    window_desk.until(window_desk.window.picture.playbackBar.isVisible)
+    return window_desk
+
+
+def shown(desk):
+    """Which frame the picture shows."""
+    frame = desk.program.picture.frame
+    return int(frame.raw()[0, 0]) // 10 if frame is not None else -1
+
+
+def bar_of(desk):
+    return desk.window.picture.playbackBar
+
+
+def held_at(desk, index):
+    place = f"{index + 1} / {FRAMES}"
+    desk.until(lambda: shown(desk) == index and bar_of(desk).placeLabel.text().endswith(place))
+
+
+def test_a_camera_has_no_bar(window_desk):
+    window_desk.connect("sim:")
+    window_desk.watch()
+    assert not bar_of(window_desk).isVisible()
+
+
+def test_it_plays_holds_and_steps(player):
+    bar = bar_of(player)
+    seen = set()
+    player.until(lambda: seen.add(shown(player)) or len(seen) > 5)
+    assert "00:01.0" in bar.placeLabel.text(), "how long it is"
+    player.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
+    player.until(lambda: bar.playButton.text() == "Play")
+    player.until(lambda: "Paused" in player.window.status.stateLabel.text())
+    player.qtbot.wait(200)
+    at = shown(player)
+    player.qtbot.wait(200)
+    assert shown(player) == at
+    player.program.connection.source.grabber.write_feature("PlaybackPosition", 7)
+    held_at(player, 7)
+    player.qtbot.mouseClick(bar.forwardButton, Qt.LeftButton)
+    held_at(player, 8)
+    player.qtbot.keyClick(player.window, Qt.Key_Comma)
+    held_at(player, 7)
+    player.qtbot.keyClick(player.window, Qt.Key_P)
+    player.until(lambda: bar.playButton.text() == "Hold" and shown(player) != 7)
+    assert not player.window.picture.pauseBar.isVisible(), "a recording has its own past"
+    assert not player.errors
+
+
+def test_the_slider_winds(player):
+    bar = bar_of(player)
+    player.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
+    player.until(lambda: bar.playButton.text() == "Play")
+    player.qtbot.keyClick(bar.slider, Qt.Key_End)
+    held_at(player, FRAMES - 1)
+    player.qtbot.keyClick(bar.slider, Qt.Key_Home)
+    held_at(player, 0)
+    player.qtbot.keyClick(bar.slider, Qt.Key_PageUp)
+    held_at(player, FRAMES // 10)
+
+
+def test_speed_and_loop_are_the_recordings_features(player):
+    bar, grabber = bar_of(player), player.grabber
+    player.qtbot.mouseClick(bar.loopButton, Qt.LeftButton)
+    player.until(lambda: grabber.feature("PlaybackLoop").value is False)
+    bar.speedBox.setFocus()
+    player.qtbot.keyClick(bar.speedBox, Qt.Key_End)
+    player.until(lambda: grabber.feature("PlaybackSpeed").value == 10)
+    player.until(lambda: shown(player) == FRAMES - 1 and bar.playButton.text() == "Play")
+    grabber.write_feature("PlaybackSpeed", 3)
+    player.until(lambda: bar.speedBox.currentText() == "3 ×")
+    player.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
+    player.until(lambda: grabber.feature("PlaybackActive").value is True)
+
+
+def test_winding_is_nothing_to_be_undone(player):
+    player.qtbot.keyClick(bar_of(player).slider, Qt.Key_Home)
+    player.qtbot.mouseClick(bar_of(player).playButton, Qt.LeftButton)
+    player.until(lambda: bar_of(player).playButton.text() == "Play")
+    assert not player.window.actionUndo.isEnabled()
+
+
+def test_the_bar_goes_with_the_recording(player):
+    player.connect("sim:")
+    player.watch()
+    player.until(lambda: not bar_of(player).isVisible())
+    player.until(lambda: len(player.program.history.frames) > 2)
+    player.qtbot.keyClick(player.window, Qt.Key_P)
+    assert player.window.picture.pauseBar.isVisible()
+
+
+@pytest.mark.parametrize(
+    ("limit", "amount", "check"),
+    [
+        ("For a time", 0.5, lambda progress: 0.3 < progress.seconds <= 0.5),
+        ("So many frames", 7, lambda progress: progress.frames == 7),
+        ("Up to a size", 1, lambda progress: 1e6 <= progress.size < 1.5e6),
+    ],
+)
+def test_a_recording_ends_at_its_limit(window_desk, limit, amount, check):
+    window_desk.connect("sim:?width=320&height=240&fps=60")
+    bar = window_desk.window.recordingBar
+    bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.TIFF))
+    bar.limitBox.setFocus()
+    for _ in range(bar.limitBox.findText(limit)):
+        window_desk.qtbot.keyClick(bar.limitBox, Qt.Key_Down)
+    assert bar.limitBox.currentText() == limit and bar.amountBox.isVisible()
+    bar.amountBox.selectAll()
+    window_desk.qtbot.keyClicks(bar.amountBox, str(amount))
+    window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    window_desk.until(bar.recordButton.isChecked)
+    recorder = window_desk.program.recording._recorder
+    window_desk.until(bar.playButton.isVisible, 20)
+    assert check(recorder.progress), recorder.progress
+    assert not bar.recordButton.isChecked()
+
+
+def test_free_space_and_length_are_shown_while_recording(window_desk):
+    window_desk.connect("sim:?width=320&height=240")
+    bar = window_desk.window.recordingBar
+    window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    window_desk.until(lambda: "free" in bar.progressLabel.text())
+    assert "frames" in bar.progressLabel.text() and "MB" in bar.progressLabel.text()
+    window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+    window_desk.until(bar.playButton.isVisible)
