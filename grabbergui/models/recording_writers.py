@@ -1,4 +1,4 @@
-"""Frames into files: a folder of pictures, a movie, an MCAP file. One thread at a time.
+"""Frames into files: a folder of pictures, a movie, an MCAP file. One thread at a time calls a writer.
 
 Each writer notes the time of every frame, and can be closed at any moment with what was written so far
 readable. `driver.playback` reads them all.
@@ -10,13 +10,16 @@ import contextlib
 import os
 import shutil
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from enum import Enum
+from functools import partial
 from io import BufferedWriter
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError, UsageError
@@ -28,6 +31,7 @@ from grabbergui.driver.playback.folder import NOTES_NAME, file_channels
 from grabbergui.driver.playback.ros_image import RosImage
 from grabbergui.driver.playback.stored import RecordingError, note_of, unpacked
 from grabbergui.driver.playback.video import notes_beside
+from grabbergui.models.ordered_work import OrderedWork
 
 MOVIE_RATE = 25.0
 "Frames per second that a movie's own clock gets where the camera's rate is not known; notes have the times."
@@ -37,7 +41,7 @@ class RecordingKind(Enum):
     """What a recording is made of."""
 
     PNG = "png"
-    "A folder of PNG: compressed without loss, slow."
+    "A folder of PNG: compressed without loss, on several threads."
     TIFF = "tiff"
     "A folder of TIFF: as fast as the disk."
     MP4 = "mp4"
@@ -67,7 +71,10 @@ class RecordingWriter(ABC):
 
     @abstractmethod
     def write(self, frame: Frame) -> None:
-        """Add a frame. Raises RecordingError, PixelFormatError, OSError when the disk is full."""
+        """Add a frame, and wait where earlier ones are not done.
+
+        Raises RecordingError, PixelFormatError, OSError when the disk is full; also for the frames before.
+        """
 
     @abstractmethod
     def close(self) -> None:
@@ -101,58 +108,90 @@ def create_writer(kind: RecordingKind, path: Path, info: DeviceInfo, rate: float
         raise RecordingError(f"{path} could not be made: {error.strerror or error}") from error
 
 
+_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]
+if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # of OpenCV 4.11
+    _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
+"""Of a noisy sensor's pictures, looking for repetitions makes larger files and takes three times as long."""
+_TIFF = [cv2.IMWRITE_TIFF_COMPRESSION, 1]
+"""None."""
+_FOLDER_THREADS = min(4, os.cpu_count() or 2)
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """A picture that is whole on the disk."""
+
+    line: str
+    size: int
+
+
 class FolderWriter(RecordingWriter):
-    """A picture a frame, and a line of `frames.jsonl` for each, written once the picture is whole."""
+    """A picture a frame, and a line of `frames.jsonl` for each, written once the picture is whole.
+
+    Compressing PNG takes one core much longer than a frame: several threads do it.
+    """
 
     def __init__(self, path: Path, *, tiff: bool = False) -> None:
         self.path = path
         path.mkdir(parents=True, exist_ok=True)
         self._suffix = ".tiff" if tiff else ".png"
+        self._parameters = _TIFF if tiff else _PNG
         self._notes: TextIO = (path / NOTES_NAME).open("x", encoding="utf-8", buffering=1)
         self._count = 0
         self._size = 0
+        self._work = OrderedWork("picture files", _FOLDER_THREADS, 0 if tiff else _FOLDER_THREADS, self._note)
 
     def write(self, frame: Frame) -> None:
         """See RecordingWriter. What no picture file holds (YUV, unknown formats) is kept as its bytes."""
+        self._work.add(partial(self._keep, self._count, frame))
+        self._count += 1
+
+    def close(self) -> None:
+        """See RecordingWriter."""
+        try:
+            self._work.finish()
+        finally:
+            self._notes.close()
+
+    def size(self) -> int:
+        """See RecordingWriter. Pictures that are being compressed count as much as those before."""
+        noted = self._count - self._work.held
+        return self._size + (self._size * self._work.held // noted if noted else 0)
+
+    def _note(self, kept: _Kept) -> None:
+        self._notes.write(kept.line)
+        self._size += kept.size + len(kept.line)
+
+    # -- a thread of its own -----------------------------------------------------------------------
+    def _keep(self, number: int, frame: Frame) -> _Kept:
         suffix, content, pixel_format = self._encoded(frame)
-        file = self.path / f"{self._count:08d}{suffix}"
+        file = self.path / f"{number:08d}{suffix}"
         try:
             file.write_bytes(content)
         except OSError:
             file.unlink(missing_ok=True)  # half a picture is none
             raise
-        line = note_of(frame, pixel_format, file.name).line()
-        self._notes.write(line)
-        self._count += 1
-        self._size += len(content) + len(line)
+        return _Kept(note_of(frame, pixel_format, file.name).line(), len(content))
 
-    def close(self) -> None:
-        """See RecordingWriter."""
-        self._notes.close()
-
-    def size(self) -> int:
-        """See RecordingWriter."""
-        return self._size
-
-    def _encoded(self, frame: Frame) -> tuple[str, bytes, PixelFormat]:
+    def _encoded(self, frame: Frame) -> tuple[str, memoryview, PixelFormat]:
         if not frame.pixel_format.convertible:
-            return ".raw", frame.payload.tobytes(), frame.pixel_format
+            return ".raw", frame.payload.data, frame.pixel_format
         pixels, pixel_format = unpacked(frame)
         if pixel_format.family is Family.YUV:
-            return ".raw", np.ascontiguousarray(pixels).tobytes(), pixel_format
+            return ".raw", np.ascontiguousarray(pixels).data, pixel_format
         if pixel_format.family is Family.RGB:
             pixels = pixels[..., file_channels(pixel_format.name)]
-        fast = (
-            [cv2.IMWRITE_TIFF_COMPRESSION, 1] if self._suffix == ".tiff" else [cv2.IMWRITE_PNG_COMPRESSION, 1]
-        )
-        done, content = cv2.imencode(self._suffix, pixels, fast)
+        done, content = cv2.imencode(self._suffix, pixels, self._parameters)
         if not done:
             raise RecordingError(f"a picture of shape {pixels.shape} could not be encoded as {self._suffix}")
-        return self._suffix, content.tobytes(), pixel_format
+        return self._suffix, content.data, pixel_format
 
 
 class MovieWriter(RecordingWriter):
-    """A movie of 8-bit pictures by OpenCV, and the times of its frames beside it."""
+    """A movie of 8-bit pictures by OpenCV, and the times of its frames beside it.
+
+    One thread encodes while the caller's makes the next picture.
+    """
 
     def __init__(self, path: Path, rate: float, *, lossless: bool) -> None:
         self.path = path
@@ -161,11 +200,12 @@ class MovieWriter(RecordingWriter):
         self._notes: TextIO = notes_beside(path).open("x", encoding="utf-8", buffering=1)
         self._movie: cv2.VideoWriter | None = None
         self._shape: tuple[int, int, bool] | None = None
+        self._work = OrderedWork(f"encode {path.name}", 1, 2, self._notes.write)
 
     def write(self, frame: Frame) -> None:
         """See RecordingWriter."""
         mono = frame.pixel_format.family is Family.MONO
-        pixels = frame.mono() if mono else frame.rgb()[..., ::-1]
+        pixels = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
         shape = (frame.width, frame.height, mono)
         if self._movie is None:
             self._movie, self._shape = self._begun(shape), shape
@@ -173,15 +213,18 @@ class MovieWriter(RecordingWriter):
             raise RecordingError(
                 f"{self.path}: the picture's size or kind changed; a movie cannot follow, .mcap can"
             )
-        self._movie.write(np.ascontiguousarray(pixels))
-        self._notes.write(note_of(frame, pfnc.by_name("Mono8" if mono else "BGR8")).line())
+        line = note_of(frame, pfnc.by_name("Mono8" if mono else "BGR8")).line()
+        self._work.add(partial(_encode, self._movie, pixels, line))
 
     def close(self) -> None:
         """See RecordingWriter."""
-        movie, self._movie = self._movie, None
-        if movie is not None:
-            movie.release()
-        self._notes.close()
+        try:
+            self._work.finish()
+        finally:
+            movie, self._movie = self._movie, None
+            if movie is not None:
+                movie.release()
+            self._notes.close()
 
     def size(self) -> int:
         """See RecordingWriter."""
@@ -198,6 +241,12 @@ class MovieWriter(RecordingWriter):
                 f"{self.path}: OpenCV cannot begin a movie of {width}×{height} here; try .mcap"
             )
         return movie
+
+
+def _encode(movie: cv2.VideoWriter, pixels: NDArray[Any], line: str) -> str:
+    """Add a picture to a movie; its note, for when that is done."""
+    movie.write(np.ascontiguousarray(pixels))
+    return line
 
 
 class McapWriter(RecordingWriter):
