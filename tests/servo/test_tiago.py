@@ -1,0 +1,184 @@
+"""TIAGo without a network: its kinematics by Pinocchio, and the loop that moves it, in simulated time."""
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+
+from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.driver.sim.rendered.scene import Things, board_pose
+from grabbergui.servo import desk, geometry
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.state_machine import State
+
+pinocchio = pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
+pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
+
+from grabbergui.servo.robots import tiago  # noqa: E402
+from grabbergui.servo.robots.urdf_chain import UrdfChain, load_urdf  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def body():
+    return tiago.body()
+
+
+def some_angles(chain, count=10):
+    return np.random.default_rng(4).uniform(chain.low, chain.high, (count, len(chain.low)))
+
+
+# -- kinematics ----------------------------------------------------------------------------------
+def test_the_head_looks_ahead_at_rest_turns_left_and_looks_down(body):
+    ahead = body.camera_pose(np.zeros(2))
+    assert ahead[:3, 2] == pytest.approx([1, 0, 0], abs=1e-6)
+    assert ahead[:3, 1] == pytest.approx([0, 0, -1], abs=1e-6)
+    # Of the URDF: the torso's link to the head's two, and the camera on the second.
+    assert ahead[:3, 3] == pytest.approx([0.2778, 0.022, 0.178], abs=1e-3)
+    assert body.camera_pose(np.array([0.5, 0.0]))[1, 2] == pytest.approx(math.sin(0.5), abs=1e-6)
+    assert body.camera_pose(np.array([0.0, 0.5]))[2, 2] == pytest.approx(-math.sin(0.5), abs=1e-6)
+    assert np.degrees(body.head.low) == pytest.approx([-75, -45])
+    assert np.degrees(body.head.high) == pytest.approx([75, 60])
+
+
+def test_the_hand_at_home_points_ahead_and_its_x_down(body):
+    hand = body.arm.forward(body.home)
+    assert hand[:3, 2] == pytest.approx([1, 0, 0], abs=0.02)
+    assert hand[:3, 0] == pytest.approx([0, 0, -1], abs=0.02)
+    assert np.all((body.arm.low < body.home) & (body.home < body.arm.high))
+
+
+@pytest.mark.parametrize("part", ["head", "arm"])
+def test_the_jacobian_is_the_derivative(body, part):
+    chain, step = getattr(body, part), 1e-6
+    for angles in some_angles(chain):
+        jacobian = chain.jacobian(angles)
+        for joint in range(len(angles)):
+            moved = angles.copy()
+            moved[joint] += step
+            numeric = geometry.diff(chain.forward(angles), chain.forward(moved), step)
+            assert jacobian[:, joint] == pytest.approx(numeric, abs=1e-5)
+
+
+def test_links_hang_together_from_the_base_to_the_hand(body):
+    frames = body.arm.frames(body.home)
+    assert len(frames) == 7 + 2
+    assert frames[0] == pytest.approx(np.eye(4))
+    assert all(geometry.distance(one, next_one) < 0.4 for one, next_one in itertools.pairwise(frames))
+    assert frames[-1] == pytest.approx(body.arm.forward(body.home))
+
+
+@pytest.mark.parametrize("chain", [teo.HEAD, teo.RIGHT_ARM], ids=lambda chain: chain.name)
+def test_teo_s_table_is_the_same_to_pinocchio(chain):
+    """Each row of the table as a joint about z, a shift along it, a shift along x and a turn about x."""
+    model, parent, placement = pinocchio.Model(), 0, pinocchio.SE3(chain.base)
+    for joint in chain.joints:
+        parent = model.addJoint(parent, pinocchio.JointModelRZ(), placement, joint.name)
+        along = about((0, 0, math.radians(joint.offset)), (0, 0, joint.d))
+        across = about((math.radians(joint.alpha), 0, 0), (joint.a, 0, 0))
+        placement = pinocchio.SE3(along @ across)
+    last = placement * pinocchio.SE3(chain.tool)
+    tool = model.addFrame(pinocchio.Frame("tool", parent, last, pinocchio.FrameType.OP_FRAME))
+    data = model.createData()
+    for angles in some_angles(chain):
+        pinocchio.forwardKinematics(model, data, angles)
+        reached = pinocchio.updateFramePlacement(model, data, tool).homogeneous
+        assert chain.forward(angles) == pytest.approx(reached, abs=1e-12)
+        axes = pinocchio.LOCAL_WORLD_ALIGNED
+        jacobian = pinocchio.computeFrameJacobian(model, data, angles, tool, axes)
+        assert chain.jacobian(angles) == pytest.approx(jacobian, abs=1e-12)
+
+
+def about(vector, place):
+    return geometry.pose(geometry.rotation_from_vector(vector), place)
+
+
+def test_what_is_no_robot_is_refused(tmp_path):
+    with pytest.raises(SourceUnavailableError, match="no robot that Pinocchio can read"):
+        load_urdf(tmp_path / "none.urdf")
+    (tmp_path / "bad.urdf").write_text("<robot")
+    with pytest.raises(SourceUnavailableError, match="no robot that Pinocchio can read"):
+        tiago.body(tmp_path / "bad.urdf")
+    with pytest.raises(SourceUnavailableError, match="no gripper_link"):
+        tiago.body(hand="gripper_link")
+    with pytest.raises(SourceUnavailableError, match="no arm_9_joint"):
+        UrdfChain("arm", load_urdf(tiago.shipped_urdf()), tiago.BASE, ["arm_9_joint"], tiago.HAND)
+
+
+@pytest.mark.parametrize("angles", [[0.0], [float("nan")] * 7, np.zeros((7, 1))])
+def test_angles_that_are_none_are_refused(body, angles):
+    for ask in (body.arm.forward, body.arm.jacobian):
+        with pytest.raises(UsageError, match="TIAGo's arm has 7 joints"):
+            ask(angles)
+
+
+# -- the simulated robot -------------------------------------------------------------------------
+def test_it_keeps_to_its_limits_whatever_it_is_told(body):
+    now, random = 0.0, np.random.default_rng(7)
+    robot = SimRobot(body, lambda: now)
+    for _ in range(300):
+        robot.move_hand(random.normal(0, 5, 6))
+        robot.aim_head(random.normal(0, 2, 2), abs(random.normal(0, 0.2)))
+        now += 0.02
+    state = robot.state()
+    assert robot.limit_violations == 0
+    assert np.all((body.arm.low - 1e-9 <= state.arm) & (state.arm <= body.arm.high + 1e-9))
+    assert np.all((body.head.low - 1e-9 <= state.head) & (state.head <= body.head.high + 1e-9))
+
+
+def test_a_head_that_is_aimed_gets_there_in_time_and_stays(body):
+    now = 0.0
+    robot = SimRobot(body, lambda: now)
+    robot.aim_head(np.array([0.4, -0.2]), 1.0)
+    now = 0.5
+    assert robot.state().head == pytest.approx([0.19, -0.095], abs=0.015)
+    now = 1.4
+    assert robot.state().head == pytest.approx([0.4, -0.2], abs=2e-3)
+    now = 20.0
+    assert robot.state().head == pytest.approx([0.4, -0.2], abs=1e-3)
+    robot.aim_head(np.array([np.nan, 0.0]), 1.0)
+    now = 22.0
+    assert robot.state().head == pytest.approx([0.4, -0.2], abs=1e-3)
+
+
+def test_it_looks_waits_approaches_and_arrives(body):
+    run = desk.Desk(body, things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
+    run.run(20, State.REACHED)
+    states = [step.state for step in run.loop.machine.transitions]
+    assert states[-2:] == [State.APPROACHING, State.REACHED]
+    assert State.WAITING in states
+    run.run(1.0)
+    metres, radians = run.true_error()
+    assert metres < 0.010
+    assert math.degrees(radians) < 2
+    assert run.robot.limit_violations == 0
+    assert run.robot.speed == 0
+    assert run.gate.refused == 0
+
+
+def test_a_face_is_seen_in_every_picture_from_below_too(body):
+    """TIAGo is shorter than who stands before it; what they wear must not hide their chin."""
+    run = desk.Desk(body, things=Things(board=lambda seconds: None))
+    run.run(3)
+    after = [turn.state for turn in run.turns if turn.time > 0.5]
+    assert State.LOST not in after
+
+
+def test_the_command_takes_it_by_name(tmp_path, capsys):
+    from test_closed_loop import options
+
+    chosen = options(
+        "servo", "--robot", "sim-tiago", "--headless", "--seconds", "1.5", "--report", str(tmp_path)
+    )
+    assert chosen.run(chosen) == 1  # the marker is shown only later
+    written = json.loads((tmp_path / "report.json").read_text())
+    assert written["limit_violations"] == 0
+    assert {step["state"] for step in written["states"]} >= {"lost", "centring"}
+
+
+def test_without_the_extra_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pinocchio", None)
+    with pytest.raises(SourceUnavailableError, match=r"pip install 'grabbergui\[servo\]'"):
+        load_urdf(tiago.shipped_urdf())

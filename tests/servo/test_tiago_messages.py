@@ -1,0 +1,165 @@
+"""What TIAGo's topics carry, read from anything that looks like the messages; no ROS needed."""
+
+import math
+from types import SimpleNamespace as Message
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.servo import geometry
+from grabbergui.servo.robots import tiago_messages as messages
+
+HEAD = ("head_1_joint", "head_2_joint")
+
+
+def stamped(seconds=0, nanoseconds=0, frame=""):
+    return Message(stamp=Message(sec=seconds, nanosec=nanoseconds), frame_id=frame)
+
+
+def trajectory(positions=(0.1, 0.2), names=HEAD, velocities=(), seconds=1, nanoseconds=500_000_000):
+    duration = Message(sec=seconds, nanosec=nanoseconds)
+    point = Message(positions=list(positions), velocities=list(velocities), time_from_start=duration)
+    return Message(joint_names=list(names), points=[point])
+
+
+def joint_state(names, positions, seconds=0):
+    return Message(header=stamped(seconds), name=list(names), position=list(positions))
+
+
+# -- head ----------------------------------------------------------------------------------------
+def test_a_trajectory_s_end_and_time_are_read_and_tilt_is_positive_down():
+    target, seconds = messages.read_head_trajectory(trajectory())
+    assert target == pytest.approx([0.1, -0.2])
+    assert seconds == 1.5
+    other_way_round = trajectory((0.2, 0.1), HEAD[::-1])
+    assert messages.read_head_trajectory(other_way_round)[0] == pytest.approx([0.1, -0.2])
+
+
+@pytest.mark.parametrize(
+    ("message", "reason"),
+    [
+        (trajectory(names=("arm_1_joint", "head_2_joint")), "arm_1_joint"),
+        (trajectory(names=HEAD[:1], positions=(0.1,)), "not"),
+        (trajectory((0.1,)), "0.1"),
+        (trajectory((0.1, math.nan)), "nan"),
+        (trajectory(velocities=(0.1, 0.0)), "rest"),
+        (trajectory(seconds=0, nanoseconds=0), "no time"),
+        (Message(joint_names=list(HEAD), points=[]), "empty"),
+    ],
+)
+def test_a_trajectory_that_a_controller_would_refuse_is_refused(message, reason):
+    with pytest.raises(RemoteProtocolError, match=reason):
+        messages.read_head_trajectory(message)
+
+
+# -- arm -----------------------------------------------------------------------------------------
+def twist(values, frame="torso_lift_link"):
+    axes = [Message(**dict(zip("xyz", part, strict=True))) for part in (values[:3], values[3:])]
+    return Message(header=stamped(frame=frame), twist=Message(linear=axes[0], angular=axes[1]))
+
+
+def test_a_twist_is_read_along_our_axes_only():
+    assert messages.read_twist(twist(range(6))).tolist() == list(range(6))
+    with pytest.raises(RemoteProtocolError, match="'arm_tool_link'"):
+        messages.read_twist(twist(range(6), "arm_tool_link"))
+    with pytest.raises(RemoteProtocolError, match="not finite"):
+        messages.read_twist(twist([0, 0, math.inf, 0, 0, 0]))
+
+
+# -- joint states --------------------------------------------------------------------------------
+def test_joints_may_come_in_parts_and_count_from_the_oldest():
+    readings = messages.JointReadings(("a", "b", "c"))
+    readings.take(joint_state("bx", (0.2, 9.0)), 1.0)
+    assert readings.angles("ab") is None
+    assert readings.missing() == ["a", "c"]
+    readings.take(joint_state("a", (0.1,)), 2.0)
+    time, angles = readings.angles("ab")
+    assert time == 1.0
+    assert angles.tolist() == [0.1, 0.2]
+
+
+def test_a_message_that_is_sent_again_says_nothing_new():
+    readings = messages.JointReadings("a")
+    readings.take(joint_state("a", (0.1,), seconds=5), 1.0)
+    readings.take(joint_state("a", (0.1,), seconds=5), 2.0)
+    readings.take(joint_state("a", (0.7,), seconds=4), 3.0)
+    assert readings.angles("a") == (1.0, [0.1])
+    readings.take(joint_state("a", (0.2,), seconds=6), 4.0)
+    assert readings.angles("a") == (4.0, [0.2])
+
+
+def test_without_stamps_every_message_counts():
+    readings = messages.JointReadings("a")
+    for now in (1.0, 2.0):
+        readings.take(joint_state("a", (now,)), now)
+    assert readings.angles("a") == (2.0, [2.0])
+
+
+@pytest.mark.parametrize(
+    "message", [joint_state("ab", (0.1,)), joint_state("ab", ()), joint_state("ab", (0.1, math.nan))]
+)
+def test_a_joint_state_that_contradicts_itself_is_not_believed(message):
+    readings = messages.JointReadings("b")
+    with pytest.raises(RemoteProtocolError):
+        readings.take(message, 1.0)
+    assert readings.angles("b") is None
+
+
+@given(
+    st.lists(st.sampled_from("abcx"), max_size=6), st.lists(st.floats(), max_size=6), st.integers(0, 2**31)
+)
+def test_whatever_comes_what_is_known_is_finite(names, positions, stamp):
+    readings = messages.JointReadings("abc")
+    try:
+        readings.take(joint_state(names, positions, stamp), 1.0)
+    except RemoteProtocolError:
+        return
+    for name in "abc":
+        found = readings.angles(name)
+        assert found is None or np.isfinite(found[1]).all()
+
+
+# -- tf ------------------------------------------------------------------------------------------
+def transform(parent, child, place=(0.0, 0.0, 0.0), turn=(0.0, 0.0, 0.0, 1.0)):
+    translation = Message(**dict(zip("xyz", place, strict=True)))
+    rotation = Message(**dict(zip("xyzw", turn, strict=True)))
+    return Message(
+        header=stamped(frame=parent),
+        child_frame_id=child,
+        transform=Message(translation=translation, rotation=rotation),
+    )
+
+
+def frames(*transforms):
+    tree = messages.StaticFrames()
+    tree.take(Message(transforms=list(transforms)))
+    return tree
+
+
+def test_frames_are_followed_up_to_the_ancestor():
+    quarter = math.sqrt(0.5)
+    tree = frames(
+        transform("/head", "mount", (0.1, 0.0, 0.0), (0.0, 0.0, quarter, quarter)),
+        transform("mount", "/camera", (1.0, 0.0, 0.0)),
+    )
+    assert tree.of("camera", "head")[:3, 3] == pytest.approx([0.1, 1.0, 0.0])
+    assert tree.of("camera", "camera") == pytest.approx(np.eye(4))
+    assert tree.of("camera", "elsewhere") is None
+    assert tree.of("nobody", "head") is None
+
+
+def test_a_circle_of_frames_and_a_turn_that_is_none_lead_nowhere():
+    assert frames(transform("a", "b"), transform("b", "a")).of("a", "head") is None
+    assert frames(transform("head", "camera", turn=(0.0, 0.0, 0.0, 0.0))).of("camera", "head") is None
+    assert frames(transform("head", "camera", (math.nan, 0, 0))).of("camera", "head") is None
+
+
+def test_quaternions_go_there_and_back():
+    for vector in ((0, 0, 0), (0.1, -0.2, 0.3), (0, 3.1, 0), (1.0, 1.0, -1.0)):
+        rotation = geometry.rotation_from_vector(vector)
+        x, y, z, w = geometry.quaternion_from_rotation(rotation)
+        assert math.hypot(x, y, z, w) == pytest.approx(1)
+        assert geometry.rotation_from_quaternion(2 * x, 2 * y, 2 * z, 2 * w) == pytest.approx(rotation)
