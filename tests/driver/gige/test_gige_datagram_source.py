@@ -15,6 +15,7 @@ from grabbergui.driver.gige import recvmmsg
 from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
 
 DEVICE = "127.0.0.7"
+UDP_SEGMENT = 103
 SOURCES = [
     PlainSource,
     pytest.param(
@@ -79,6 +80,38 @@ def test_gaps_doubles_and_late_packets_land_where_they_belong(wire: Wire, seed: 
     for begin in range(0, len(sent), 50):
         wire.send(sent[begin : begin + 50])
         done += wire.drain(bench, min(begin + 50, len(sent)))
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+
+
+@pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's")
+@pytest.mark.parametrize("extended", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_packets_that_the_kernel_joined_are_taken_apart(seed: int, extended: bool) -> None:
+    """Sent in segments, they arrive joined: of changing number, with gaps, the last of them shorter."""
+    dice = random.Random(seed)
+    bench = Bench(buffers=20, initial_wait=60.0, max_blocks=8)
+    with ExitStack() as stack:
+        wire = Wire(stack, recvmmsg.BatchSource)
+        packets, late = 0, []
+        for block_id in range(1, 6):
+            leader, *payload, trailer = block(block_id, extended=extended)
+            late += [payload.pop(dice.randrange(len(payload) - 1)) for _ in range(2)]
+            wire.send([leader])
+            try:
+                wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, len(payload[0]))
+            except OSError:
+                pytest.skip("this system does not segment")
+            while payload:
+                count = dice.choice([1, 3, 9])
+                group, payload = payload[:count], payload[count:]
+                wire.send([b"".join(group)])
+                packets += len(group)
+            wire.device.setsockopt(socket.SOL_UDP, UDP_SEGMENT, 0)
+            wire.send([trailer])
+            packets += 2
+        done = wire.drain(bench, packets)
+        wire.send(late)
+        done += wire.drain(bench, packets + len(late))
     assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
 
 

@@ -1,0 +1,136 @@
+"""Packets taken as rows of an array give what they give one by one."""
+
+from __future__ import annotations
+
+import itertools
+import random
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from test_gige_block_assembler import LAST, SIZE, STRIDE, Bench, block, fuzz_headers, ids, is_picture, picture
+
+from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.packet_runs import packet_runs
+
+
+def rows_of(datagrams: list[bytes]) -> NDArray[np.uint8]:
+    return np.frombuffer(b"".join(datagrams), np.uint8).reshape(len(datagrams), -1)
+
+
+def stretches(datagrams: list[bytes]) -> list[NDArray[np.uint8]]:
+    """Datagrams as a source gives them: those of equal length that follow each other together."""
+    return [rows_of(list(group)) for _, group in itertools.groupby(datagrams, len)]
+
+
+def feed_rows(bench: Bench, datagrams: list[bytes]) -> list:  # type: ignore[type-arg]
+    for rows in stretches(datagrams):
+        bench.assembler.receive_rows(rows, bench.now)
+    return bench.tick()
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_runs_end_where_a_packet_does_not_follow(extended: bool) -> None:
+    def header(packet_id: int, block_id: int = 1, status: int = 0, kind: int = PacketFormat.PAYLOAD) -> bytes:
+        return PacketHeader(kind, block_id, packet_id, status, extended).encode().ljust(32, b"\x01")
+
+    packets = [header(1), header(2), header(3), header(5), header(6), header(6), header(7, 2)]
+    packets += [header(8, 2, status=0x100), header(9, 2, status=0x100), header(10, 2, kind=9)]
+    assert list(packet_runs(rows_of(packets))) == [(0, 3), (3, 5), (5, 6), (6, 7), (7, 9), (9, 10)]
+    assert list(packet_runs(rows_of(packets[:1]))) == [(0, 1)]
+    assert list(packet_runs(rows_of(packets[:3]))) == [(0, 3)]
+
+
+def test_short_extended_headers_follow_nothing() -> None:
+    packet = PacketHeader(PacketFormat.PAYLOAD, 1, 1, extended=True).encode()[:12]
+    assert list(packet_runs(rows_of([packet, packet]))) == [(0, 1), (1, 2)]
+
+
+@pytest.mark.parametrize("extended", [False, True])
+@pytest.mark.parametrize("seed", range(10))
+def test_rows_mend_what_was_lost_doubled_and_swapped(seed: int, extended: bool) -> None:
+    dice = random.Random(seed)
+    bench = Bench(buffers=20, initial_wait=60.0)
+    sent = [datagram for block_id in range(1, 6) for datagram in block(block_id, extended=extended)]
+    lost = [sent.pop(dice.randrange(len(sent))) for _ in range(8)]
+    for _ in range(4):
+        at = dice.randrange(len(sent))
+        sent.insert(at, sent[at])
+    for _ in range(4):
+        at = dice.randrange(len(sent) - 1)
+        sent[at], sent[at + 1] = sent[at + 1], sent[at]
+    done = feed_rows(bench, sent) + feed_rows(bench, lost)
+    assert ids(done) == [1, 2, 3, 4, 5] and all(map(is_picture, done))
+    assert bench.statistics.packets_ignored == 0
+
+
+def test_rows_sent_again_are_counted() -> None:
+    bench = Bench()
+    sent = block(1)
+    bench.feed([*sent[:3], *sent[9:]])
+    bench.wait(0.01)
+    assert [(request.first, request.last) for request in bench.requests] == [(3, 8)]
+    (done,) = feed_rows(bench, sent[3:9])
+    assert is_picture(done) and bench.statistics.packets_resent == 6
+
+
+def test_rows_of_a_block_whose_leader_is_lost() -> None:
+    bench = Bench()
+    sent = block(1)
+    assert feed_rows(bench, sent[1:]) == []
+    (done,) = bench.feed(sent[:1])
+    assert is_picture(done)
+
+
+def test_rows_that_reach_beyond_the_payload_are_dropped() -> None:
+    bench = Bench(payload_size=SIZE - SIZE % STRIDE)
+    many = [PacketHeader(PacketFormat.PAYLOAD, 1, index).encode() + bytes(STRIDE) for index in range(1, 30)]
+    feed_rows(bench, many)
+    assert bench.statistics.packets_ignored == 29 - SIZE // STRIDE
+
+
+def test_rows_without_a_free_buffer_are_only_counted() -> None:
+    bench = Bench(buffers=1)
+    (held,) = bench.feed(block(1))
+    assert feed_rows(bench, block(2)) == [] and bench.statistics.underruns == 1
+    assert held.payload.tobytes() == picture(1)
+    assert bench.statistics.packets == 2 * (LAST + 1)
+
+
+datagram_lists = st.lists(
+    st.one_of(
+        fuzz_headers(),
+        st.binary(max_size=30),
+        st.builds(
+            lambda block_id, index: block(block_id)[index],
+            st.sampled_from([1, 2, 3]),
+            st.integers(0, LAST),
+        ),
+        st.builds(lambda first, count: ("run", first, count), st.integers(1, LAST), st.integers(2, 12)),
+    ),
+    max_size=40,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(datagram_lists, st.booleans())
+def test_rows_are_as_good_as_single_packets(drawn: list, extended: bool) -> None:  # type: ignore[type-arg]
+    datagrams: list[bytes] = []
+    for each in drawn:
+        if isinstance(each, tuple):
+            _, first, count = each
+            datagrams += block(2, extended=extended)[first : first + count]
+        else:
+            datagrams.append(each)
+    one, other = Bench(deliver_incomplete=True, buffers=100), Bench(deliver_incomplete=True, buffers=100)
+    singly = one.feed(datagrams, 0.0)
+    by_rows = feed_rows(other, datagrams)
+    for bench, done in ((one, singly), (other, by_rows)):
+        bench.assembler.flush()
+        done += bench.tick()
+    assert [(each.block_id, each.complete, each.missing_bytes, bytes(each.payload)) for each in singly] == [
+        (each.block_id, each.complete, each.missing_bytes, bytes(each.payload)) for each in by_rows
+    ]
+    assert one.statistics == other.statistics

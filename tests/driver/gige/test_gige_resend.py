@@ -1,0 +1,151 @@
+"""Asking for lost packets: a device, a lossy line and the assembler in memory; time is a number."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import random
+
+import pytest
+from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
+
+from grabbergui.driver.gige.gvcp import PacketResend, Status
+from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.resend import AnswerTime, ResendPolicy
+
+KEPT = 16
+"Blocks that the device can send again."
+
+
+class LossyLine:
+    """A device that sends blocks at a steady rate and answers requests one after another, over a bad line."""
+
+    def __init__(
+        self, bench: Bench, *, loss: float, period: float, service: float, busy: float = 0.0
+    ) -> None:
+        """`service`: seconds for an answer; `busy`: seconds at first in which it answers nothing at all."""
+        self.bench = bench
+        self.answers = 0
+        self._dice = random.Random(1)
+        self._loss = loss
+        self._period = period
+        self._service = service
+        self._free_at = bench.now + busy
+        self._order = itertools.count()
+        self._queue: list[tuple[float, int, bytes]] = []
+        self._kept: dict[int, list[bytes]] = {}
+
+    def run(self, blocks: int) -> list[int]:
+        """Send so many, and wait for the last answer; which came as they were sent."""
+        bench, done = self.bench, []
+        for block_id in range(1, blocks + 1):
+            begun = bench.now
+            self._kept[block_id] = block(block_id)
+            self._kept.pop(block_id - KEPT, None)
+            step = 0.9 * self._period / (LAST + 1)
+            for index, datagram in enumerate(self._kept[block_id]):
+                self._carry(begun + index * step, datagram)
+            done += self._until(begun + self._period)
+        return done + self._until(bench.now + 5.0)
+
+    def _until(self, end: float) -> list[int]:
+        bench, done = self.bench, []
+        while True:
+            arrival = self._queue[0][0] if self._queue else end
+            bench.now = max(bench.now, min(arrival, bench.assembler.timer(), end))
+            if bench.now >= end:
+                return done
+            while self._queue and self._queue[0][0] <= bench.now:
+                bench.assembler.receive(heapq.heappop(self._queue)[2], bench.now)
+            done += [finished.block_id for finished in bench.tick() if is_picture(finished)]
+            while bench.requests:
+                self._answer(bench.requests.pop(0))
+
+    def _answer(self, request: PacketResend) -> None:
+        kept = self._kept.get(request.block_id)
+        for packet_id in range(request.first, request.last + 1):
+            self._free_at = max(self._free_at, self.bench.now) + self._service
+            self.answers += 1
+            if kept is not None:
+                self._carry(self._free_at, kept[packet_id])
+
+    def _carry(self, at: float, datagram: bytes) -> None:
+        if self._dice.random() >= self._loss:
+            heapq.heappush(self._queue, (at, next(self._order), datagram))
+
+
+@pytest.mark.parametrize("fps", [30, 240])
+@pytest.mark.parametrize("loss", [0.001, 0.01, 0.05])
+def test_every_block_gets_complete_on_a_lossy_line(loss: float, fps: float) -> None:
+    """Leaders, trailers and what is sent again are lost like everything else."""
+    bench = Bench(buffers=64)
+    line = LossyLine(bench, loss=loss, period=1 / fps, service=0.0005)
+    done = line.run(1000)
+    assert done == list(range(1, 1001))
+    assert line.answers < 1.5 * (1 + loss) * loss * 1000 * (LAST + 1) + 10, "hardly anything asked for twice"
+
+
+@pytest.mark.parametrize("busy", [0.15, 0.3])
+def test_a_device_that_is_busy_for_a_while_costs_no_block(busy: float) -> None:
+    """Requests that wait at the device are not repeated until they are worthless."""
+    bench = Bench(buffers=64)
+    line = LossyLine(bench, loss=0.02, period=1 / 30, service=0.002, busy=busy)
+    done = line.run(60)
+    assert done == list(range(1, 61))
+    assert bench.statistics.incomplete == bench.statistics.lost == 0
+
+
+def test_a_device_slower_than_thought_is_asked_less_often() -> None:
+    bench = Bench(buffers=64)
+    line = LossyLine(bench, loss=0.02, period=1 / 30, service=0.012)
+    done = line.run(300)
+    assert len(done) == 300
+    assert line.answers < 1.6 * 0.02 * 300 * (LAST + 1)
+
+
+def test_so_many_requests_wait_for_their_answer_and_no_more() -> None:
+    bench = Bench(max_unanswered=4, max_ratio=1.0, first_answer_wait=0.02)
+    bench.feed(datagram for index, datagram in enumerate(block(1)) if index % 2 == 0)
+    bench.wait(0.015)
+    assert [request.first for request in bench.requests] == [1, 3, 5, 7]
+    bench.wait(0.02)
+    assert len(bench.requests) == 8, "the first four count as lost"
+
+
+def test_waits_double_from_try_to_try() -> None:
+    bench = Bench(max_tries=4, first_answer_wait=0.02, initial_wait=0.0, give_up=10.0)
+    bench.feed(datagram for index, datagram in enumerate(block(1)) if index != 3)
+    begun, asked = bench.now, []
+    bench.requests.clear()
+    while bench.assembler.timer() < begun + 1.0:
+        bench.wait(bench.assembler.timer() - bench.now)
+        asked += [bench.now - begun] * len(bench.requests)
+        bench.requests.clear()
+    assert asked == pytest.approx([0.02, 0.06, 0.14], abs=0.002), "the first left with the data"
+
+
+def test_what_was_not_sent_yet_is_asked_for_again() -> None:
+    bench = Bench()
+    sent = block(1)
+    bench.feed(sent[:10])
+    bench.wait(0.04)
+    (request,) = bench.requests
+    assert (request.first, request.last) == (10, LAST), "silence: the rest may be lost"
+    status = Status.PACKET_NOT_YET_AVAILABLE
+    assert bench.feed([PacketHeader(PacketFormat.PAYLOAD, 1, 10, status).encode()]) == []
+    assert ids(bench.feed(sent[10:])) == [1] and bench.statistics.incomplete == 0
+
+
+def test_the_wait_follows_the_answers_within_its_bounds() -> None:
+    policy = ResendPolicy()
+    time = AnswerTime(policy)
+    assert time.wait == policy.first_answer_wait
+    for _ in range(100):
+        time.learn(0.03)
+    assert time.wait == pytest.approx(0.03, rel=0.05)
+    for _ in range(200):
+        time.learn(0.0001)
+    assert time.wait == policy.shortest_answer_wait
+    for _ in range(200):
+        time.learn(3.0)
+    assert time.wait == policy.longest_answer_wait
