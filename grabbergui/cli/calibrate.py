@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.opening import opened
-from grabbergui.core.errors import FrameTimeoutError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.servo.boards import BoardSettings
@@ -24,6 +24,10 @@ def add_commands(commands: Any) -> None:
         description="Hold the board still, then elsewhere: near and far, in every corner, tilted.",
     )
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera: sim:board to try it …")
+    parser.add_argument("--window", action="store_true", help="with a window that shows what is missing")
+    parser.add_argument(
+        "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
+    )
     parser.add_argument(
         "--print", type=Path, metavar="FILE", dest="sheet", help="only save the board, as .pdf or .png"
     )
@@ -60,6 +64,8 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     if not options.source:
         raise UsageError("calibrate which camera? Name a SOURCE, or --print FILE to print the board only")
+    if options.window or options.screenshot:
+        return _show(options)
     if not options.out.parent.is_dir():
         raise UsageError(f"there is no folder {options.out.parent} for the calibration")
     collector = Collector(board, options.views, still=True)
@@ -73,6 +79,21 @@ def _run(options: argparse.Namespace) -> int:
     print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage.part:.0f} %")
     result.calibration.save(options.out)
     print(f"saved as {options.out}")
+    return 0
+
+
+def _show(options: argparse.Namespace) -> int:
+    """The same in a window, which asks where to save."""
+    try:
+        from grabbergui.ui.views import calibration_run
+    except ImportError as error:
+        raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
+    with opened(options.source) as grabber:
+        grabber.start()
+        seconds = options.seconds if options.screenshot else None
+        saved = calibration_run.run(grabber, settings(options), options.screenshot, seconds)
+    if saved is not None:
+        print(f"saved as {saved}")
     return 0
 
 

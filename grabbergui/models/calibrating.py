@@ -1,0 +1,266 @@
+"""Calibrating the camera that is looked at: views are taken by themselves, on a thread of their own."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import re
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from psygnal import Signal
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.pixels import DisplayImage, for_display
+from grabbergui.core.region import Region
+from grabbergui.models.rendering import DisplaySettings, render
+from grabbergui.servo.boards import BoardSettings
+from grabbergui.servo.calibration import Collector, Result, Verdict
+from grabbergui.servo.coverage import Coverage
+
+log = logging.getLogger(__name__)
+
+WANTED = 20
+"Views after which the calibration is computed by itself."
+FRAME_WAIT = 0.2
+SILENCE = 2.0
+"Seconds without a picture after which that is said."
+TAKE_WAIT = 0.5
+"Seconds to wait for the window; it may be hidden, then nobody takes what is offered."
+KEPT_SIZE = (960, 720)
+"Pixels in which the pictures of views are remembered."
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What the newest picture showed."""
+
+    image: DisplayImage | None
+    "None where no pictures come."
+    size: tuple[int, int]
+    "Width and height of the whole picture."
+    corners: NDArray[np.float32] | None
+    "(n, 2) pixels of the whole picture; None where no board is seen."
+    verdict: Verdict | None
+    coverage: Coverage
+    views: int
+    "Kept so far."
+    hint: str
+    "How to hold the board next, for people."
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A calibration with the views it came from."""
+
+    result: Result
+    used: frozenset[int]
+    "Numbers of the views that were used."
+    corners: list[NDArray[np.float32]]
+    "(n, 2) of each view."
+
+
+class CalibratingModel:
+    """Looks at a source's pictures. No call waits but `close`; signals come from the model's own thread."""
+
+    ready = Signal()
+    """A look can be had from `take`."""
+    solved = Signal(Solution)
+    saved = Signal(Path)
+    failed = Signal(str)
+    """Something did not work, in a sentence for people."""
+
+    def __init__(self, grabber: FrameGrabber, settings: BoardSettings | None = None) -> None:
+        self.settings = settings or BoardSettings()
+        self.name = camera_name(grabber.info)
+        "Of the camera, as the file will have it."
+        self.wanted = WANTED
+        self.pictures: list[DisplayImage] = []
+        "Of the views kept, reduced."
+        self._grabber = grabber
+        self._board = self.settings.board()
+        self._collector = Collector(self._board, self.wanted, still=True)
+        self._collecting = False
+        self._result: Result | None = None
+        self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._view: tuple[Region | None, tuple[int, int] | None] = (None, None)
+        self._offer: Look | None = None
+        self._taken = threading.Event()
+        self._lock = threading.Lock()
+        self._queue: FrameQueue | None = None
+        self._thread: threading.Thread | None = None
+        self._problem = ""
+
+    @property
+    def collecting(self) -> bool:
+        """Whether views are taken."""
+        return self._collecting
+
+    def open(self) -> None:
+        """Begin to look. The source must stream."""
+        self._queue = self._grabber.open_queue(1)
+        self._thread = threading.Thread(target=self._run, name="calibrating", daemon=True)
+        self._thread.start()
+
+    def close(self, timeout: float = 2.0) -> bool:
+        """Look no more. Whether the thread ended within `timeout` seconds. May be called twice."""
+        if self._queue is not None:
+            self._queue.close()
+        self._taken.set()
+        if self._thread is None or self._thread is threading.current_thread():
+            return True
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def take(self) -> Look | None:
+        """The newest look, once."""
+        with self._lock:
+            offer, self._offer = self._offer, None
+        self._taken.set()
+        return offer
+
+    def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
+        """What the view shows: a region of the picture (None: all of it), in `size` screen pixels."""
+        self._view = region, size
+
+    def choose(self, settings: BoardSettings) -> None:
+        """Another board; views of the one before are forgotten. Raises UsageError for one that cannot be."""
+        board = settings.board()
+        self.settings = settings
+
+        def change() -> None:
+            self._board = board
+            self._begin()
+
+        self._jobs.put(change)
+
+    def collect(self, on: bool) -> None:
+        """Take views, or only look."""
+
+        def change() -> None:
+            if on and self._collector.complete:
+                self._collector.wanted += WANTED // 2
+                self.wanted = self._collector.wanted
+            self._collecting = on
+
+        self._jobs.put(change)
+
+    def begin_again(self) -> None:
+        """Forget all views."""
+        self._jobs.put(self._begin)
+
+    def solve(self, used: Sequence[int] | None = None) -> None:
+        """Compute the calibration from these views, by default from all that fit; the answer is `solved`."""
+        chosen = None if used is None else tuple(used)
+        self._jobs.put(lambda: self._solve(chosen))
+
+    def save(self, path: Path) -> None:
+        """Write the calibration as camera_info YAML; the answer is `saved`."""
+
+        def write() -> None:
+            if self._result is None:
+                self.failed.emit("there is no calibration to save yet")
+                return
+            try:
+                self._result.calibration.save(path)
+            except OSError as error:
+                self.failed.emit(f"the calibration could not be saved: {error}")
+            else:
+                self.saved.emit(path)
+
+        self._jobs.put(write)
+
+    # -- the model's own thread --------------------------------------------------------------------
+    def _run(self) -> None:
+        assert self._queue is not None
+        since = time.monotonic()
+        while not self._queue.closed:
+            self._work()
+            try:
+                frame = self._queue.get(FRAME_WAIT)
+            except FrameTimeoutError:
+                if time.monotonic() - since > SILENCE and not self._queue.closed:
+                    self._put(self._look(None, (0, 0), None))
+                continue
+            since = time.monotonic()
+            if not frame.complete:
+                continue
+            try:
+                self._see(frame)
+                self._problem = ""
+            except GrabberError as error:
+                self._complain(str(error))
+                self._begin()
+            except Exception as error:
+                # A damaged payload may be shorter than it claims; the next one may do.
+                log.exception("a picture could not be looked at")
+                self._complain(f"frame {frame.frame_id} cannot be looked at: {error}")
+        self._work()
+
+    def _work(self) -> None:
+        while True:
+            try:
+                job = self._jobs.get_nowait()
+            except queue.Empty:
+                return
+            job()
+
+    def _see(self, frame: Frame) -> None:
+        collector = self._collector
+        verdict = collector.look(frame.mono(), keep=self._collecting)
+        if verdict is Verdict.KEPT and self._collecting:
+            self.pictures.append(for_display(frame, None, KEPT_SIZE))
+        image = render(frame, *self._view, DisplaySettings())
+        self._put(self._look(image, (frame.width, frame.height), verdict))
+        if self._collecting and collector.complete:
+            self._collecting = False
+            self._solve(None)
+
+    def _look(self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None) -> Look:
+        collector = self._collector
+        hint = collector.missing() if image is not None else ""
+        seen = collector.last if image is not None else None
+        corners = None if seen is None else seen.picture
+        return Look(image, size, corners, verdict, collector.coverage.copy(), len(collector.views), hint)
+
+    def _put(self, look: Look) -> None:
+        with self._lock:
+            self._taken.clear()
+            self._offer = look
+        self.ready.emit()
+        self._taken.wait(TAKE_WAIT)
+
+    def _begin(self) -> None:
+        self._collector = Collector(self._board, WANTED, still=True)
+        self.wanted = WANTED
+        self.pictures = []
+        self._result = None
+
+    def _solve(self, used: tuple[int, ...] | None) -> None:
+        try:
+            result = self._collector.solve(self.name, used)
+        except GrabberError as error:
+            self.failed.emit(str(error))
+            return
+        self._result = result
+        chosen = frozenset(number for number, error in enumerate(result.errors) if np.isfinite(error))
+        self.solved.emit(Solution(result, chosen, [view.picture for view in self._collector.views]))
+
+    def _complain(self, problem: str) -> None:
+        if problem != self._problem:
+            self._problem = problem
+            self.failed.emit(problem)
+
+
+def camera_name(info: DeviceInfo) -> str:
+    """A name as ROS allows it: letters, digits and underscores."""
+    words = " ".join(part for part in (info.user_name or info.model, info.serial) if part) or "camera"
+    return re.sub(r"\W+", "_", words, flags=re.ASCII).strip("_").lower() or "camera"

@@ -1,0 +1,147 @@
+"""Joins the calibration dialog to the calibrating of a camera."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PyQt5.QtCore import QObject
+from PyQt5.QtWidgets import QFileDialog
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.calibrating import CalibratingModel, Solution
+from grabbergui.servo import board_sheet
+from grabbergui.servo.boards import BoardSettings
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
+
+
+class CalibratingController(QObject):
+    """Leads through the steps. Make it on the GUI thread, for a source that streams.
+
+    It ends with its dialog. `on_saved` is told of every file that was written.
+    """
+
+    def __init__(
+        self,
+        dialog: CalibrationDialog,
+        grabber: FrameGrabber,
+        on_saved: Callable[[Path], None] = lambda path: None,
+        settings: BoardSettings | None = None,
+    ) -> None:
+        super().__init__(dialog)
+        self.dialog = dialog
+        self.model = CalibratingModel(grabber, settings)
+        self._on_saved = on_saved
+        self._solution: Solution | None = None
+        self._chosen: int | None = None
+        self._bridge = Bridge(self)
+        self._bridge.bind(self.model.ready, self._on_model_ready)
+        self._bridge.bind(self.model.solved, self._on_model_solved)
+        self._bridge.bind(self.model.saved, self._on_model_saved)
+        self._bridge.bind(self.model.failed, dialog.messages.showError)
+        dialog.setBoard(self.model.settings)
+        dialog.boardChosen.connect(self._on_dialog_board_chosen)
+        dialog.printRequested.connect(self._ask_print)
+        dialog.nextRequested.connect(self._on_dialog_next_requested)
+        dialog.backRequested.connect(self._on_dialog_back_requested)
+        dialog.againRequested.connect(self.model.begin_again)
+        dialog.moreRequested.connect(lambda: self.go(Step.VIEWS))
+        dialog.usedChanged.connect(self.model.solve)
+        dialog.viewChosen.connect(self._on_dialog_view_chosen)
+        dialog.viewChanged.connect(self.model.look_at)
+        dialog.closing.connect(self.close)
+        self.model.open()
+
+    def close(self) -> None:
+        """Let go of the source. May be called twice."""
+        self._bridge.close()
+        self.model.close()
+
+    def print_to(self, path: Path) -> None:
+        """Save the board for printing."""
+        try:
+            sheet = board_sheet.save(self.model.settings.board(), path)
+        except (UsageError, OSError) as error:
+            self.dialog.messages.showError(f"the board could not be saved: {error}")
+            return
+        self.dialog.messages.showNotice(f"Saved as {path}: print it on {sheet.paper} at 100 %")
+
+    def save_to(self, path: Path) -> None:
+        """Save the calibration."""
+        self.model.save(path)
+
+    # -- from the dialog ---------------------------------------------------------------------------
+    def _on_dialog_board_chosen(self, settings: BoardSettings) -> None:
+        try:
+            self.model.choose(settings)
+        except UsageError as error:
+            self.dialog.nextButton.setEnabled(False)
+            self.dialog.messages.showError(str(error))
+        else:
+            self.dialog.nextButton.setEnabled(True)
+            self.dialog.messages.dismissAll()
+
+    def _on_dialog_next_requested(self) -> None:
+        step = self.dialog.step
+        if step is Step.BOARD:
+            self.go(Step.VIEWS)
+        elif step is Step.VIEWS:
+            self.model.collect(False)
+            self.model.solve()
+        else:
+            self._ask_save()
+
+    def _on_dialog_back_requested(self) -> None:
+        self.go(Step.VIEWS if self.dialog.step is Step.RESULT else Step.BOARD)
+
+    def _on_dialog_view_chosen(self, number: int) -> None:
+        self._chosen = number
+        self._show_view()
+
+    def go(self, step: Step) -> None:
+        """To a page; views are taken on theirs."""
+        self._chosen = None
+        self.dialog.setStep(step)
+        self.model.collect(step is Step.VIEWS)
+
+    def _ask_print(self) -> None:
+        name = f"{self.model.settings.kind}.pdf"
+        path, _ = QFileDialog.getSaveFileName(
+            self.dialog, "Save the board", str(Path.home() / name), "PDF (*.pdf);;PNG (*.png)"
+        )
+        if path:
+            self.print_to(Path(path))
+
+    def _ask_save(self) -> None:
+        name = f"{self.model.name}.yaml"
+        path, _ = QFileDialog.getSaveFileName(
+            self.dialog, "Save the calibration", str(Path.home() / name), "camera_info (*.yaml)"
+        )
+        if path:
+            self.save_to(Path(path))
+
+    # -- from the model ----------------------------------------------------------------------------
+    def _on_model_ready(self) -> None:
+        look = self.model.take()
+        if look is not None and self._chosen is None:
+            self.dialog.setLook(look, self.model.wanted)
+
+    def _on_model_solved(self, solution: Solution) -> None:
+        self._solution = solution
+        self.dialog.setSolution(solution)
+        if self.dialog.step is Step.VIEWS:
+            self.go(Step.RESULT)
+        self._show_view()
+
+    def _on_model_saved(self, path: Path) -> None:
+        self.dialog.messages.showNotice(
+            f"Saved as {path}. Publish it with `grabbergui serve … --ros2 NAME --calibration {path}`"
+        )
+        self._on_saved(path)
+
+    def _show_view(self) -> None:
+        solution, number, pictures = self._solution, self._chosen, self.model.pictures
+        if solution is not None and number is not None and number < min(len(pictures), len(solution.corners)):
+            self.dialog.setView(pictures[number], solution, number)

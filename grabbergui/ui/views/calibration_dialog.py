@@ -1,0 +1,296 @@
+"""Calibrating a camera step by step: the board, the views, the result; the live picture stays beside them."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
+from PyQt5.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDoubleSpinBox,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QSpinBox,
+    QStackedWidget,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.models.calibrating import Look, Solution
+from grabbergui.servo.boards import KINDS, BoardSettings
+from grabbergui.servo.calibration import FEWEST_VIEWS, Verdict
+from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
+from grabbergui.ui import icons
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.coverage_item import CoverageItem
+from grabbergui.ui.widgets.coverage_view import CoverageView
+from grabbergui.ui.widgets.drawing_item import DrawingItem
+from grabbergui.ui.widgets.message_stack import MessageStack
+from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+
+DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL")
+"""Those that boards are printed with; the command line takes every other."""
+ENLARGED = 100
+"""How many times too long errors are drawn."""
+
+_TONES = {Verdict.KEPT: "good", Verdict.KNOWN: "busy", Verdict.MOVING: "busy", Verdict.NOT_SEEN: "bad"}
+_STEPS = ("Board", "Views", "Result")
+
+
+class Step(Enum):
+    """The pages, in order."""
+
+    BOARD = 0
+    VIEWS = 1
+    RESULT = 2
+
+
+class CalibrationDialog(QDialog):
+    """Setters and signals; the steps themselves are gone through by its controller."""
+
+    boardChosen = pyqtSignal(object)
+    """BoardSettings that were changed by hand."""
+    printRequested = pyqtSignal()
+    nextRequested = pyqtSignal()
+    backRequested = pyqtSignal()
+    againRequested = pyqtSignal()
+    moreRequested = pyqtSignal()
+    usedChanged = pyqtSignal(object)
+    """Numbers of the views that are ticked."""
+    viewChosen = pyqtSignal(int)
+    viewChanged = pyqtSignal(object, object)
+    """The visible Region of the picture, and (width, height) in screen pixels that it takes."""
+    closing = pyqtSignal()
+
+    messages: MessageStack
+    canvas: PictureCanvas
+    verdictLabel: QLabel
+    pictureLabel: QLabel
+    stepsLabel: QLabel
+    pages: QStackedWidget
+    kindBox: QComboBox
+    columnsBox: QSpinBox
+    rowsBox: QSpinBox
+    squareBox: QDoubleSpinBox
+    markerBox: QDoubleSpinBox
+    dictionaryBox: QComboBox
+    printButton: QPushButton
+    hintLabel: QLabel
+    progress: QProgressBar
+    coverageLabel: QLabel
+    coverage: CoverageView
+    againButton: QPushButton
+    resultLabel: QLabel
+    views: QTreeWidget
+    moreButton: QPushButton
+    backButton: QPushButton
+    closeButton: QPushButton
+    nextButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("calibration", self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setWindowFlag(Qt.WindowType.WindowMaximizeButtonHint)
+        self.cells, self.drawing = CoverageItem(), DrawingItem()
+        self.canvas.addOverlay(self.cells)
+        self.canvas.addOverlay(self.drawing)
+        self.canvas.viewChanged.connect(self.viewChanged)
+        self.dictionaryBox.addItems(DICTIONARIES)
+        for column, width in enumerate((96, 90)):
+            self.views.setColumnWidth(column, width)
+        for box in (self.columnsBox, self.rowsBox, self.squareBox, self.markerBox):
+            box.setKeyboardTracking(False)
+            box.valueChanged.connect(self._on_board_edited)
+        self.kindBox.currentIndexChanged.connect(self._on_board_edited)
+        self.dictionaryBox.currentIndexChanged.connect(self._on_board_edited)
+        self.printButton.clicked.connect(lambda: self.printRequested.emit())
+        self.nextButton.clicked.connect(lambda: self.nextRequested.emit())
+        self.backButton.clicked.connect(lambda: self.backRequested.emit())
+        self.againButton.clicked.connect(lambda: self.againRequested.emit())
+        self.moreButton.clicked.connect(lambda: self.moreRequested.emit())
+        self.closeButton.clicked.connect(self.reject)
+        self.views.itemChanged.connect(self._on_views_item_changed)
+        self.views.currentItemChanged.connect(self._on_views_current_item_changed)
+        self.setStep(Step.BOARD)
+        icons.apply(self)
+
+    # -- setters -----------------------------------------------------------------------------------
+    @property
+    def step(self) -> Step:
+        """Which page is shown."""
+        return Step(self.pages.currentIndex())
+
+    def setStep(self, step: Step) -> None:
+        """Show a page."""
+        self.pages.setCurrentIndex(step.value)
+        self.stepsLabel.setText(
+            " &nbsp;→&nbsp; ".join(
+                f"<b>{number + 1} {name}</b>" if number == step.value else f"{number + 1} {name}"
+                for number, name in enumerate(_STEPS)
+            )
+        )
+        self.backButton.setEnabled(step is not Step.BOARD)
+        self.nextButton.setText(
+            {Step.BOARD: "Take &views", Step.VIEWS: "&Finish", Step.RESULT: "&Save…"}[step]
+        )
+        self.nextButton.setEnabled(step is not Step.VIEWS)
+        self.cells.setVisible(step is Step.VIEWS)
+
+    def setBoard(self, settings: BoardSettings) -> None:
+        """Show which board is meant."""
+        blockers = [
+            QSignalBlocker(box)
+            for box in (self.kindBox, self.columnsBox, self.rowsBox, self.squareBox, self.markerBox,
+                        self.dictionaryBox)
+        ]  # fmt: skip
+        self.kindBox.setCurrentIndex(KINDS.index(settings.kind))
+        self.columnsBox.setValue(settings.columns)
+        self.rowsBox.setValue(settings.rows)
+        self.squareBox.setValue(1e3 * settings.square)
+        self.markerBox.setValue(1e3 * settings.marker)
+        if self.dictionaryBox.findText(settings.dictionary) < 0:
+            self.dictionaryBox.addItem(settings.dictionary)
+        self.dictionaryBox.setCurrentText(settings.dictionary)
+        del blockers
+        self._enable_markers()
+
+    def setLook(self, look: Look, wanted: int) -> None:
+        """Show what the newest picture shows, and what is covered."""
+        if look.image is None:
+            self._set_verdict(self.tr("no pictures come from the camera"), "bad")
+        else:
+            self.canvas.setPicture(look.image, *look.size)
+            self.cells.setCells(look.coverage.cells, *look.size)
+            self.drawing.setDrawing(_corners(look), *look.size)
+            self.pictureLabel.setText(f"{look.size[0]} × {look.size[1]}")
+            if look.verdict is not None:
+                self._set_verdict(*self._said(look.verdict))
+        self.coverage.setCoverage(look.coverage)
+        self.coverageLabel.setText(f"{look.coverage.part:.0%} of the picture is covered")
+        self.progress.setMaximum(wanted)
+        self.progress.setValue(min(look.views, wanted))
+        self.hintLabel.setText(f"Next: hold it {look.hint}" if look.hint else "Everything is covered")
+        if self.step is Step.VIEWS:
+            self.nextButton.setEnabled(look.views >= FEWEST_VIEWS)
+
+    def setSolution(self, solution: Solution) -> None:
+        """Show a calibration and every view's error."""
+        result = solution.result
+        matrix, spread = result.calibration.matrix, result.uncertainty
+        rows = (
+            ("Error", f"<b>{result.rms:.3f} px</b> over {len(solution.used)} views"),
+            (
+                "Focal lengths",
+                f"{matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px",
+            ),
+            ("Centre", f"{matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px"),
+            ("Distortion", " ".join(f"{value:.4f}" for value in result.calibration.distortion)),
+        )
+        table = "".join(f"<tr><td>{name}&nbsp;&nbsp;</td><td>{text}</td></tr>" for name, text in rows)
+        self.resultLabel.setText(f"<table>{table}</table>")
+        with QSignalBlocker(self.views):
+            current = self.views.indexOfTopLevelItem(self.views.currentItem())
+            self.views.clear()
+            for number, corners in enumerate(solution.corners):
+                used = number in solution.used
+                row = QTreeWidgetItem(
+                    [f"{number + 1}", str(len(corners)), f"{result.error_of(number):.3f} px"]
+                )
+                row.setCheckState(0, Qt.CheckState.Checked if used else Qt.CheckState.Unchecked)
+                for column in (1, 2):
+                    row.setTextAlignment(column, int(Qt.AlignmentFlag.AlignRight))
+                row.setDisabled(False)
+                if not used:
+                    row.setText(2, f"{row.text(2)}, left out")
+                self.views.addTopLevelItem(row)
+            if current >= 0:
+                self.views.setCurrentItem(self.views.topLevelItem(current))
+
+    def setView(self, image: DisplayImage, solution: Solution, number: int) -> None:
+        """Show a view that was kept, with its errors enlarged, instead of the live picture."""
+        size = solution.result.calibration.width, solution.result.calibration.height
+        self.canvas.setPicture(image, *size)
+        self.drawing.setDrawing(
+            _errors(solution.corners[number], solution.result.residuals[number], size[0]), *size
+        )
+        self._set_verdict(f"view {number + 1}, errors enlarged {ENLARGED} times", "idle")
+
+    # -- inside ------------------------------------------------------------------------------------
+    def done(self, result: int) -> None:
+        """Say that it goes, by whatever button or key."""
+        self.closing.emit()
+        super().done(result)
+
+    @property
+    def board(self) -> BoardSettings:
+        """What is set on the first page."""
+        return BoardSettings(
+            KINDS[self.kindBox.currentIndex()],
+            self.columnsBox.value(),
+            self.rowsBox.value(),
+            1e-3 * self.squareBox.value(),
+            1e-3 * self.markerBox.value(),
+            self.dictionaryBox.currentText(),
+        )
+
+    def _on_board_edited(self) -> None:
+        self._enable_markers()
+        self.boardChosen.emit(self.board)
+
+    def _enable_markers(self) -> None:
+        for box in (self.markerBox, self.dictionaryBox):
+            box.setEnabled(self.kindBox.currentIndex() == 0)
+
+    def _on_views_item_changed(self, item: QTreeWidgetItem, column: int) -> None:
+        rows = (self.views.topLevelItem(number) for number in range(self.views.topLevelItemCount()))
+        ticked = [row is not None and row.checkState(0) == Qt.CheckState.Checked for row in rows]
+        self.usedChanged.emit(tuple(number for number, used in enumerate(ticked) if used))
+
+    def _on_views_current_item_changed(self, item: QTreeWidgetItem | None) -> None:
+        if item is not None:
+            self.viewChosen.emit(self.views.indexOfTopLevelItem(item))
+
+    def _said(self, verdict: Verdict) -> tuple[str, str]:
+        """Text and tone of a verdict: what hinders a view matters only where views are taken."""
+        if verdict is Verdict.NOT_SEEN or self.step is Step.VIEWS:
+            return verdict.value, _TONES[verdict]
+        return self.tr("the board is seen"), "good"
+
+    def _set_verdict(self, text: str, tone: str) -> None:
+        self.verdictLabel.setText(f"● {text}")
+        if self.verdictLabel.property("tone") != tone:
+            self.verdictLabel.setProperty("tone", tone)
+            # A style sheet looks at properties only when a widget is polished.
+            if (style := self.verdictLabel.style()) is not None:
+                style.unpolish(self.verdictLabel)
+                style.polish(self.verdictLabel)
+
+
+def _corners(look: Look) -> Drawing:
+    """A cross on each corner that is seen."""
+    colour = GOOD if look.verdict is Verdict.KEPT else (250, 180, 40)
+    return Drawing([] if look.corners is None else list(_crosses(look.corners, look.size[0] / 110, colour)))
+
+
+def _errors(corners: NDArray[np.float32], residuals: NDArray[np.float64], width: int) -> Drawing:
+    """A cross on each corner, and a line to where it should be, enlarged."""
+    lines = [
+        Stroke(np.array([corner, corner + ENLARGED * error]), BAD, weight=2)
+        for corner, error in zip(corners.astype(np.float64), residuals, strict=True)
+    ]
+    return Drawing([*_crosses(corners, width / 160, GOOD), *lines])
+
+
+def _crosses(corners: NDArray[np.float32], arm: float, colour: tuple[int, int, int]) -> list[Stroke]:
+    return [
+        Stroke(np.array([corner - end, corner + end]), colour)
+        for corner in corners.astype(np.float64)
+        for end in ((arm, 0.0), (0.0, arm))
+    ]

@@ -1,0 +1,49 @@
+"""Runs the calibration dialog alone on a source that is open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PyQt5.QtCore import QTimer
+from PyQt5.QtWidgets import QDialog
+
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.servo.boards import BoardSettings
+from grabbergui.ui.app import application
+from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
+
+
+def run(
+    grabber: FrameGrabber,
+    settings: BoardSettings | None = None,
+    screenshot: Path | None = None,
+    seconds: float | None = None,
+    theme: Theme | None = None,
+) -> Path | None:
+    """Show it until it is closed, and return the file of the calibration that was saved last, if any.
+
+    The source must stream. With `seconds` it takes views at once and closes by itself after that time; with
+    `screenshot` it saves its own picture then.
+    """
+    app = application()
+    dress(app, theme or Preferences.of_user().theme)
+    dialog = CalibrationDialog()
+    saved: list[Path] = []
+    controller = CalibratingController(dialog, grabber, saved.append, settings)
+
+    def end() -> None:
+        if screenshot is not None:
+            dialog.grab().save(str(screenshot))
+        dialog.done(QDialog.DialogCode.Rejected)
+
+    if seconds is not None:
+        controller.go(Step.VIEWS)
+        QTimer.singleShot(round(seconds * 1000), end)
+    try:
+        dialog.exec_()
+    finally:
+        controller.close()
+    return saved[-1] if saved else None

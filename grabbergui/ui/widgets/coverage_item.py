@@ -1,0 +1,55 @@
+"""Which parts of the picture a set of views covers, over the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyqtgraph as pg
+from PyQt5.QtCore import QRectF, Qt
+from PyQt5.QtGui import QColor, QPainter, QPen
+from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+from grabbergui.servo.coverage import GRID, Counts
+
+ENOUGH = 12
+"Corners in a cell with which it has its full colour."
+_GREEN = QColor(60, 200, 90)
+
+
+class CoverageItem(pg.GraphicsObject):
+    """Cells grow greener the more corners were seen in them; those without any are outlined."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setZValue(5)
+        self._bounds = QRectF()
+        self._cells = np.zeros(GRID[::-1], np.int64)
+
+    def setCells(self, cells: Counts, width: int, height: int) -> None:
+        """Show counts (rows, columns) over a picture of that size."""
+        bounds = QRectF(0, 0, width, height)
+        if bounds != self._bounds:
+            self.prepareGeometryChange()
+            self._bounds = bounds
+        self._cells = cells
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        """The whole picture."""
+        return self._bounds
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Draw the cells."""
+        rows, columns = self._cells.shape
+        width, height = self._bounds.width() / columns, self._bounds.height() / rows
+        outline = QPen(QColor(255, 255, 255, 50), 1)
+        outline.setCosmetic(True)
+        painter.setPen(outline)
+        for row in range(rows):
+            for column in range(columns):
+                count = min(int(self._cells[row, column]), ENOUGH)
+                fill = QColor(_GREEN)
+                fill.setAlpha(0 if not count else 24 + 48 * count // ENOUGH)
+                painter.setBrush(fill if count else Qt.BrushStyle.NoBrush)
+                painter.drawRect(QRectF(column * width, row * height, width, height))

@@ -1,0 +1,90 @@
+"""Which tilts and distances of a board were seen."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
+from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
+from PyQt5.QtWidgets import QSizePolicy, QWidget
+
+from grabbergui.servo.coverage import Coverage
+
+_GREEN = QColor(60, 200, 90)
+_CELL, _GAP = 46.0, 8.0
+_SKEW = 0.22
+"By how much the nearer edge of a tilted board is drawn longer."
+_SIZES = (0.42, 0.68, 1.0)
+"How large a board is drawn that is far, between, near."
+
+
+class CoverageView(QWidget):
+    """One setter. Nine little boards, tilted every way, and three of different sizes; green once seen."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._coverage = Coverage()
+
+    @property
+    def coverage(self) -> Coverage:
+        """What is shown."""
+        return self._coverage
+
+    def setCoverage(self, coverage: Coverage) -> None:
+        """Show what was seen."""
+        self._coverage = coverage
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """Three by three, and one more column."""
+        return QSize(round(4 * (_CELL + _GAP) + 3 * _GAP + 100), round(3 * (_CELL + _GAP) + 22))
+
+    def minimumSizeHint(self) -> QSize:
+        """All of it."""
+        return self.sizeHint()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Draw the boards."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        muted = self.palette().color(QPalette.ColorRole.PlaceholderText)
+        top = 22.0
+        painter.setPen(muted)
+        painter.drawText(QPointF(0, 14), self.tr("Tilts"))
+        left = 3 * (_CELL + _GAP) + 3 * _GAP
+        painter.drawText(QPointF(left, 14), self.tr("Distances"))
+        for row in range(3):
+            for column in range(3):
+                place = QRectF(column * (_CELL + _GAP), top + row * (_CELL + _GAP), _CELL, _CELL)
+                seen = int(self._coverage.tilts[row, column])
+                self._board(painter, place, (column - 1) * _SKEW, (row - 1) * _SKEW, 0.68, seen)
+        names = (self.tr("far"), self.tr("between"), self.tr("near"))
+        for number, (size, name) in enumerate(zip(_SIZES, names, strict=True)):
+            place = QRectF(left, top + number * (_CELL + _GAP), _CELL, _CELL)
+            self._board(painter, place, 0, 0, size, int(self._coverage.sizes[number]))
+            painter.setPen(muted)
+            text = QRectF(place.right() + _GAP, place.top(), 90, _CELL)
+            painter.drawText(text, Qt.AlignmentFlag.AlignVCenter, name)
+        painter.end()
+
+    def _board(
+        self, painter: QPainter, place: QRectF, slant_x: float, slant_y: float, size: float, seen: int
+    ) -> None:
+        """A board whose right (lower) edge is nearer where its slant is positive."""
+        half_x, half_y, middle = (
+            place.width() / 2 * size * 0.92,
+            place.height() / 2 * size * 0.7,
+            place.center(),
+        )
+        corners = []
+        for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
+            nearer = 1 + slant_x * x + slant_y * y
+            corners.append(QPointF(middle.x() + x * half_x * nearer, middle.y() + y * half_y * nearer))
+        line = QColor(_GREEN) if seen else self.palette().color(QPalette.ColorRole.Mid)
+        fill = QColor(_GREEN)
+        fill.setAlpha(150)
+        painter.setPen(QPen(line, 1.5))
+        painter.setBrush(fill if seen else Qt.BrushStyle.NoBrush)
+        painter.drawPolygon(QPolygonF(corners))
+        if seen > 1:
+            painter.setPen(self.palette().color(QPalette.ColorRole.WindowText))
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, str(seen))

@@ -1,0 +1,296 @@
+"""The calibration dialog: each direction apart, then a camera that draws a board, calibrated in it."""
+
+import threading
+
+import cv2
+import numpy as np
+import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QFileDialog
+
+import fakes
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.pfnc import by_name
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.region import Region
+from grabbergui.driver.sim.rendered.board import MOVE_S, REST_S, BoardScene, holds
+from grabbergui.driver.sim.rendered.scene import pinhole
+from grabbergui.driver.sim.settings import FrameSettings, Optics
+from grabbergui.models import calibrating
+from grabbergui.models.calibrating import Look, camera_name
+from grabbergui.servo.boards import BoardSettings
+from grabbergui.servo.calibration import Verdict
+from grabbergui.servo.coverage import Coverage
+from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
+
+MONO = by_name("Mono8")
+SETTINGS = FrameSettings(
+    608,
+    512,
+    208,
+    14,
+    MONO,
+    Optics(binning_horizontal=4, binning_vertical=4, ratios=(1.0, 1.0, 1.0)),
+    1e4,
+    0.0,
+    2.0,
+)
+
+
+@pytest.fixture(scope="module")
+def views():
+    """What a camera sees of each hold of the board."""
+    scene = BoardScene()
+    times = [number * (MOVE_S + REST_S) + 0.1 for number in range(len(holds()))]
+    pictures = (scene.rendered(int(seconds * 1e9), SETTINGS)[..., 1] for seconds in times)
+    return [np.clip(picture // 32, 0, 255).astype(np.uint8) for picture in pictures]
+
+
+def frame(grey, **changes):
+    return Frame(np.ascontiguousarray(grey).reshape(-1), grey.shape[1], grey.shape[0], MONO, **changes)
+
+
+class Stand:
+    """A dialog on a camera whose pictures a test puts."""
+
+    def __init__(self, qtbot):
+        self.qtbot = qtbot
+        self.grabber = fakes.ScriptedGrabber()
+        self.grabber.start()
+        self.dialog = CalibrationDialog()
+        self.dialog.setAttribute(Qt.WA_DeleteOnClose, False)
+        qtbot.addWidget(self.dialog)
+        self.saved = []
+        self.controller = CalibratingController(self.dialog, self.grabber, self.saved.append)
+        self.model = self.controller.model
+        self.looks = 0
+        self.model.ready.connect(self._count)
+        self.dialog.show()
+
+    def _count(self):
+        self.looks += 1
+
+    def put(self, grey, times=1):
+        """Show the camera a picture and wait until it was looked at."""
+        for _ in range(times):
+            before = self.looks
+            self.grabber._fanout.put(frame(grey))
+            self.until(lambda before=before: self.looks > before)
+            self.until(lambda: self.model._offer is None)
+
+    def until(self, condition, seconds=10.0):
+        self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(seconds * 1000))
+
+    def click(self, button):
+        self.qtbot.mouseClick(button, Qt.LeftButton)
+
+
+@pytest.fixture
+def stand(qtbot):
+    before = set(threading.enumerate())
+    made = Stand(qtbot)
+    yield made
+    made.dialog.reject()
+    assert set(threading.enumerate()) <= before, "a thread was left behind"
+
+
+# -- setters and signals ---------------------------------------------------------------------------
+@pytest.fixture
+def dialog(qtbot):
+    made = CalibrationDialog()
+    made.setAttribute(Qt.WA_DeleteOnClose, False)
+    qtbot.addWidget(made)
+    made.show()
+    return made
+
+
+def look(verdict, views=0, hint="nearer", coverage=None):
+    image = DisplayImage(np.zeros((60, 80), np.uint8), Region(0, 0, 80, 60))
+    corners = None if verdict is Verdict.NOT_SEEN else np.float32([(10, 10), (30, 20)])
+    return Look(image, (80, 60), corners, verdict, coverage or Coverage(), views, hint)
+
+
+def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialog, qtbot):
+    board = BoardSettings("charuco", 7, 9, 0.025, 0.019, "6X6_250")
+    with qtbot.assertNotEmitted(dialog.boardChosen):
+        dialog.setBoard(board)
+    assert dialog.board == board
+    with qtbot.waitSignal(dialog.boardChosen, timeout=5000) as caught:
+        dialog.kindBox.setCurrentIndex(1)
+    assert caught.args[0].kind == "chessboard"
+    assert not dialog.markerBox.isEnabled()
+
+
+@pytest.mark.parametrize(
+    ("step", "verdict", "text"),
+    [
+        (Step.BOARD, Verdict.KEPT, "the board is seen"),
+        (Step.BOARD, Verdict.NOT_SEEN, "no board is seen"),
+        (Step.VIEWS, Verdict.MOVING, "hold it still"),
+        (Step.VIEWS, Verdict.KNOWN, "this view is there already"),
+    ],
+)
+def test_what_hinders_is_told(dialog, step, verdict, text):
+    dialog.setStep(step)
+    dialog.setLook(look(verdict), 20)
+    assert dialog.verdictLabel.text() == f"● {text}"
+    assert len(dialog.drawing.drawing.strokes) == (0 if verdict is Verdict.NOT_SEEN else 4)
+
+
+def test_progress_coverage_and_hint_are_shown(dialog):
+    coverage = Coverage()
+    coverage.cells[:3] = 5
+    coverage.tilts[1, 2] = coverage.sizes[2] = 1
+    dialog.setStep(Step.VIEWS)
+    dialog.setLook(look(Verdict.KEPT, 4, "at the top left", coverage), 20)
+    assert (dialog.progress.value(), dialog.progress.maximum()) == (4, 20)
+    assert dialog.hintLabel.text() == "Next: hold it at the top left"
+    assert dialog.coverageLabel.text().startswith("50%")
+    assert not dialog.nextButton.isEnabled()
+    dialog.setLook(look(Verdict.KEPT, 5, "", coverage), 20)
+    assert dialog.nextButton.isEnabled()
+    assert dialog.hintLabel.text() == "Everything is covered"
+    # The right one of the three boards in the middle, and the lowest of the distances.
+    drawn = dialog.coverage.grab().toImage()
+    green = [(x, y) for x in range(0, drawn.width(), 4) for y in range(0, drawn.height(), 4)
+             if drawn.pixelColor(x, y).green() > drawn.pixelColor(x, y).red() + 30]  # fmt: skip
+    assert green
+    assert all(x > 100 and y > 70 for x, y in green)
+
+
+# -- the camera that drew the views ----------------------------------------------------------------
+def test_a_camera_is_calibrated_through_the_dialog(stand, views, tmp_path, monkeypatch):
+    dialog = stand.dialog
+    stand.put(views[0])
+    stand.until(lambda: dialog.verdictLabel.text() == "● the board is seen")
+    assert dialog.progress.value() == 0  # looking takes nothing yet
+    stand.click(dialog.nextButton)
+    assert dialog.step is Step.VIEWS
+    for number, view in enumerate(views):
+        stand.put(view, times=2 if number else 3)
+        if dialog.step is Step.RESULT:
+            break
+    stand.until(lambda: dialog.step is Step.RESULT)
+    assert dialog.views.topLevelItemCount() == calibrating.WANTED
+    assert len(stand.model.pictures) == calibrating.WANTED
+    path = tmp_path / "camera.yaml"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    stand.click(dialog.nextButton)
+    stand.until(lambda: stand.saved == [path])
+    found, true = Calibration.load(path), pinhole(SETTINGS)
+    assert found.matrix[0, 0] == pytest.approx(true[0, 0], rel=0.01)
+    assert found.matrix[:2, 2] == pytest.approx(true[:2, 2], abs=3)
+    assert (found.width, found.height, found.camera_name) == (608, 512, "script")
+    assert str(path) in dialog.messages.messages[0]
+    _views_are_left_out_and_looked_at(stand)
+
+
+def _views_are_left_out_and_looked_at(stand):
+    dialog = stand.dialog
+    before = dialog.resultLabel.text()
+    dialog.views.topLevelItem(3).setCheckState(0, Qt.Unchecked)
+    stand.until(lambda: dialog.resultLabel.text() != before)
+    assert f"over {calibrating.WANTED - 1} views" in dialog.resultLabel.text()
+    assert dialog.views.topLevelItem(3).text(2).endswith("left out")
+    dialog.views.setCurrentItem(dialog.views.topLevelItem(3))
+    stand.until(lambda: dialog.verdictLabel.text().startswith("● view 4"))
+    assert len(dialog.drawing.drawing.strokes) == 3 * int(dialog.views.topLevelItem(3).text(1))
+    stand.click(dialog.moreButton)
+    assert dialog.step is Step.VIEWS
+    stand.put(np.full((512, 608), 90, np.uint8), times=2)
+    stand.until(lambda: dialog.progress.maximum() == calibrating.WANTED * 3 // 2)
+    assert dialog.verdictLabel.text() == "● no board is seen"
+
+
+def test_a_few_views_suffice_where_one_finishes_early(stand, views):
+    stand.click(stand.dialog.nextButton)
+    for view in views[:7]:
+        stand.put(view, times=3)
+    stand.until(stand.dialog.nextButton.isEnabled)
+    stand.click(stand.dialog.nextButton)
+    stand.until(lambda: stand.dialog.step is Step.RESULT)
+    assert 5 <= stand.dialog.views.topLevelItemCount() <= 7
+
+
+def test_too_few_views_are_no_calibration(stand, views):
+    stand.model.solve()
+    stand.until(lambda: stand.dialog.messages.messages)
+    assert "at least 5" in stand.dialog.messages.messages[0]
+    stand.controller.save_to(None)
+    stand.until(lambda: "no calibration to save" in stand.dialog.messages.messages[0])
+
+
+def test_pictures_of_another_size_begin_again(stand, views):
+    stand.click(stand.dialog.nextButton)
+    stand.put(views[0], times=3)
+    stand.until(lambda: stand.dialog.progress.value() == 1)
+    stand.grabber._fanout.put(frame(cv2.resize(views[0], (304, 256))))
+    stand.until(lambda: stand.dialog.messages.messages)
+    assert "608×512 to 304×256" in stand.dialog.messages.messages[0]
+    stand.put(cv2.resize(views[0], (304, 256)), times=2)
+    assert stand.dialog.progress.value() <= 1
+
+
+def test_a_damaged_picture_is_no_reason_to_end(stand, views):
+    stand.click(stand.dialog.nextButton)
+    stand.grabber._fanout.put(frame(views[0], status=FrameStatus.INCOMPLETE))
+    short = frame(views[0])
+    short.payload = short.payload[:1000]
+    stand.grabber._fanout.put(short)
+    stand.put(views[0], times=3)
+    stand.until(lambda: stand.dialog.progress.value() == 1)
+
+
+def test_begin_again_forgets(stand, views):
+    stand.click(stand.dialog.nextButton)
+    stand.put(views[0], times=3)
+    stand.until(lambda: stand.dialog.progress.value() == 1)
+    stand.click(stand.dialog.againButton)
+    stand.put(np.full((512, 608), 90, np.uint8), times=2)
+    stand.until(lambda: stand.dialog.progress.value() == 0)
+    assert stand.model.pictures == []
+
+
+def test_that_no_pictures_come_is_said(stand, monkeypatch):
+    monkeypatch.setattr(calibrating, "SILENCE", 0.05)
+    stand.until(lambda: "no pictures" in stand.dialog.verdictLabel.text())
+
+
+def test_a_board_that_cannot_be_is_refused_and_can_be_mended(stand):
+    dialog = stand.dialog
+    dialog.markerBox.setValue(40)
+    assert "does not fit" in dialog.messages.messages[0]
+    assert not dialog.nextButton.isEnabled()
+    dialog.markerBox.setValue(20)
+    assert dialog.nextButton.isEnabled()
+    assert dialog.messages.messages == []
+
+
+@pytest.mark.parametrize("suffix", ["pdf", "png"])
+def test_the_board_is_printed(stand, tmp_path, monkeypatch, suffix):
+    path = tmp_path / f"board.{suffix}"
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
+    stand.click(stand.dialog.printButton)
+    assert path.stat().st_size > 1000
+    assert "A4 at 100 %" in stand.dialog.messages.messages[0]
+
+
+def test_what_cannot_be_written_is_said(stand, tmp_path):
+    stand.controller.print_to(tmp_path / "no" / "where.pdf")
+    assert "could not be saved" in stand.dialog.messages.messages[0]
+
+
+@pytest.mark.parametrize(
+    ("info", "name"),
+    [
+        (DeviceInfo("a:", model="acA2440-75um", serial="23 17"), "aca2440_75um_23_17"),
+        (DeviceInfo("a:", model="x", user_name="Left eye"), "left_eye"),
+        (DeviceInfo("a:", model="相机"), "camera"),
+        (DeviceInfo("a:"), "camera"),
+    ],
+)
+def test_a_camera_is_named_as_ros_allows(info, name):
+    assert camera_name(info) == name
