@@ -294,3 +294,21 @@ def test_what_cannot_be_written_is_said(stand, tmp_path):
 )
 def test_a_camera_is_named_as_ros_allows(info, name):
     assert camera_name(info) == name
+
+
+# -- from the main window --------------------------------------------------------------------------
+def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(window_desk):
+    window, opener = window_desk.window, window_desk.program.calibrating
+    assert not window.actionCalibrate.isEnabled()
+    window_desk.connect("sim:board")
+    window_desk.until(window.actionCalibrate.isEnabled)
+    window.actionCalibrate.trigger()
+    first = opener.dialog
+    window_desk.until(lambda: first.verdictLabel.text() == "● the board is seen")
+    window.actionCalibrate.trigger()
+    assert opener.dialog is first
+    first.closeButton.click()
+    assert opener.dialog is None
+    window.actionCalibrate.trigger()
+    window_desk.program.connection.disconnect()
+    window_desk.until(lambda: opener.dialog is None and not window.actionCalibrate.isEnabled())

@@ -24,6 +24,7 @@ from grabbergui.models.snapshot import SnapshotWriter
 from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
+from grabbergui.ui.controllers.calibrating import CalibrationOpener
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.feature_menu import FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
@@ -88,16 +89,18 @@ class MainController(QObject):
         self.values = ValuesController(window, self.connection)
         self.feature_menu = FeatureMenuController(window, self.connection)
         self.feature_menu.plotRequested.connect(self.values.plot)
+        self.calibrating = CalibrationOpener(window, self.connection)
         self.log = LogController(window.log, self.log_book)
         self._read_only_bar: MessageBar | None = None
         self._down = False
         self._join()
         self._restore()
 
-    def begin(self, uri: str) -> None:
-        """Look for sources and connect to one."""
+    def begin(self, uri: str | None) -> None:
+        """Look for sources, and connect to one where it is named."""
         self.source_list.start()
-        self.sources.connect_to(uri)
+        if uri is not None:
+            self.sources.connect_to(uri)
 
     def shut_down(self) -> bool:
         """Let everything go. Whether all threads ended in time. May be called twice."""

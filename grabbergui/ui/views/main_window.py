@@ -113,6 +113,7 @@ class MainWindow(QMainWindow):
     actionAddress: QAction
     actionSearch: QAction
     actionFindFeature: QAction
+    actionCalibrate: QAction
     actionShortcuts: QAction
     actionAbout: QAction
     actionThemeAuto: QAction
