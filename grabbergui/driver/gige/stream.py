@@ -92,11 +92,12 @@ class Stream:
                 raise TransportError(
                     f"the camera's packet size is {self.packet_size} bytes, less than its headers"
                 )
+            pool = make_pool(request.payload_size)
             assembler = BlockAssembler(
                 stride,
                 request.payload_size,
-                make_pool(request.payload_size).take,
-                self._resend_policy(),
+                pool.take,
+                self._resend_policy(pool),
                 deliver_incomplete=request.deliver_incomplete,
             )
             builder = FrameBuilder(tick_frequency, big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS))
@@ -178,9 +179,12 @@ class Stream:
             except OSError as error:
                 log.debug("opening the firewall: %s", error)
 
-    def _resend_policy(self) -> ResendPolicy:
+    def _resend_policy(self, pool: BufferPool) -> ResendPolicy:
+        """What was asked for, as far as the camera can and the memory reaches."""
         can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
-        return replace(self._resend, enabled=self._resend.enabled and can)
+        # Blocks that wait for packets must not take the buffers that consumers need.
+        max_blocks = min(self._resend.max_blocks, pool.limit // 2)
+        return replace(self._resend, enabled=self._resend.enabled and can, max_blocks=max_blocks)
 
 
 def open_source(receiver: socket.socket, device_ip: str, *, batched: bool = True) -> DatagramSource:
