@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.stopping import stop_on_signals
 
 
 def add_commands(commands: Any) -> None:
@@ -18,6 +19,6 @@ def add_commands(commands: Any) -> None:
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.terminal import console
 
-    with opened(options.source, reading=True) as grabber:
-        console.run(grabber)
+    with stop_on_signals() as stop, opened(options.source, reading=True) as grabber:
+        console.run(grabber, finished=stop.is_set)
     return 0

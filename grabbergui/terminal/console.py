@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import select
 import sys
@@ -17,9 +18,11 @@ from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.terminal.interpreter import Interpreter, answer
 
-_TAKES_FEATURE = ("get_feature", "get", "set_feature", "set", "auto", "mode", "run", "list_features", "list")
-FINISHED_PERIOD = 0.2
-"""Seconds between looks at whether the server was told to end, while nothing is typed."""
+_TAKES_FEATURE = frozenset(
+    {"get_feature", "get", "set_feature", "set", "auto", "mode", "run", "watch", "list_features", "list"}
+)
+FINISHED_PERIOD = 0.1
+"""Seconds between looks at whether the end was asked for, while nothing is typed."""
 
 
 class FeatureCompleter(Completer):
@@ -55,12 +58,12 @@ class FeatureCompleter(Completer):
 
 
 def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> None:
-    """Read and run commands until `exit`, the end of the input, or `finished`.
+    """Read and run commands until `exit`, the end of the input, or `finished`, which ends long commands too.
 
     With a terminal it prompts and completes; without one it reads lines, for scripts.
     """
-    interpreter = Interpreter(grabber)
-    lines = _prompted(grabber, interpreter) if sys.stdin.isatty() else _piped(finished)
+    interpreter = Interpreter(grabber, cancelled=finished)
+    lines = _prompted(grabber, interpreter, finished) if sys.stdin.isatty() else _piped(finished)
     for line in lines:
         worked, text = answer(interpreter, line)
         if text:
@@ -84,13 +87,29 @@ def _piped(finished: Callable[[], bool]) -> Iterator[str]:
             return
 
 
-def _prompted(grabber: FrameGrabber, interpreter: Interpreter) -> Iterator[str]:
+def _prompted(
+    grabber: FrameGrabber, interpreter: Interpreter, finished: Callable[[], bool]
+) -> Iterator[str]:
     console: PromptSession[str] = PromptSession(completer=FeatureCompleter(grabber, interpreter))
+
+    async def leave_when_finished() -> None:
+        while not finished():
+            await asyncio.sleep(FINISHED_PERIOD)
+        if not console.app.is_done:
+            console.app.exit(exception=EOFError)
+
+    def watch_for_the_end() -> None:
+        console.app.create_background_task(leave_when_finished())
+
     while True:
         try:
             # What others print meanwhile goes above the prompt.
             with patch_stdout():
-                yield console.prompt("camera> ", bottom_toolbar=lambda: _hint(grabber, console))
+                yield console.prompt(
+                    "camera> ",
+                    bottom_toolbar=lambda: _hint(grabber, console),
+                    pre_run=watch_for_the_end,
+                )
         except (EOFError, KeyboardInterrupt):
             return
 

@@ -13,14 +13,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
+from grabbergui.core.errors import FeatureNotFoundError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureKind, Visibility, format_value
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models import feature_set, feature_set_files, snapshot
 from grabbergui.models.feature_set_loading import load_onto
 
 _FRAME_TIMEOUT = 5.0
+_CANCEL_PERIOD = 0.2
+"""Seconds between looks at whether a command was cancelled while it waits for a frame."""
 _WATCH_PERIOD = 0.05
 _WATCH_LONGEST = 5.0
 """Seconds; a remote terminal waits seven for its answer."""
@@ -45,8 +49,17 @@ class Interpreter:
     write to this machine's disk.
     """
 
-    def __init__(self, grabber: FrameGrabber, *, folder: Path | None = None, remote: bool = False) -> None:
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        *,
+        folder: Path | None = None,
+        remote: bool = False,
+        cancelled: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """`cancelled` tells commands that wait for the camera to give up."""
         self._grabber = grabber
+        self._cancelled = cancelled
         self._folder = folder or Path.cwd()
         self.finished = False
         "Set by `exit`."
@@ -160,7 +173,7 @@ class Interpreter:
     def _snapshot(self, folder: str = "") -> str:
         queue = self._grabber.open_queue(1)
         try:
-            frame = queue.get(_FRAME_TIMEOUT)
+            frame = self._next_frame(queue)
         finally:
             queue.close()
         path = snapshot.save(frame, self._folder / Path(folder).expanduser(), self._grabber.info)
@@ -170,8 +183,20 @@ class Interpreter:
         count = int(number) if number.isascii() and number.isdigit() else 0
         if not 1 <= count <= _MOST_FRAMES:
             raise UsageError(f"grab {number}: write a number of frames from 1 to {_MOST_FRAMES}")
-        lines = [self._snapshot(folder) for _ in range(count)]
+        lines: list[str] = []
+        while len(lines) < count and not self._cancelled():
+            lines.append(self._snapshot(folder))
         return "\n".join(lines)
+
+    def _next_frame(self, queue: FrameQueue) -> Frame:
+        """Wait in small steps, between which the end may be asked for. Raises FrameTimeoutError."""
+        deadline = time.monotonic() + _FRAME_TIMEOUT
+        while True:
+            try:
+                return queue.get(_CANCEL_PERIOD)
+            except FrameTimeoutError:
+                if self._cancelled() or time.monotonic() > deadline:
+                    raise FrameTimeoutError(f"no frame arrived within {_FRAME_TIMEOUT:g} s") from None
 
     def _watch(self, name: str, seconds: str = "2") -> str:
         try:
@@ -181,7 +206,7 @@ class Interpreter:
         if not 0 < span <= _WATCH_LONGEST:
             raise UsageError(f"watch {name} {seconds}: write seconds, up to {_WATCH_LONGEST:g}")
         start, lines, last = time.monotonic(), [], ""
-        while (passed := time.monotonic() - start) < span:
+        while (passed := time.monotonic() - start) < span and not self._cancelled():
             text = self._line(self._grabber.feature(name))
             if text != last:
                 lines.append(f"{passed:5.2f} s  {text}")
