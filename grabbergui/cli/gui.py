@@ -18,6 +18,9 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--duration", type=float, metavar="S", help="close the window after S seconds")
     parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a picture of the window")
     parser.add_argument(
+        "--script", type=Path, metavar="FILE", help="run a Python file with the window; its exit code is ours"
+    )
+    parser.add_argument(
         "--theme", choices=("auto", "light", "dark"), default="auto", help="colours (the desktop's)"
     )
     parser.set_defaults(run=_run)
@@ -37,5 +40,6 @@ def _run(options: argparse.Namespace) -> int:
         offscreen=options.offscreen,
         duration=options.duration,
         screenshot=options.screenshot,
+        script=options.script,
         theme=options.theme,
     )

@@ -22,6 +22,7 @@ from grabbergui.ui import icons, qt_messages
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.scripting import load_script, run_script
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
 
@@ -43,6 +44,7 @@ def run(
     offscreen: bool = False,
     duration: float | None = None,
     screenshot: Path | None = None,
+    script: Path | None = None,
     theme: str = "auto",
     create: Callable[[SourceUri], FrameGrabber] = sources.create,
     stop: threading.Event | None = None,
@@ -51,13 +53,15 @@ def run(
 
     With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of itself
     when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
-    frame came. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the desktop's). Settings are
-    neither read nor kept offscreen. `create` makes the grabber of a URI, for a program that holds one open
-    already. Ctrl-C and SIGTERM close the window; with `stop`, setting that does, and signals are left to the
-    caller.
+    frame came. With `script` it runs that file, whose exit code is the window's, and opens nothing by itself
+    but `uri`; see `ui.scripting`. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the
+    desktop's). Settings are neither read nor kept offscreen. `create` makes the grabber of a URI, for a
+    program that holds one open already. Ctrl-C and SIGTERM close the window; with `stop`, setting that does,
+    and signals are left to the caller.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    code_of_script = load_script(script) if script is not None else None
     app = application()
     preferences = Preferences(None) if offscreen else Preferences.of_user()
     if theme != Theme.AUTO.value:
@@ -67,8 +71,12 @@ def run(
     controller = MainController(window, preferences, create)
     with _guarded(window), _stopped_by(stop, app) if stop is not None else _interruptible(app):
         window.show()
-        controller.begin(first_source(uri, preferences))
         report = _Report(controller, screenshot)
+        if code_of_script is None:
+            controller.begin(first_source(uri, preferences))
+        else:
+            controller.begin(uri)
+            QTimer.singleShot(0, lambda: report.follow(run_script(code_of_script, controller)))
         if duration is not None:
             QTimer.singleShot(round(duration * 1000), app.quit)
         elif screenshot is not None:
@@ -99,6 +107,7 @@ class _Report:
         self._painted = 0
         self._rate = 0.0
         self._taken = False
+        self._code = 0
         self.on_taken: Callable[[], object] = lambda: None
         if path is not None:
             controller.window.picture.painted.connect(self._on_painted)
@@ -121,10 +130,15 @@ class _Report:
             self._rate = source.grabber.statistics().frame_rate
         return bool(self._controller.window.grab().save(str(path)))
 
+    def follow(self, code: int) -> None:
+        """A script has ended: end with its code."""
+        self._code = code
+        QCoreApplication.quit()
+
     def finish(self) -> int:
         """Print what came of it; the exit code."""
-        if self._path is None:
-            return 0
+        if self._path is None or self._code:
+            return self._code
         if self._painted == 0:
             messages = self._controller.window.messages.messages
             print(messages[0] if messages else "no frame came from the source in time", file=sys.stderr)

@@ -1,0 +1,232 @@
+"""Runs a script of the user's with the objects of the window: for tests on a robot without a screen.
+
+A script is plain Python from top to bottom and finds one name, `desk`. It runs on the GUI thread; whenever
+it waits, the window lives.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from types import CodeType
+from typing import Any, TypeVar
+
+from PyQt5.QtCore import QEventLoop, QTimer
+from PyQt5.QtWidgets import QWidget
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.connection import LinkState, OpenSource
+from grabbergui.ui.controllers.main import MainController
+from grabbergui.ui.views.main_window import MainWindow
+
+T = TypeVar("T")
+
+PATIENCE = 10.0
+"Seconds that a call waits where nothing else is said."
+EXIT_FAILURE = 1
+_POLL_MS = 10
+
+
+class _Ended(BaseException):
+    """The script is not to go on: it ended itself, or the window was closed under it."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(code)
+        self.code = code
+
+
+class ScriptDesk:
+    """What a script has in its hands. Calls wait until it is so, and raise GrabberError where it is not."""
+
+    def __init__(self, program: MainController) -> None:
+        self.program = program
+        "The models and controllers behind the window."
+        self._failures: list[str] = []
+        self._closed = False
+        program.connection.failed.connect(self._failures.append)
+        program.window.closing.connect(self._on_window_closing)
+
+    @property
+    def window(self) -> MainWindow:
+        """The window; its actions and widgets do what they do for people."""
+        return self.program.window
+
+    @property
+    def grabber(self) -> FrameGrabber:
+        """The source at hand as a frame grabber. Raises GrabberError where nothing is open."""
+        grabber = self._source().grabber
+        assert grabber is not None
+        return grabber
+
+    @property
+    def messages(self) -> list[str]:
+        """What the bars above the picture say, the newest first."""
+        return self.window.messages.messages
+
+    def open(self, uri: str, timeout: float = PATIENCE) -> FrameGrabber:
+        """Open a source in place of what is at hand, and start it."""
+        del self._failures[:]
+        connection = self.program.connection
+        connection.connect_to(uri)
+
+        def settled() -> bool:
+            return connection.state in (LinkState.STREAMING, LinkState.CLOSED) or bool(self._failures)
+
+        self.until(settled, timeout, f"{uri} is not open")
+        if connection.state is not LinkState.STREAMING:
+            raise GrabberError(self._failures[0] if self._failures else f"{uri} was closed")
+        return self.grabber
+
+    def close(self, timeout: float = PATIENCE) -> None:
+        """Close every source, and wait until they are."""
+        self.program.connection.close_all()
+        self.until(lambda: self.program.connection.wait_closed(0), timeout, "a source does not close")
+
+    def get(self, name: str) -> Feature:
+        """A feature as it is now."""
+        grabber = self.grabber
+        return self._on_source(lambda: grabber.feature(name))
+
+    def set(self, name: str, value: FeatureValue) -> Feature:
+        """Write a feature as the operator does, undo included, and return what the camera then reports."""
+        hands = self._source().hands
+        assert hands is not None
+        return self._on_source(lambda: hands.write_feature(name, value))
+
+    def execute(self, name: str) -> None:
+        """Run a command feature."""
+        hands = self._source().hands
+        assert hands is not None
+        self._on_source(lambda: hands.execute(name))
+
+    def wait_for_frames(self, count: int = 1, timeout: float = PATIENCE) -> Frame:
+        """Wait for so many frames more, and return the last. Raises FrameTimeoutError."""
+        queue, frame = self.grabber.open_queue(count), None
+        try:
+            for _ in range(count):
+                frame = self._next(queue.get, timeout)
+        finally:
+            queue.close()
+        assert frame is not None, "no frames were asked for"
+        return frame
+
+    def until(
+        self,
+        condition: Callable[[], object],
+        timeout: float = PATIENCE,
+        otherwise: str = "it did not come so",
+    ) -> None:
+        """Wait until a condition is true. Raises GrabberError after `timeout` seconds."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            if time.monotonic() > deadline:
+                raise GrabberError(f"{otherwise} after {timeout:g} s")
+            self.wait(_POLL_MS / 1000)
+
+    def wait(self, seconds: float) -> None:
+        """Let the window live for a while."""
+        loop = QEventLoop()
+        ended = False
+
+        def end() -> None:
+            nonlocal ended
+            ended = True
+            loop.quit()
+
+        QTimer.singleShot(round(seconds * 1000), end)
+        loop.exec_()
+        if not ended or self._closed:  # the window was closed, or the program told to end
+            raise _Ended(EXIT_FAILURE)
+
+    def screenshot(self, path: str | Path, widget: QWidget | None = None) -> Path:
+        """Save a picture of the window, or of a part of it."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if not (widget or self.window).grab().save(str(path)):
+            raise GrabberError(f"the screenshot could not be written to {path}")
+        return path
+
+    def end(self, code: int = 0) -> None:
+        """End the script and the window here, with this exit code."""
+        raise _Ended(code)
+
+    # -- inside ------------------------------------------------------------------------------------
+    def _source(self) -> OpenSource:
+        source = self.program.connection.source
+        if source is None or source.hands is None:
+            raise GrabberError("nothing is open; call desk.open('sim:') first")
+        return source
+
+    def _on_source(self, job: Callable[[], T]) -> T:
+        """Run a job on the source's own thread, and wait for its result here."""
+        results: list[T] = []
+        errors: list[GrabberError] = []
+        self._source().worker.submit(job, done=results.append, failed=errors.append)
+        self.until(lambda: results or errors, PATIENCE, "the source does not answer")
+        if errors:
+            raise errors[0]
+        return results[0]
+
+    def _next(self, get: Callable[[float], Frame], timeout: float) -> Frame:
+        deadline = time.monotonic() + timeout
+        while True:
+            try:
+                return get(0)
+            except FrameTimeoutError:
+                if time.monotonic() > deadline:
+                    raise FrameTimeoutError(f"no frame within {timeout:g} s") from None
+            self.wait(_POLL_MS / 1000)
+
+    def _on_window_closing(self) -> None:
+        self._closed = True
+
+
+def load_script(path: Path) -> CodeType:
+    """A script, read and compiled. Raises UsageError."""
+    try:
+        return compile(path.read_bytes(), str(path), "exec")
+    except OSError as error:
+        raise UsageError(f"the script {path} cannot be read: {error.strerror or error}") from error
+    except (SyntaxError, ValueError) as error:
+        raise UsageError(f"the script {path} is no Python: {error}") from error
+
+
+def run_script(script: CodeType, program: MainController) -> int:
+    """Run a script on the GUI thread, inside the event loop; the exit code.
+
+    0 where it ran through, what it ended with where it ended itself, 1 where it failed or the window was
+    closed under it: then its own lines of the traceback are on stderr.
+    """
+    desk = ScriptDesk(program)
+    names: dict[str, Any] = {"__name__": "__main__", "__file__": script.co_filename, "desk": desk}
+    try:
+        exec(script, names)  # the user's own script, which the user named
+    except _Ended as ended:
+        return ended.code
+    except SystemExit as ended:
+        return _code(ended)
+    except Exception as error:
+        _tell(error, script.co_filename)
+        return EXIT_FAILURE
+    return 0
+
+
+def _code(ended: SystemExit) -> int:
+    """As Python itself takes it: a number, nothing, or a text for stderr."""
+    if ended.code is None or isinstance(ended.code, int):
+        return ended.code or 0
+    print(ended.code, file=sys.stderr)
+    return EXIT_FAILURE
+
+
+def _tell(error: Exception, script: str) -> None:
+    """The lines of the script that led to an error, without those of the program below."""
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == script]
+    lines = ["Traceback (most recent call last):\n", *traceback.format_list(frames)]
+    print("".join([*lines, *traceback.format_exception_only(type(error), error)]), end="", file=sys.stderr)

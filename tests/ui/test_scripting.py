@@ -1,0 +1,125 @@
+"""Scripts that use the window without a screen: what they can do, and the exit code."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PyQt5.QtGui import QImage
+
+from grabbergui.core.errors import UsageError
+from grabbergui.ui.scripting import load_script, run_script
+
+EXAMPLE = Path(__file__).parents[2] / "resources" / "scripts" / "check_camera.py"
+
+
+@pytest.fixture
+def run(window_desk, tmp_path, monkeypatch):
+    """Runs a script in this process; its exit code."""
+    monkeypatch.chdir(tmp_path)
+
+    def run_it(text):
+        script = tmp_path / "script.py"
+        script.write_text(text)
+        return run_script(load_script(script), window_desk.program)
+
+    return run_it
+
+
+def test_the_example_runs_and_says_that_the_camera_is_fit(run, tmp_path, capsys):
+    assert run(EXAMPLE.read_text()) == 0
+    assert "nothing lost" in capsys.readouterr().out
+    assert QImage(str(tmp_path / "camera.png")).width() >= 1000
+
+
+def test_it_has_the_windows_own_objects(run, tmp_path, capsys):
+    code = run("""
+desk.open("sim:?width=320&height=240")
+desk.set("Gain", 6)
+assert desk.get("Gain").value == 6 == desk.grabber.feature("Gain").value
+desk.until(desk.window.actionUndo.isEnabled)
+desk.window.actionUndo.trigger()
+desk.until(lambda: desk.get("Gain").value == 0)
+desk.execute("TimestampLatch")
+frame = desk.wait_for_frames(3)
+assert (frame.width, frame.height) == (320, 240)
+desk.program.connection.connect_beside("sim:colour")
+desk.until(lambda: len(desk.window.gallery.tiles) == 2)
+desk.screenshot("tiles/gallery.png", desk.window.gallery)
+desk.close()
+assert not desk.messages, desk.messages
+print("through")
+""")
+    assert (code, capsys.readouterr().out) == (0, "through\n")
+    assert QImage(str(tmp_path / "tiles" / "gallery.png")).width() > 300
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        ("desk.end(7)", 7, ""),
+        ("import sys\nsys.exit(5)", 5, ""),
+        ("import sys\nsys.exit('no good')", 1, "no good\n"),
+        ("assert 1 > 2, 'one is not more'", 1, "AssertionError: one is not more\n"),
+        ("desk.open('sim:nonsense')", 1, "no simulated camera 'nonsense'"),
+        ("desk.open('sim:?width=320')\ndesk.set('Gain', 1000)", 1, "Gain=1000"),
+        ("desk.get('Gain')", 1, "nothing is open"),
+        ("desk.until(lambda: False, 0.1, 'it is never')", 1, "it is never after 0.1 s"),
+        ("desk.window.close()\ndesk.wait(1)\nprint('never')", 1, ""),
+    ],
+)
+def test_the_exit_code_says_how_it_went(run, capsys, text, code, said):
+    assert run(text) == code
+    out, errors = capsys.readouterr()
+    assert said in errors and "never" not in out
+    if said and "exit" not in text:
+        assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
+
+
+@pytest.mark.parametrize(("text", "said"), [("def (", "is no Python"), (None, "cannot be read")])
+def test_what_is_no_script_is_wrong_usage(tmp_path, text, said):
+    script = tmp_path / "script.py"
+    if text is not None:
+        script.write_text(text)
+    with pytest.raises(UsageError, match=said):
+        load_script(script)
+
+
+def started(tmp_path, text, *options):
+    """The program itself, without a screen."""
+    script = tmp_path / "script.py"
+    script.write_text(text)
+    environment = {**os.environ, "HOME": str(tmp_path)}
+    environment.pop("QT_QPA_PLATFORM", None)
+    command = [sys.executable, "-m", "grabbergui", "gui", *options, "--offscreen", "--script", str(script)]
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+    )
+
+
+def test_a_source_on_the_command_line_is_open_already(tmp_path):
+    text = "desk.until(lambda: desk.program.connection.state.connected)\nprint(desk.wait_for_frames().width)"
+    process = started(tmp_path, text + "\ndesk.end(4)", "sim:?width=320")
+    out, _ = process.communicate(timeout=50)
+    assert (process.returncode, out) == (4, "320\n")
+
+
+def test_a_time_limit_ends_it_with_a_failure(tmp_path):
+    process = started(tmp_path, "desk.wait(30)\nprint('never')", "--duration", "1")
+    out, errors = process.communicate(timeout=25)
+    assert (process.returncode, out) == (1, "") and "Traceback" not in errors
+
+
+def test_an_interrupt_ends_it(tmp_path):
+    process = started(tmp_path, "print('up', flush=True)\ndesk.wait(30)\nprint('never')")
+    try:
+        assert process.stdout.readline() == "up\n"
+        process.send_signal(signal.SIGTERM)
+        out, errors = process.communicate(timeout=25)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+    assert (process.returncode, out) == (1, "") and "Traceback" not in errors
