@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 run test lint bench screenshots clean
+.PHONY: setup setup-ros2 run test lint bench fuzz screenshots clean
 
 setup: $(STAMP)
 
@@ -42,6 +42,12 @@ screenshots: setup
 
 bench: setup
 	$(BIN)/python -m benchmarks
+
+# Coverage-guided fuzzing of every parser, so long for each: make fuzz SECONDS=600
+SECONDS ?= 60
+fuzz: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check atheris
+	$(BIN)/python -m fuzz --seconds $(SECONDS)
 
 clean:
 	rm -rf $(VENV) build dist ./*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

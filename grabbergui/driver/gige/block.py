@@ -101,7 +101,9 @@ class Block:
         if self.last_id is not None:
             return self.last_id - 1
         leader = self.leader
-        if leader is None or leader.kind == PayloadKind.MULTI_PART or leader.payload_bytes is None:
+        if leader is None or self.refused:  # a leader that was refused may announce any number
+            return None
+        if leader.kind == PayloadKind.MULTI_PART or leader.payload_bytes is None:
             return None
         return -(-leader.payload_bytes // stride)
 

@@ -241,7 +241,7 @@ class ControlChannel:
             return []
         if status == Status.SUCCESS and self._taking_control(header.command):
             self._heard = now
-        ack = Ack(status, header.command + 1, header.req_id, answer).encode()
+        ack = Ack(status, header.command + 1 & 0xFFFF, header.req_id, answer).encode()
         if not (saving and status == Status.SUCCESS):
             return [Outgoing(now, ack, source)]
         if not self.memory.integer(gev.GVCP_CONFIGURATION) & GvcpConfiguration.PENDING_ACK:

@@ -1,0 +1,110 @@
+"""GVSP: every decoder; and the same datagrams one by one and by rows must make the same frames."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fuzz._input import Input, captured, joined, refusing
+from grabbergui.driver.gige import gvsp
+from grabbergui.driver.gige.block_assembler import BlockAssembler
+from grabbergui.driver.gige.frame_builder import FrameBuilder
+
+STRIDES = (8, 64, 540, 1464)
+PAYLOAD = 4096
+
+
+def seeds() -> list[bytes]:
+    """Captured streams, and the datagrams of some for each stride."""
+    datagrams = captured("D")
+    streams = [datagrams[start : start + 9] for start in range(0, len(datagrams), 9)]
+    return [
+        *(b"\0" + datagram for datagram in datagrams[:100]),
+        *(bytes((1, index % 4, 0)) + joined(stream) for index, stream in enumerate(streams)),
+    ]
+
+
+def one_input(data: bytes) -> None:
+    """The decoders' turn or the assembler's, by the first byte."""
+    source = Input(data)
+    (_decode, _assemble)[source.number(1) % 2](source)
+
+
+def _decode(source: Input) -> None:
+    datagram = source.rest()
+    header = refusing(gvsp.PacketHeader.decode, datagram)
+    if header is None:
+        return
+    body = datagram[header.size :]
+    leader = refusing(gvsp.Leader.decode, body)
+    if leader is not None and leader.image_bytes < 0:
+        raise AssertionError(leader)
+    refusing(gvsp.Trailer.decode, body)
+    refusing(gvsp.PartPosition.decode, body)
+
+
+def _assemble(source: Input) -> None:
+    stride = STRIDES[source.number(1) % len(STRIDES)]
+    incomplete = bool(source.number(1) & 1)
+    datagrams = list(source.messages())
+    outcomes = [
+        _frames(_one_by_one(datagrams, stride, incomplete)),
+        _frames(_by_rows(datagrams, stride, incomplete)),
+    ]
+    if outcomes[0] != outcomes[1]:
+        raise AssertionError(f"one by one: {outcomes[0]}\nby rows: {outcomes[1]}")
+
+
+def _assembler(stride: int, incomplete: bool) -> BlockAssembler:
+    return BlockAssembler(
+        stride, PAYLOAD, lambda: np.zeros(PAYLOAD, np.uint8), deliver_incomplete=incomplete
+    )
+
+
+def _one_by_one(datagrams: list[bytes], stride: int, incomplete: bool) -> BlockAssembler:
+    assembler = _assembler(stride, incomplete)
+    for datagram in datagrams:
+        assembler.receive(datagram, 0.0)
+    return assembler
+
+
+def _by_rows(datagrams: list[bytes], stride: int, incomplete: bool) -> BlockAssembler:
+    assembler = _assembler(stride, incomplete)
+    rows: list[bytes] = []
+    for datagram in (*datagrams, b""):
+        if rows and len(datagram) != len(rows[0]):
+            assembler.receive_rows(_as_rows(rows), 0.0)
+            rows = []
+        if datagram:
+            rows.append(datagram)
+        else:
+            assembler.receive(b"", 0.0)
+    assembler.statistics.packets_ignored -= 1  # the end that was added
+    return assembler
+
+
+def _as_rows(rows: list[bytes]) -> NDArray[np.uint8]:
+    return np.frombuffer(b"".join(rows), np.uint8).reshape(len(rows), -1)
+
+
+def _frames(assembler: BlockAssembler) -> list[object]:
+    list(assembler.resend_requests())
+    now = 0.0
+    for _ in range(1000):
+        due = assembler.timer()
+        if due == float("inf"):
+            break
+        now = max(now, due)
+        assembler.handle_timer(now)
+        list(assembler.resend_requests())
+    else:
+        raise AssertionError("a block is never given up")
+    builder = FrameBuilder(1_000_000_000)
+    told: list[object] = []
+    for block in assembler.finished():
+        frame = builder.build(block)
+        if not 0 <= len(frame.payload) <= PAYLOAD:
+            raise AssertionError(frame)
+        told.append((frame.frame_id, frame.width, frame.height, frame.status, frame.payload.tobytes()))
+    statistics = assembler.statistics
+    return [*told, statistics.incomplete, statistics.packets_duplicate, statistics.packets_ignored]

@@ -1,0 +1,48 @@
+"""Pixels: any payload under any format's code, of any size."""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+
+from fuzz._input import Input
+from grabbergui.core import pfnc
+from grabbergui.core.errors import PixelFormatError
+from grabbergui.core.frame import Frame
+
+CODES = (
+    0x01080001, 0x01100003, 0x010A0046, 0x010C0047, 0x010C0004, 0x010C0006, 0x01080009, 0x010C002B,
+    0x010C0057, 0x010A0058, 0x02180014, 0x02180015, 0x02200016, 0x0210001F, 0x02100032, 0x020C001E,
+    0x0224005D, 0x0220001D, 0x02100035, 0x010100C5, 0x82FF1234,
+)  # fmt: skip
+
+
+def seeds() -> list[bytes]:
+    """A little picture of each format."""
+    return [bytes((index, 0, 4, 0, 2, 0)) + bytes(range(64)) for index in range(len(CODES))]
+
+
+def one_input(data: bytes) -> None:
+    """Every view of one frame."""
+    source = Input(data)
+    code = CODES[choice] if (choice := source.number(1)) < len(CODES) else source.number(4)
+    width, height, flags = source.number(2), source.number(2), source.number(1)
+    frame = Frame(
+        payload=np.frombuffer(source.rest(), np.uint8),
+        width=width,
+        height=height,
+        pixel_format=pfnc.by_code(code),
+        padding_x=flags >> 4,
+        big_endian=bool(flags & 1),
+    )
+    with contextlib.suppress(PixelFormatError):
+        raw = frame.raw()
+        if raw.shape[:2] != (height, width):
+            raise AssertionError(f"{frame.pixel_format} of {width}x{height} became {raw.shape}")
+    with contextlib.suppress(PixelFormatError):
+        colours = frame.rgb()
+        if colours.shape != (height, width, 3) or colours.dtype != np.uint8:
+            raise AssertionError(f"{frame.pixel_format} of {width}x{height} became {colours.shape}")
+    with contextlib.suppress(PixelFormatError):
+        frame.mono()

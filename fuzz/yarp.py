@@ -1,0 +1,94 @@
+"""YARP: Bottles in both forms and dialects, messages on a connection, images."""
+
+from __future__ import annotations
+
+from fuzz._input import DATA, Input, erring, refusing
+from grabbergui.net.yarp import image
+from grabbergui.net.yarp.os import bottle_text, carrier
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.bottle_scan import BottleScanner
+from grabbergui.net.yarp.os.values import Dialect
+
+MOST_MEMORY = 1 << 20
+
+
+def seeds() -> list[bytes]:
+    """What our own side writes, and captured conversations."""
+    bottle = Bottle.from_text('(a 1 2.5) [vo] {1 2 3} "text \\" more" -7 (1 2 3) () 1e300')
+    texts = ["[set] [gain] 0.5", "(a (b (c)))", '"\\n"', "0x7f -0 1.", "{1 2"]
+    captures = [path.read_bytes()[:4096] for path in sorted((DATA / "yarp").rglob("*")) if path.is_file()]
+    message = b"".join(bytes(part) for part in carrier.encode_message("d", [bottle.encode()]))
+    return [
+        *(b"\0" + form for form in (bottle.encode(), bottle.encode(Dialect.YARP4), *captures)),
+        *(b"\1" + text.encode() for text in texts),
+        b"\2\1" + carrier.encode_greeting(carrier.by_name("tcp"), "/me")[8:] + message,
+        b"\2\0" + message,
+        b"\3" + image.encode_header("mono", 4, 2, 8) + bytes(16),
+        *(b"\4" + capture for capture in captures),
+    ]
+
+
+def one_input(data: bytes) -> None:
+    """One part's turn, by the first byte."""
+    source = Input(data)
+    (_binary, _text, _connection, _image, _greeting)[source.number(1) % 5](source)
+
+
+def _binary(source: Input) -> None:
+    data = source.rest()
+    for dialect in Dialect:
+        bottle = refusing(Bottle.decode, data, dialect)
+        if bottle is not None:
+            again = Bottle.decode(bottle.encode(dialect), dialect)
+            if repr(again) != repr(bottle):
+                raise AssertionError(f"{bottle!r} became {again!r}")
+            bottle.to_text()
+        scanner = BottleScanner(dialect, MOST_MEMORY)
+        needed = refusing(scanner.scan, data)
+        if bottle is not None and needed is not None and needed != len(data):
+            raise AssertionError(f"{needed} bytes of {len(data)} in {bottle!r}")
+
+
+def _text(source: Input) -> None:
+    text = source.rest().decode("utf-8", "replace")
+    bottle_text.is_complete(text)
+    bottle = refusing(Bottle.from_text, text)
+    if bottle is not None:
+        # Not the same again in every case: a vocab may hold brackets, quotes and zeros.
+        refusing(Bottle.from_text, bottle.to_text())
+        erring(bottle.encode)
+
+
+def _connection(source: Input) -> None:
+    receiver = carrier.Receiver(named=bool(source.number(1) & 1), limit=MOST_MEMORY)
+
+    def receive() -> None:
+        data = source.rest()
+        while data:
+            wanted = receiver.wanted
+            if not wanted:
+                raise AssertionError("waits for nothing")
+            count = min(len(wanted), len(data))
+            wanted[:count] = data[:count]
+            data = data[count:]
+            message = receiver.received(count)
+            if message is not None:
+                refusing(Bottle.decode, message.body)
+
+    refusing(receive)
+
+
+def _image(source: Input) -> None:
+    made = refusing(image.decode, source.rest())
+    if made is not None:
+        header, pixels = made
+        pixels.sum()
+        if pixels.shape[:2] != (header.height, header.width):
+            raise AssertionError(header)
+
+
+def _greeting(source: Input) -> None:
+    data = source.rest()
+    refusing(carrier.identify, data[:8])
+    if len(data) >= 8:
+        refusing(carrier.decode_number, data[:8])
