@@ -11,6 +11,7 @@ import ctypes
 import threading
 import weakref
 from collections import deque
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,9 +53,9 @@ class BufferPool:
             storage = self._free.pop() if self._free else bytearray(self.size)
             self._in_use += 1
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
-        lease = (ctypes.c_ubyte * self.size).from_buffer(storage)
+        lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage)
         weakref.finalize(lease, self._give_back, storage).atexit = False
-        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)  # type: ignore[call-overload]
+        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
         return array
 
     def _give_back(self, storage: bytearray) -> None:

@@ -116,10 +116,10 @@ class GentlStream:
         memory = self._memory[index]
         address = np.frombuffer(memory, np.uint8).ctypes.data
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
-        lease = (ctypes.c_ubyte * size).from_address(address)
+        lease: Any = (ctypes.c_ubyte * size).from_address(address)
         # The finaliser keeps the memory alive, also beyond the stream's end.
         weakref.finalize(lease, _give_back, self._free, index, memory).atexit = False
-        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)  # type: ignore[call-overload]
+        array: NDArray[np.uint8] = np.frombuffer(lease, np.uint8)
         array.flags.writeable = False
         return array
 

@@ -123,7 +123,8 @@ def _gradient(height: int, width: int) -> NDArray[np.float32]:
     gradient = (0.18 * spot_y) * spot_x
     gradient += np.float32(0.31) * x
     gradient += np.float32(0.31) * y + np.float32(0.06)
-    return np.maximum(gradient, np.float32(0.02), out=gradient)
+    np.maximum(gradient, np.float32(0.02), out=gradient)
+    return gradient.astype(np.float32, copy=False)
 
 
 def _grid(grey: NDArray[np.float32]) -> None:

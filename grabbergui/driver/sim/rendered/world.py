@@ -63,7 +63,7 @@ def _pyramid(texture: Texture) -> list[NDArray[np.uint16]]:
         while len(levels) < _LEVELS and min(levels[-1].shape[:2]) > 8:
             height, width = levels[-1].shape[:2]
             half = cv2.resize(levels[-1], (width // 2, height // 2), interpolation=cv2.INTER_AREA)
-            levels.append(half)
+            levels.append(np.asarray(half, np.uint16))
         held = _pyramids[id(texture)] = (texture, levels)
     return held[1]
 
