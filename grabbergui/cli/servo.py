@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import calibrate, servo_robots, simulate_teo, simulate_tiago
-from grabbergui.cli.servo_robots import CalibrationFor, Truth
+from grabbergui.cli.servo_robots import Truth
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.core.frame import Frame
+    from grabbergui.servo.calibration_choice import CalibrationFor
     from grabbergui.servo.config import Config
     from grabbergui.servo.loop import Turn
     from grabbergui.servo.pilot import Pilot

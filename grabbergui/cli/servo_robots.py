@@ -7,23 +7,21 @@ import math
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grabbergui.cli.opening import opened
-from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
-from grabbergui.core.errors import UsageError
+from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
+from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
+    from grabbergui.servo.calibration_choice import CalibrationFor
     from grabbergui.servo.config import Config
     from grabbergui.servo.pilot import Pilot
     from grabbergui.servo.robots.robot import Body, Robot
     from grabbergui.servo.robots.tiago_ros2 import Topics
 
-CalibrationFor = Callable[[int, int], Calibration]
-"Width and height of pictures to their calibration."
 Truth = Callable[[], dict[str, float]]
 "What is true at the moment, where all is simulated; for the report."
 
@@ -152,7 +150,8 @@ def _simulated(body: Body, options: argparse.Namespace, config: Config, stack: E
     robot.open()
     stack.callback(robot.close)
     if options.source:
-        return Scene(robot, stack.enter_context(opened(options.source)), _calibration(options))
+        grabber = stack.enter_context(opened(options.source))
+        return Scene(robot, grabber, _calibration(options, grabber))
     board = rendered_scene.board_pose()
     things = desk.things_for(
         config.marker, Things(board=lambda seconds: board if seconds >= BOARD_SHOWN_S else None)
@@ -171,7 +170,8 @@ def _simulated(body: Body, options: argparse.Namespace, config: Config, stack: E
         }
 
     given = options.calibration is not None or options.field_of_view is not None
-    return Scene(robot, grabber, _calibration(options) if given else desk.calibration().scaled_to, truth)
+    calibration = _calibration(options, grabber) if given else desk.calibration().scaled_to
+    return Scene(robot, grabber, calibration, truth)
 
 
 def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
@@ -180,11 +180,12 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
 
     server = f"?nameserver={options.nameserver}" if options.nameserver else ""
     options.source = options.source or f"yarp:{options.remote}/camera{server}"
-    calibration = _calibration(options)
+    grabber = stack.enter_context(opened(options.source))
+    calibration = _calibration(options, grabber)
     robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote)
     robot.open()
     stack.callback(robot.close)
-    return Scene(robot, stack.enter_context(opened(options.source)), calibration)
+    return Scene(robot, grabber, calibration)
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
@@ -192,11 +193,11 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 
     source = options.source = options.source or "ros2:/camera"
     given = options.calibration is not None or options.field_of_view is not None
-    calibration = None if source.startswith("ros2:") and not given else _calibration(options)
+    grabber = stack.enter_context(opened(source))
+    calibration = None if source.startswith("ros2:") and not given else _calibration(options, grabber)
     robot = tiago_ros2.TiagoOverRos2(tiago_body(options), tiago_topics(options))
     robot.open()
     stack.callback(robot.close)
-    grabber = stack.enter_context(opened(source))
     if calibration is None:
         from grabbergui.net.ros2.calibration import receive_calibration
 
@@ -207,12 +208,26 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 _ROBOTS = {"sim-teo": _sim_teo, "sim-tiago": _sim_tiago, "teo": _teo, "tiago": _tiago}
 
 
-def _calibration(options: argparse.Namespace) -> CalibrationFor:
-    """The one given, for pictures of any size that fits it. Raises UsageError with the ways out of none."""
+def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> CalibrationFor:
+    """The one given, for pictures of any size that fits it; with a window, the one chosen there.
+
+    Raises UsageError with the ways out of none.
+    """
+    from grabbergui.servo.calibration_choice import CalibrationChoice
+
     if options.calibration is not None:
-        return Calibration.load(options.calibration).scaled_to
+        return CalibrationChoice.file(options.calibration)
     if options.field_of_view is not None:
-        return partial(Calibration.from_field_of_view, degrees=options.field_of_view)
+        return CalibrationChoice.nominal(options.field_of_view)
+    if not options.headless:
+        try:
+            from grabbergui.ui.views import calibration_run
+        except ImportError as error:
+            raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
+        grabber.start()
+        choice = calibration_run.choose(grabber)
+        if choice is not None:
+            return choice
     raise UsageError(
         f"{options.source} is not calibrated: run `grabbergui calibrate {options.source}` and pass its file "
         f"as --calibration FILE, or do roughly with --field-of-view {NOMINAL_FIELD_OF_VIEW:g}"

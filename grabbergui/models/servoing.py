@@ -10,7 +10,6 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +23,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.rendering import DisplaySettings, render
 from grabbergui.servo import overlay
+from grabbergui.servo.calibration_choice import CalibrationFor
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.loop import Turn
@@ -46,9 +46,6 @@ ENTRIES = 200
 "Of the history of states."
 _COLUMNS = 9
 "Time, error (m, rad), twist (m/s, rad/s)."
-
-CalibrationFor = Callable[[int, int], Calibration]
-"Width and height of pictures to their calibration."
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +89,8 @@ class Shown:
     drawing: Drawing
     posture: Posture | None
     "None while the robot has not answered."
+    nominal: bool = False
+    "Whether the calibration is only assumed."
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,14 +224,15 @@ class ServoModel:
 
     def _made(self, newest: _Newest, frame: Frame | None) -> Shown:
         turn, image, size = newest.turn, None, (0, 0)
-        drawing = Drawing()
+        drawing, nominal = Drawing(), False
         if frame is not None:
             size = frame.width, frame.height
             image = render(frame, *self._view, DisplaySettings())
             calibration = self._calibration(*size)
             drawing = overlay.drawing(turn, newest.sighting, calibration, self._pilot.config.head)
+            nominal = calibration.nominal
             self._sight = _sight(calibration)
-        return Shown(turn, image, size, drawing, self._posture(newest))
+        return Shown(turn, image, size, drawing, self._posture(newest), nominal)
 
     def _posture(self, newest: _Newest) -> Posture | None:
         state = newest.turn.robot

@@ -55,6 +55,7 @@ class Pilot:
         self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
+        self._renew = False
         self._tuned: Config | None = None
         self._running = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -96,6 +97,15 @@ class Pilot:
         """What is moved."""
         return self._robot
 
+    @property
+    def grabber(self) -> FrameGrabber:
+        """Whose pictures are looked at."""
+        return self._grabber
+
+    def renew_detector(self) -> None:
+        """Make the detector anew for the next picture, as after another calibration. Any thread."""
+        self._renew = True
+
     def tune(self, config: Config) -> None:
         """Other gains, limits and rate from the next turn on. Any thread."""
         self._tuned = config
@@ -132,7 +142,8 @@ class Pilot:
             return None
         began = time.monotonic()
         captured = began - max(0.0, (time.time_ns() - frame.received_ns) * 1e-9)
-        if self._detector is None:
+        if self._detector is None or self._renew:
+            self._renew = False  # first: a wish that comes meanwhile is for the next picture
             self._detector = self._make_detector(frame)
         grey = frame.mono()
         self.loop.see(self._detector.detect(np.asarray(grey), captured, frame.frame_id))

@@ -24,6 +24,8 @@ from grabbergui.servo.boards import BoardSettings
 from grabbergui.servo.calibration import Verdict
 from grabbergui.servo.coverage import Coverage
 from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser
+from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
 
 MONO = by_name("Mono8")
@@ -294,6 +296,58 @@ def test_what_cannot_be_written_is_said(stand, tmp_path):
 )
 def test_a_camera_is_named_as_ros_allows(info, name):
     assert camera_name(info) == name
+
+
+# -- a camera that has none ------------------------------------------------------------------------
+@pytest.fixture
+def chooser(qtbot):
+    dialog = CalibrationChoiceDialog("Left eye")
+    qtbot.addWidget(dialog)
+    dialog.open()
+    grabber = fakes.ScriptedGrabber()
+    grabber.start()
+    made = CalibrationChooser(dialog, grabber)
+    yield made
+    if made.calibrating is not None:
+        made.calibrating.reject()
+
+
+def test_it_is_said_that_there_is_none(chooser):
+    assert chooser.parent().titleLabel.text() == "Left eye is not calibrated"
+    chooser.parent().cancelButton.click()
+    assert chooser.choice is None
+
+
+def test_a_field_of_view_may_be_assumed(chooser):
+    dialog = chooser.parent()
+    dialog.degreesBox.setValue(90)
+    dialog.nominalButton.click()
+    assert dialog.result() == dialog.Accepted
+    assumed = chooser.choice(640, 480)
+    assert assumed.nominal
+    assert assumed.matrix[0, 0] == pytest.approx(320)
+
+
+def test_a_file_may_be_opened_and_one_that_is_none_is_refused(chooser, tmp_path, monkeypatch):
+    dialog, path = chooser.parent(), tmp_path / "camera.yaml"
+    path.write_text("camera_matrix: broken")
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: (str(path), ""))
+    dialog.fileButton.click()
+    assert "camera.yaml" in dialog.problemLabel.text()
+    assert chooser.choice is None
+    Calibration.from_field_of_view(640, 480, 70).save(path)
+    dialog.fileButton.click()
+    assert chooser.choice(320, 240).matrix[0, 0] == pytest.approx(160 / np.tan(np.radians(35)))
+
+
+def test_it_may_be_calibrated_at_once(chooser, tmp_path, qtbot):
+    dialog, path = chooser.parent(), tmp_path / "camera.yaml"
+    dialog.calibrateButton.click()
+    assert chooser.calibrating.isVisible()
+    Calibration.from_field_of_view(640, 480, 70).save(path)
+    chooser.calibrating.findChild(CalibratingController).model.saved.emit(path)
+    qtbot.waitUntil(lambda: chooser.choice is not None, timeout=5000)
+    assert not dialog.isVisible()
 
 
 # -- from the main window --------------------------------------------------------------------------

@@ -15,15 +15,19 @@ from grabbergui.core.region import Region
 from grabbergui.models.servo_tuning import Tuning
 from grabbergui.models.servoing import Entry, Posture
 from grabbergui.servo import desk, geometry
+from grabbergui.servo.calibration_choice import CalibrationChoice
 from grabbergui.servo.config import Config
 from grabbergui.servo.overlay import Drawing, Stroke
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.sim_teo import SimTeo
 from grabbergui.servo.state_machine import State
+from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.calibration_dialog import CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.widgets.message_stack import MessageBar
 from grabbergui.ui.widgets.orbit import NEAR, Orbit
 
 TUNING = Tuning.of(Config())
@@ -86,8 +90,8 @@ def test_the_state_is_lit_and_told(window):
     window.setState(State.WAITING, "centred; no marker yet")
     assert window.states.state is State.WAITING
     assert window.reasonLabel.text() == "centred; no marker yet"
-    colours = {window.grab().toImage().pixelColor(x, window.states.geometry().center().y()).name()
-               for x in range(window.states.x(), window.states.geometry().right())}  # fmt: skip
+    image = window.states.grab().toImage()
+    colours = {image.pixelColor(x, image.height() // 2).name() for x in range(image.width())}
     assert "#50a0fa" in colours
 
 
@@ -227,14 +231,22 @@ def test_a_line_is_cut_off_before_the_eye():
 
 # -- a live run ------------------------------------------------------------------------------------
 @pytest.fixture
-def live(qtbot, window):
+def calibration():
+    """What the live run goes by; a test may exchange it."""
+    return CalibrationChoice(desk.calibration().scaled_to)
+
+
+@pytest.fixture
+def live(qtbot, window, calibration):
     """A pilot on the simulated robot, shown."""
     threads = set(threading.enumerate())
     robot = SimTeo()
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
-    controller = ServoController(window, pilot, desk.calibration().scaled_to)
+    pilot = Pilot(
+        camera, robot, lambda frame: desk.detector(desk.Config(), calibration(frame.width, frame.height))
+    )
+    controller = ServoController(window, pilot, calibration)
     try:
         yield pilot, robot
     finally:
@@ -312,3 +324,24 @@ def test_the_robot_that_is_drawn_is_the_one_that_moves(live, window, qtbot):
     reach = teo.RIGHT_ARM.forward(robot.state().arm)[:3, 3]
     assert np.linalg.norm(shown.hand[:3, 3] - reach) < 0.05
     assert shown.sight.shape == (4, 3)
+
+
+def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibration, qtbot, tmp_path):
+    pilot, robot = live
+    calibration.exchange(CalibrationChoice.nominal(60))
+    pilot.start()
+    qtbot.waitUntil(lambda: bool(window.messages.messages), timeout=10000)
+    assert "not calibrated" in window.messages.messages[0]
+    window.findChild(MessageBar).actionButton.click()
+    dialog = window.findChild(CalibrationDialog)
+    assert dialog.isVisible()
+    qtbot.waitUntil(lambda: bool(pilot.gate.halted) and robot.speed == 0, timeout=5000)
+    path = tmp_path / "camera.yaml"
+    desk.calibration().save(path)
+    dialog.findChild(CalibratingController).model.saved.emit(path)
+    qtbot.waitUntil(lambda: "in use" in window.messages.messages[0], timeout=5000)
+    assert not calibration(608, 512).nominal
+    qtbot.waitUntil(
+        lambda: not any("not calibrated" in text for text in window.messages.messages), timeout=5000
+    )
+    dialog.reject()

@@ -5,15 +5,21 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.core.errors import UsageError
 from grabbergui.models.servo_tuning import Tuning
-from grabbergui.models.servoing import CalibrationFor, Entry, ServoModel
+from grabbergui.models.servoing import Entry, ServoModel
+from grabbergui.servo.calibration_choice import CalibrationChoice, CalibrationFor
 from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.views.calibration_dialog import CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
+from grabbergui.ui.widgets.message_stack import MessageBar
 
 log = logging.getLogger(__name__)
 
@@ -26,7 +32,10 @@ class ServoController(QObject):
 
     def __init__(self, window: ServoWindow, pilot: Pilot, calibration: CalibrationFor) -> None:
         super().__init__(window)
-        self._window, self._pilot = window, pilot
+        self.calibrating: CalibrationDialog | None = None
+        """Open on top of the window."""
+        self._window, self._pilot, self._calibration = window, pilot, calibration
+        self._offer: MessageBar | None = None
         self.model = ServoModel(pilot, calibration)
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
@@ -45,6 +54,8 @@ class ServoController(QObject):
     def close(self) -> None:
         """Let go of the pilot. May be called twice."""
         self._timer.stop()
+        if self.calibrating is not None:
+            self.calibrating.reject()
         self._bridge.close()
         self.model.close()
 
@@ -80,9 +91,13 @@ class ServoController(QObject):
         if shown is None:
             return
         window = self._window
-        window.setState(shown.turn.state, shown.turn.reason)
+        if self._pilot.running:
+            window.setState(shown.turn.state, shown.turn.reason)
+        else:
+            window.setState(State.STOPPED, self._pilot.gate.halted)
         if shown.image is not None:
             window.setPicture(shown.image, *shown.size, shown.drawing)
+            self._offer_calibrating(shown.nominal)
         window.setPosture(shown.posture)
 
     def _on_model_entered(self, entry: Entry) -> None:
@@ -90,7 +105,42 @@ class ServoController(QObject):
 
     def _on_pilot_failed(self, reason: str) -> None:
         self._window.messages.showError(reason)
-        self._window.startButton.setEnabled(True)
+
+    # -- a camera that nobody calibrated -----------------------------------------------------------
+    def _offer_calibrating(self, nominal: bool) -> None:
+        if nominal and self._offer is None and isinstance(self._calibration, CalibrationChoice):
+            self._offer = self._window.messages.showOffer(
+                "The camera is not calibrated, a field of view is assumed: distances are rough",
+                "Calibrate…",
+                self._calibrate,
+            )
+        elif not nominal and self._offer is not None:
+            self._window.messages.dismiss(self._offer)
+            self._offer = None
+
+    def _calibrate(self) -> None:
+        if self.calibrating is not None:
+            self.calibrating.raise_()
+            return
+        _apart(lambda: self._pilot.emergency_stop("stopped to calibrate"), "emergency stop")
+        self.calibrating = CalibrationDialog(self._window)
+        self.calibrating.closing.connect(self._on_calibrating_closing)
+        CalibratingController(self.calibrating, self._pilot.grabber, self._on_calibration_saved)
+        self.calibrating.show()
+
+    def _on_calibrating_closing(self) -> None:
+        self.calibrating = None
+
+    def _on_calibration_saved(self, path: Path) -> None:
+        try:
+            chosen = CalibrationChoice.file(path)
+        except (UsageError, OSError) as error:
+            self._window.messages.showError(str(error))
+            return
+        if isinstance(self._calibration, CalibrationChoice):
+            self._calibration.exchange(chosen)
+            self._pilot.renew_detector()
+            self._window.messages.showNotice(f"{path} is in use; Start lets the robot move")
 
     def _show_curves(self) -> None:
         curves = self.model.curves()

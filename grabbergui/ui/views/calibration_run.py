@@ -1,4 +1,4 @@
-"""Runs the calibration dialog alone on a source that is open."""
+"""Runs the calibration dialogs alone on a source that is open."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from PyQt5.QtWidgets import QDialog
 
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.boards import BoardSettings
+from grabbergui.servo.calibration_choice import CalibrationChoice
 from grabbergui.ui.app import application
 from grabbergui.ui.controllers.calibrating import CalibratingController
+from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
 
 
@@ -47,3 +50,17 @@ def run(
     finally:
         controller.close()
     return saved[-1] if saved else None
+
+
+def choose(grabber: FrameGrabber, theme: Theme | None = None) -> CalibrationChoice | None:
+    """Say that a camera is not calibrated and ask what to do; None where nothing was chosen.
+
+    The source must stream, so that it can be calibrated at once.
+    """
+    app = application()
+    dress(app, theme or Preferences.of_user().theme)
+    dialog = CalibrationChoiceDialog(grabber.info.title)
+    chooser = CalibrationChooser(dialog, grabber)
+    dialog.exec_()
+    dialog.deleteLater()
+    return chooser.choice

@@ -8,7 +8,7 @@ from types import FrameType
 
 from PyQt5.QtCore import QTimer
 
-from grabbergui.models.servoing import CalibrationFor
+from grabbergui.servo.calibration_choice import CalibrationFor
 from grabbergui.servo.pilot import Pilot
 from grabbergui.ui.app import application
 from grabbergui.ui.controllers.servoing import ServoController
