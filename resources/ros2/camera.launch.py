@@ -1,31 +1,42 @@
-"""Starts the camera server: `ros2 launch camera.launch.py source:=gige:192.168.0.10`."""
+"""Starts the camera server: `ros2 launch camera.launch.py source:=gige: parameters:=camera.yaml`."""
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+ARGUMENTS = {
+    "source": ("sim:", "which camera; `grabbergui list` shows those that can be seen"),
+    "name": ("/camera", "node, and what its topics begin with"),
+    "frame_id": ("camera_optical_frame", "of the pictures' headers"),
+    "calibration": ("camera_info.yaml", "camera_info's file; set_camera_info writes it"),
+    "qos": ("sensor_data", "of the pictures: sensor_data or reliable"),
+    "parameters": ("", "a parameter file: features to set, qualities of service; camera.yaml is one"),
+    "program": ("grabbergui", "where it is not on PATH: .venv/bin/grabbergui"),
+}
 
 
 def generate_launch_description() -> LaunchDescription:
     """One process: the camera, its topics, services and parameters."""
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("source", default_value="sim:", description="which camera"),
-            DeclareLaunchArgument("name", default_value="/camera", description="node and prefix of topics"),
-            DeclareLaunchArgument("frame_id", default_value="camera_optical_frame"),
-            DeclareLaunchArgument("calibration", default_value="camera_info.yaml"),
-            ExecuteProcess(
-                cmd=[
-                    "grabbergui",
-                    "serve",
-                    LaunchConfiguration("source"),
-                    "--ros2",
-                    LaunchConfiguration("name"),
-                    "--frame-id",
-                    LaunchConfiguration("frame_id"),
-                    "--calibration",
-                    LaunchConfiguration("calibration"),
-                ],
-                output="screen",
-            ),
-        ]
+    declared = [
+        DeclareLaunchArgument(name, default_value=value, description=meaning)
+        for name, (value, meaning) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=_server)])
+
+
+def _server(context: LaunchContext) -> list[Node]:
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    options = {
+        "--ros2": given["name"],
+        "--frame-id": given["frame_id"],
+        "--calibration": given["calibration"],
+        "--qos": given["qos"],
+    }
+    server = Node(
+        executable=given["program"],
+        arguments=["serve", given["source"], *(word for option in options.items() for word in option)],
+        parameters=[given["parameters"]] if given["parameters"] else [],
+        output="screen",
     )
+    return [server]

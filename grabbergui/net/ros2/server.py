@@ -10,8 +10,8 @@ from typing import Any
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import Role
 from grabbergui.net.ros2.camera_info import read_camera_info
+from grabbergui.net.ros2.diagnostics import Diagnostics
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.pictures import PicturePublisher
 from grabbergui.net.ros2.runtime import Ros2Node
@@ -20,7 +20,6 @@ from grabbergui.net.ros2.services import GrabberServices
 log = logging.getLogger(__name__)
 
 DEFAULT_NAME = "/camera"
-DIAGNOSTICS_PERIOD = 1.0
 
 
 class Ros2GrabberServer:
@@ -40,7 +39,11 @@ class Ros2GrabberServer:
         qos: str = "sensor_data",
         ros_args: Sequence[str] = (),
     ) -> None:
-        """Get ready. Raises UsageError for a bad name or `ros_args`, SourceUnavailableError without ROS 2."""
+        """Get ready, as yet unseen.
+
+        Raises UsageError for a bad name, calibration or `ros_args`, OSError where the calibration cannot
+        be read, SourceUnavailableError without ROS 2.
+        """
         name = "/" + name.strip("/")
         namespace, _, node_name = name.rpartition("/")
         if not all(part.isidentifier() for part in name.strip("/").split("/")):
@@ -52,19 +55,28 @@ class Ros2GrabberServer:
         self._ros = Ros2Node(
             node_name, namespace, ros_args=ros_args, enable_rosout=True, start_parameter_services=False
         )
-        node = self._ros.node
-        # Pictures last: who sees the topic finds the services there already.
-        self._services = GrabberServices(node, grabber, name)
-        self._parameters = FeatureParameters(node, grabber)
-        self._pictures = PicturePublisher(node, grabber, name, frame_id, qos)
-        self._serve_camera_info(node)
-        self._serve_diagnostics(node)
         self._started_stream = False
+        node = self._ros.node
+        try:
+            # Pictures last: who sees the topic finds the services there already.
+            self._services = GrabberServices(node, grabber, name)
+            self._parameters = FeatureParameters(node, grabber)
+            self._serve_camera_info(node)
+            Diagnostics(node, grabber, name, self._counters)
+            self._pictures = PicturePublisher(node, grabber, name, frame_id, qos)
+            if calibration is not None and calibration.is_file():
+                self._pictures.fitted.calibration = Calibration.load(calibration)
+        except BaseException:
+            self._ros.close()
+            raise
 
     @property
     def published(self) -> int:
         """Pictures published."""
         return self._pictures.published
+
+    def _counters(self) -> dict[str, int]:
+        return {"published": self.published, "dropped": self._pictures.dropped}
 
     def start(self) -> None:
         """Be on the network; start the stream if it is off."""
@@ -103,8 +115,6 @@ class Ros2GrabberServer:
     def _serve_camera_info(self, node: Any) -> None:
         from sensor_msgs.srv import SetCameraInfo
 
-        if self._calibration_file is not None and self._calibration_file.is_file():
-            self._pictures.fitted.calibration = Calibration.load(self._calibration_file)
         node.create_service(SetCameraInfo, f"{self.name}/set_camera_info", self._on_set_camera_info)
 
     def _on_set_camera_info(self, request: Any, answer: Any) -> Any:
@@ -119,38 +129,3 @@ class Ros2GrabberServer:
         except (GrabberError, OSError) as error:
             answer.success, answer.status_message = False, str(error)
         return answer
-
-    # -- diagnostics ---------------------------------------------------------------------------------
-    def _serve_diagnostics(self, node: Any) -> None:
-        from diagnostic_msgs.msg import DiagnosticArray
-
-        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        node.create_timer(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
-
-    def _publish_diagnostics(self) -> None:
-        from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-
-        counters = self._grabber.statistics()
-        lossy = counters.incomplete or counters.lost
-        silent = self._grabber.streaming and counters.frame_rate == 0
-        level = DiagnosticStatus.ERROR if silent else DiagnosticStatus.WARN if lossy else DiagnosticStatus.OK
-        message = "no frames" if silent else f"{counters.frame_rate:.1f} frames/s"
-        facts = {**counters.as_dict(), "published": self.published, "dropped": self._pictures.dropped}
-        temperature = Role.TEMPERATURE.find(self._grabber.has_feature)
-        if temperature is not None:
-            try:
-                facts["temperature"] = self._grabber.feature(temperature).value
-            except GrabberError as error:
-                log.debug("%s: %s", temperature, error)
-        array = DiagnosticArray()
-        array.header.stamp = self._ros.node.get_clock().now().to_msg()
-        array.status = [
-            DiagnosticStatus(
-                level=level,
-                name=f"{self.name.strip('/')}: {self._grabber.info.title}",
-                hardware_id=self._grabber.info.serial,
-                message=message,
-                values=[KeyValue(key=key, value=str(value)) for key, value in facts.items()],
-            )
-        ]
-        self._diagnostics.publish(array)

@@ -11,10 +11,13 @@ pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
 pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
 pytestmark = pytest.mark.ros2
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from ros2_peers import until  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
+from fakes import ScriptedGrabber  # noqa: E402
+from grabbergui.core.grabber import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 
 
@@ -68,6 +71,71 @@ def test_a_calibration_is_kept_and_scaled(server, probe, camera, tmp_path):
     camera.write_feature("BinningVertical", 2)
     until(lambda: infos.get(timeout=5).k[0] == 750)
     assert "cam" in (tmp_path / "cam.yaml").read_text()
+
+
+def test_a_calibration_outlives_the_server(camera, probe, tmp_path):
+    file = tmp_path / "cam.yaml"
+    with Ros2GrabberServer(camera, "/cam", calibration=file):
+        answer = probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor())
+        assert answer.success and str(file) in answer.status_message
+
+    with Ros2GrabberServer(camera, "/again", calibration=file):
+        infos = probe.subscribe(CameraInfo, "/again/camera_info")
+        message = infos.get(timeout=10)
+
+    offset = camera.feature("OffsetX").value
+    assert (message.k[0], message.k[2], message.d[0]) == (1500.0, 2047.5 - offset, 0.1)
+
+
+def test_a_calibration_that_cannot_be_kept_is_refused(camera, probe, tmp_path):
+    with Ros2GrabberServer(camera, "/cam", calibration=tmp_path / "missing" / "cam.yaml"):
+        answer = probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor())
+
+    assert not answer.success and "missing" in answer.status_message
+
+
+def test_a_calibration_file_that_is_none_is_refused_and_leaves_nothing(camera, tmp_path):
+    file = tmp_path / "cam.yaml"
+    file.write_text("camera_matrix: nonsense\n")
+    with pytest.raises(UsageError, match=r"cam\.yaml"):
+        Ros2GrabberServer(camera, "/cam", calibration=file)
+
+
+def test_diagnostics_tell_rate_losses_and_temperature(server, probe, camera):
+    arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
+
+    def healthy():
+        (status,) = arrays.get(timeout=5).status
+        return status if status.level == DiagnosticStatus.OK else None
+
+    status = until(healthy)
+
+    facts = {value.key: value.value for value in status.values}
+    assert status.name == "cam: grabbergui Simulated camera" and "frames/s" in status.message
+    assert float(facts["frame_rate"]) == pytest.approx(50, rel=0.2)
+    assert {"lost", "incomplete", "packets_missing", "published", "dropped"} <= facts.keys()
+    assert float(facts["temperature"]) == pytest.approx(camera.feature("DeviceTemperature").value, abs=5)
+
+
+def test_diagnostics_say_what_is_being_lost_and_when_it_is_over(domain, probe):
+    grabber = ScriptedGrabber()
+    counters = StreamStatistics(frames=10, lost=3, frame_rate=9.5)
+    grabber.statistics = lambda: counters
+    with Ros2GrabberServer(grabber, "/lossy"):
+        arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
+
+        def says(message):
+            (status,) = arrays.get(timeout=5).status
+            return status if status.message == message else None
+
+        until(lambda: says("9.5 frames/s"))
+        counters.lost += 2
+        lossy = until(lambda: says("9.5 frames/s, 2 lost in the last second"))
+        until(lambda: says("9.5 frames/s"))
+        counters.frame_rate = 0.0
+        silent = until(lambda: says("no frames"))
+
+    assert (lossy.level, silent.level) == (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
 
 
 def test_a_region_leaves_pictures_and_calibration_right(server, probe, camera):
