@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import Family
+from grabbergui.core.pfnc import Family, PixelFormat
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +53,18 @@ def measure(frame: Frame) -> Histogram:
     """The histogram of every pixel of a frame. Raises PixelFormatError."""
     depth = frame.pixel_format.depth
     channels: dict[str, NDArray[np.int64]] = {}
-    for name, values in _channels(frame):
+    for name, values in planes(frame.raw(), frame.pixel_format):
         counts = _counts(values, 1 << depth)
         channels[name] = channels[name] + counts if name in channels else counts
     return Histogram(dict(sorted(channels.items(), key=lambda item: "RGB".find(item[0]))), depth)
 
 
-def _channels(frame: Frame) -> Iterator[tuple[str, NDArray[Any]]]:
-    raw, order, family = frame.raw(), frame.pixel_format.order, frame.pixel_format.family
+def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, NDArray[Any]]]:
+    """The samples of each channel (`grey`, `Y`, or `R`, `G`, `B`, green of Bayer twice), without a copy.
+
+    `raw` is as `Frame.raw` gives it, or a part of it that begins on an even line and column.
+    """
+    order, family = pixel_format.order, pixel_format.family
     if family is Family.RGB:
         for index, name in enumerate(order):
             if name in "RGB":

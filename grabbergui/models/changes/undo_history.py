@@ -58,6 +58,11 @@ class Step:
         self.changes[change.key] = change
         self.last = now
 
+    @property
+    def effective(self) -> bool:
+        """Whether anything is other than before."""
+        return any(change.effective for change in self.changes.values())
+
     def values(self, direction: Direction) -> Values:
         """What to write to take it back, or to make it once more, in this order."""
         changes = [change for change in self.changes.values() if change.effective]
@@ -95,8 +100,8 @@ class UndoHistory:
         done = self._steps[Direction.UNDO]
         if step not in done:
             done.append(step)
-        if not str(step):
-            done.remove(step)  # it is back where it was
+        if not step.effective:
+            done.remove(step)  # all is back where it was
         self._steps[Direction.REDO].clear()
         self._interrupted = False
         return step

@@ -1,0 +1,123 @@
+"""What a tuning works with: frames to measure, and the camera's own thread for its calls."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportError
+from grabbergui.core.frame import Frame
+from grabbergui.core.region import Region
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.reverting import write_values
+from grabbergui.models.changes.undo_history import Direction, Step
+from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.tuning.light import Light, measure
+
+T = TypeVar("T")
+
+STALE_FRAMES = 3
+"Frames after a write that may have been exposed before it: one exposing, one being read out, one on its way."
+MOST_FRAMES = 6
+"Frames looked at until two are alike; a flickering light never gets there."
+STEADY = 0.01
+"Difference of two frames' means, as a part of white, that counts as none."
+FRAME_PATIENCE = 5.0
+"Seconds to wait for a frame."
+CALL_PATIENCE = 20.0
+"Seconds to wait for the camera's thread: longer than any call of a camera takes."
+LOOK = 0.05
+"Seconds between two looks at whether it was cancelled."
+
+
+class TuningError(GrabberError):
+    """A tuning did not get where it should."""
+
+
+class TuningCancelledError(TuningError):
+    """Somebody does not want it any more."""
+
+
+class TuningBench:
+    """For one tuning, on a thread of its own. Once cancelled, calls raise TuningCancelledError."""
+
+    def __init__(
+        self, hands: NotingGrabber, worker: FeatureWorker, step: Step, say: Callable[[float, str], None]
+    ) -> None:
+        """`say` is told how far it is (0 … 1), and where it stands, for people."""
+        self.title = hands.info.title
+        self.say = say
+        self.cancelled = threading.Event()
+        self._hands = hands
+        self._worker = worker
+        self._step = step
+        self._frames = hands.plain.open_queue(depth=2)
+
+    def close(self) -> None:
+        """Take no more frames."""
+        self._frames.close()
+
+    def call(self, job: Callable[[NotingGrabber], T]) -> T:
+        """Do something with the camera on its own thread and wait for it; writes are one step to undo."""
+        self._check()
+        return self._call(job)
+
+    def wait(self, seconds: float) -> None:
+        """Let the camera work."""
+        self.cancelled.wait(seconds)
+        self._check()
+
+    def light(self, region: Region | None) -> Light:
+        """Measure a frame exposed after the last call. Raises FrameTimeoutError, PixelFormatError."""
+        self._frames.clear()
+        for _ in range(STALE_FRAMES):
+            self._frame()
+        light = measure(self._frame(), region)
+        for _ in range(MOST_FRAMES):
+            before, light = light, measure(self._frame(), region)
+            if abs(light.mean - before.mean) < STEADY:
+                break
+        return light
+
+    def restore(self) -> list[str]:
+        """Set everything as it was; what did not work, a sentence each. Also when cancelled."""
+        return self._call(lambda hands: write_values(hands, self._step.values(Direction.UNDO)))
+
+    def _frame(self) -> Frame:
+        deadline = time.monotonic() + FRAME_PATIENCE
+        while time.monotonic() < deadline:
+            self._check()
+            try:
+                return self._frames.get(LOOK)
+            except FrameTimeoutError:
+                if self._frames.closed:
+                    break
+        raise FrameTimeoutError("no frame came to measure; start the camera, or its trigger, first")
+
+    def _call(self, job: Callable[[NotingGrabber], T]) -> T:
+        answers: queue.Queue[tuple[T | None, GrabberError | None]] = queue.Queue()
+
+        def noted() -> T:
+            with self._hands.journal.within(self._step):
+                return job(self._hands)
+
+        if not self._worker.submit(
+            noted,
+            done=lambda result: answers.put((result, None)),
+            failed=lambda error: answers.put((None, error)),
+        ):
+            raise TuningCancelledError("the camera was closed")
+        try:
+            result, error = answers.get(timeout=CALL_PATIENCE)
+        except queue.Empty:
+            raise TransportError(f"{self.title} did not answer within {CALL_PATIENCE:g} s") from None
+        if error is not None:
+            raise error
+        return result  # type: ignore[return-value]  # a result, as there is no error
+
+    def _check(self) -> None:
+        if self.cancelled.is_set():
+            raise TuningCancelledError("cancelled")

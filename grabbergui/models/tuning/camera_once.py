@@ -1,0 +1,41 @@
+"""One-push by the camera itself: its automatic mode, once."""
+
+from __future__ import annotations
+
+import time
+
+from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regulation import regulating
+from grabbergui.core.sfnc import AUTO_ONCE, Role
+from grabbergui.models.tuning.bench import TuningBench, TuningError
+from grabbergui.models.tuning.knobs import automatic_once
+
+PATIENCE = 10.0
+"Seconds a camera may take; it needs a few frames."
+LOOK = 0.1
+"Seconds between two looks at whether it is done."
+
+
+def has_once(grabber: FrameGrabber, role: Role) -> bool:
+    """Whether the camera can do it by itself."""
+    return automatic_once(grabber, role) is not None
+
+
+def let_camera(bench: TuningBench, role: Role) -> str:
+    """Let the camera regulate once, and wait until it is done. What came of it.
+
+    Raises TuningError where it does not end, FeatureError, TransportError.
+    """
+    auto = bench.call(lambda grabber: automatic_once(grabber, role))
+    if auto is None:
+        raise FeatureNotFoundError(f"{bench.title} does not regulate this once by itself", role.names[0])
+    bench.call(lambda grabber: grabber.write_feature(auto, AUTO_ONCE))
+    begun = time.monotonic()
+    while regulating(bench.call(lambda grabber: grabber.feature(auto))):
+        seconds = time.monotonic() - begun
+        if seconds > PATIENCE:
+            raise TuningError(f"{auto} was not done within {PATIENCE:g} s; does the camera send frames?")
+        bench.say(seconds / PATIENCE, f"{auto} at work")
+        bench.wait(LOOK)
+    return f"{auto} is done"

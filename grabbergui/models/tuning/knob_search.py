@@ -1,0 +1,95 @@
+"""Turning one knob until a measurement is where it should be: decides, and touches no camera.
+
+What is measured is expected to grow with the knob, not more: a black level, a gamma curve, saturation and a
+scene that moves are all met on the way. Each answer is a guess by the knob's law, held between the values
+that were found too small and too large.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+
+STRONGEST = 8.0
+"Factor by which one step changes the light at most."
+NEARLY_BLACK = 0.01
+"Part of white below which a measurement tells only that it is dark."
+ROOM = 1e-3
+"Relative distance of the bounds below which they are forgotten: the scene has changed since."
+
+
+class Law(Enum):
+    """How what is measured answers to a knob."""
+
+    PROPORTIONAL = "proportional"
+    "An exposure time, a ratio."
+    DECIBEL = "dB"
+    "A gain in decibels of amplitude."
+    UNKNOWN = "unknown"
+    "A gain in numbers of the maker's own: only its direction is known."
+
+
+class KnobSearch:
+    """Proposes values for one knob between `low` and `high`, from where it stands."""
+
+    def __init__(self, value: float, low: float, high: float, law: Law) -> None:
+        self.value = value
+        "Where the knob stands."
+        self._low, self._high = low, high
+        self._law = law
+        self._too_small: float | None = None
+        self._too_large: float | None = None
+
+    def propose(self, factor: float) -> float | None:
+        """Where to turn the knob so that `factor` times as much is measured; None at the end of its range.
+
+        A factor below one means that there is too much.
+        """
+        factor = min(max(factor, 1 / STRONGEST), STRONGEST)
+        if (self.value >= self._high) if factor > 1 else (self.value <= self._low):
+            return None
+        if factor > 1:
+            self._too_small = self.value
+        else:
+            self._too_large = self.value
+        self._forget_what_is_old()
+        guess = min(max(self._between(self._guess(factor)), self._low), self._high)
+        self.value = guess
+        return guess
+
+    def stood(self, value: float) -> None:
+        """What the camera made of the proposal."""
+        self.value = value
+
+    def _guess(self, factor: float) -> float:
+        if self._law is Law.DECIBEL:
+            return self.value + 20 * math.log10(factor)
+        if self._law is Law.PROPORTIONAL:
+            # From zero no factor leads anywhere.
+            return max(self.value, (self._high - self._low) * 1e-6) * factor
+        end = self._high if factor > 1 else self._low
+        return (self.value + end) / 2 if abs(end - self.value) > 1 else end
+
+    def _between(self, guess: float) -> float:
+        small, large = self._too_small, self._too_large
+        if small is None or large is None or small < guess < large:
+            return guess
+        if self._law is Law.PROPORTIONAL and small > 0:
+            return math.sqrt(small * large)
+        return (small + large) / 2
+
+    def _forget_what_is_old(self) -> None:
+        small, large = self._too_small, self._too_large
+        if small is not None and large is not None and large - small <= ROOM * abs(large):
+            self._too_small = self._too_large = None
+
+
+def light_factor(mean: float, saturated: float, target: float) -> float:
+    """By what the light has to be multiplied, as far as one measurement tells.
+
+    White pixels would be brighter if they could, so a picture with many of them is darkened by more.
+    """
+    if mean < NEARLY_BLACK:
+        return STRONGEST if target > mean else 1 / STRONGEST
+    factor = target / mean
+    return factor * (1 - saturated) ** 2 if factor < 1 else factor

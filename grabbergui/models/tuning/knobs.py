@@ -1,0 +1,73 @@
+"""Features that are turned by a tuning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.regulation import regulating
+from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE, Role, automatic_mode_of
+from grabbergui.models.feature_scale import nearest_allowed
+from grabbergui.models.tuning.knob_search import KnobSearch, Law
+
+
+@dataclass
+class Knob:
+    """A number feature, perhaps behind a selector, and the search for its value."""
+
+    feature: Feature
+    search: KnobSearch
+    selected: tuple[tuple[str, str], ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        feature: Feature,
+        law: Law,
+        *,
+        highest: float | None = None,
+        selected: tuple[tuple[str, str], ...] = (),
+    ) -> Knob | None:
+        """A knob over the feature's own range, or up to `highest`; None where it has no range or value."""
+        low, high = feature.minimum, feature.maximum
+        if low is None or high is None or not isinstance(feature.value, int | float):
+            return None
+        if highest is not None:
+            step = feature.increment or 0
+            highest = low + (highest - low) // step * step if step else highest
+            high = max(min(high, highest), feature.value)
+        return cls(feature, KnobSearch(feature.value, low, high, law), selected)
+
+    def proposed(self, factor: float) -> FeatureValue | None:
+        """The value to write for `factor` times as much; None where no value leads there."""
+        before = self.search.value
+        wanted = self.search.propose(factor)
+        if wanted is None:
+            return None
+        allowed = nearest_allowed(self.feature, wanted)
+        if allowed == before:
+            # A coarse step: the next value on that side, if it is still on that side.
+            step = self.feature.increment or 0
+            allowed = nearest_allowed(self.feature, before + (step if factor > 1 else -step))
+        self.search.stood(before)
+        return None if allowed == before else allowed
+
+
+def hand_over(grabber: FrameGrabber, name: str) -> Feature:
+    """Take a feature from its automatic mode, so that it can be turned, and read it."""
+    auto = automatic_mode_of(name, grabber.has_feature)
+    if auto is not None and regulating(mode := grabber.feature(auto)):
+        grabber.write_feature(auto, AUTO_OFF if mode.entries else False)
+    return grabber.feature(name)
+
+
+def automatic_once(grabber: FrameGrabber, role: Role) -> str | None:
+    """The automatic mode of a role's feature that can do it once, if the camera has one."""
+    name = role.find(grabber.has_feature)
+    auto = automatic_mode_of(name, grabber.has_feature) if name is not None else None
+    if auto is None:
+        return None
+    mode = grabber.feature(auto)
+    can = mode.access.writable and any(e.name == AUTO_ONCE and e.available for e in mode.entries)
+    return auto if can else None

@@ -1,0 +1,90 @@
+"""Runs one tuning at a time, and restores what it changed where it fails or is cancelled."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+from psygnal import Signal
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.undo_history import Step
+from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.tuning.bench import TuningBench, TuningCancelledError
+
+log = logging.getLogger(__name__)
+
+Tuning = Callable[[TuningBench], str]
+"Tunes a camera and says what came of it; raises GrabberError."
+
+
+class OnePush:
+    """No call waits; signals come from the tuning's thread."""
+
+    progressed = Signal(float, str)
+    """How far it is (0 … 1), and where it stands, for people."""
+    succeeded = Signal(str)
+    """What came of it, for people."""
+    failed = Signal(str)
+    """Why it came to nothing; everything is as it was, or it says what is not."""
+    ended = Signal()
+    """Always, at the end."""
+
+    def __init__(self) -> None:
+        self._bench: TuningBench | None = None
+        self._thread: threading.Thread | None = None
+
+    @property
+    def running(self) -> bool:
+        """Whether one is under way."""
+        return self._bench is not None
+
+    def start(self, name: str, tuning: Tuning, hands: NotingGrabber, worker: FeatureWorker) -> bool:
+        """Begin; `name` is what can be undone later. False where one is under way already."""
+        if self._bench is not None:
+            return False
+        self._bench = bench = TuningBench(hands, worker, Step(name), self.progressed.emit)
+        run = threading.Thread(target=self._run, args=(name, tuning, bench), name="tuning", daemon=True)
+        self._thread = run
+        run.start()
+        return True
+
+    def cancel(self) -> None:
+        """Give up what is under way; what it changed is restored first."""
+        if (bench := self._bench) is not None:
+            bench.cancelled.set()
+
+    def wait(self, timeout: float) -> bool:
+        """Whether it ended within `timeout` seconds."""
+        if (thread := self._thread) is not None:
+            thread.join(timeout)
+            return not thread.is_alive()
+        return True
+
+    def _run(self, name: str, tuning: Tuning, bench: TuningBench) -> None:
+        try:
+            result = tuning(bench)
+        except Exception as error:
+            self.failed.emit(self._undone(name, bench, error))
+        else:
+            self.succeeded.emit(result)
+        finally:
+            bench.close()
+            self._bench = None
+            self.ended.emit()
+
+    @staticmethod
+    def _undone(name: str, bench: TuningBench, error: Exception) -> str:
+        """Restore, and say why."""
+        if not isinstance(error, GrabberError):
+            log.exception("%s failed", name)
+            error = GrabberError(f"internal error, see the log: {error}")
+        why = "cancelled" if isinstance(error, TuningCancelledError) else str(error)
+        try:
+            problems = bench.restore()
+        except GrabberError as failure:
+            problems = [str(failure)]
+        text = f"{name}: {why}"
+        return f"{text}; not all is as it was: {'; '.join(problems)}" if problems else text

@@ -1,0 +1,107 @@
+"""One-push white balance: red and blue are brought to green in a region that should be grey."""
+
+from __future__ import annotations
+
+from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.region import Region
+from grabbergui.core.sfnc import Role
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.feature_set import Selectors
+from grabbergui.models.feature_text import number_text
+from grabbergui.models.tuning.bench import TuningBench, TuningError
+from grabbergui.models.tuning.knob_search import Law
+from grabbergui.models.tuning.knobs import Knob, hand_over
+from grabbergui.models.tuning.light import Light
+
+TOLERANCE = 0.01
+"Difference of red and blue from green, as a part of green, that is good enough."
+MOST_TURNS = 12
+DARKEST = 0.03
+"Part of white below which noise decides on the colour."
+MOST_SATURATED = 0.1
+"Fraction of white pixels above which their colour is lost."
+
+COLOURS = {"R": "Red", "B": "Blue"}
+"Channel to the entry of BalanceRatioSelector; green stays."
+
+
+def balance(bench: TuningBench, region: Region | None) -> str:
+    """Set the balance ratios of red and blue so that a region of the frame is grey. What came of it.
+
+    The automatic mode is switched off. Raises TuningError where the region cannot tell or does not settle,
+    FeatureError, FrameTimeoutError, TransportError.
+    """
+    knobs = bench.call(_knobs)
+    light = _usable(bench.light(region))
+    for turn in range(MOST_TURNS):
+        off = {channel: light.channels["G"] / max(light.channels[channel], 1e-6) for channel in COLOURS}
+        bench.say(turn / MOST_TURNS, f"red {1 / off['R']:.0%}, blue {1 / off['B']:.0%} of green")
+        wanted = {channel: factor for channel, factor in off.items() if abs(factor - 1) > TOLERANCE}
+        if not wanted:
+            return f"Balanced: {_standing(knobs)}"
+        if not _turn(bench, knobs, wanted):
+            return f"As grey as it gets, with {_standing(knobs)}; another light would help"
+        light = _usable(bench.light(region))
+    raise TuningError(
+        f"the colour did not settle within {MOST_TURNS} steps; is the scene moving, or the lamp flickering?"
+    )
+
+
+def _knobs(grabber: FrameGrabber) -> dict[str, Knob]:
+    """The ratio of each channel to be turned."""
+    name = Role.BALANCE_RATIO.find(grabber.has_feature)
+    if name is None:
+        raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
+    hand_over(grabber, name)
+    selectors = Selectors(grabber)
+    path = selectors.of(name)
+    found: dict[str, Knob] = {}
+    with selectors.kept(path):
+        for channel, entry in COLOURS.items():
+            selected = tuple((selector, entry) for selector in path)
+            knob = None
+            if selected and selectors.select(selected):
+                knob = Knob.of(grabber.feature(name), Law.PROPORTIONAL, selected=selected)
+            if knob is None:
+                raise FeatureNotFoundError(f"{grabber.info.title} has no {name} for {entry.lower()}", name)
+            found[channel] = knob
+    return found
+
+
+def _usable(light: Light) -> Light:
+    if not light.coloured:
+        raise TuningError("there is no colour in this pixel format; choose an RGB or a Bayer format first")
+    if light.saturated > MOST_SATURATED:
+        lost = f"{light.saturated:.0%} of the region is saturated and has lost its colour"
+        raise TuningError(f"{lost}; set the exposure first")
+    if light.mean < DARKEST:
+        raise TuningError(f"the region is too dark ({light.mean:.1%} of white); set the exposure first")
+    return light
+
+
+def _turn(bench: TuningBench, knobs: dict[str, Knob], wanted: dict[str, float]) -> bool:
+    """Turn the ratios of these channels. Whether any of them leads anywhere."""
+    values = {channel: knobs[channel].proposed(factor) for channel, factor in wanted.items()}
+
+    def write(grabber: NotingGrabber) -> None:
+        selectors = Selectors(grabber)
+        for channel, value in values.items():
+            knob = knobs[channel]
+            if value is None:
+                continue
+            with selectors.kept([selector for selector, _ in knob.selected]):
+                selectors.select(knob.selected)
+                knob.feature = grabber.write_feature(knob.feature.name, value)
+            if isinstance(knob.feature.value, int | float):
+                knob.search.stood(knob.feature.value)
+
+    if all(value is None for value in values.values()):
+        return False
+    bench.call(write)
+    return True
+
+
+def _standing(knobs: dict[str, Knob]) -> str:
+    values = {COLOURS[channel].lower(): knob.search.value for channel, knob in knobs.items()}
+    return ", ".join(f"{colour} {number_text(value, 4)}" for colour, value in values.items())
