@@ -121,7 +121,11 @@ class CameraNodeMap:
         """Forget cached values, so that the next snapshot asks the camera."""
         with self._use() as lookup:
             for name in names:
-                lookup(name).node.invalidate_node()
+                node = lookup(name).node
+                # The registers that hold the value have caches of their own.
+                for register in node._get_children(genapi.ELinkType.ctTerminalNodes):
+                    register.node.invalidate_node()
+                node.invalidate_node()
             self._changed.update(names)
 
     def poll(self, elapsed_ms: int) -> None:

@@ -222,3 +222,11 @@ def test_two_threads_do_not_lock_each_other_out(memory):
 def test_what_is_no_description_is_refused(xml):
     with pytest.raises(RemoteProtocolError, match="description"):
         CameraNodeMap(XmlDevice(xml), xml, lambda names: None)
+
+
+def test_an_invalidated_feature_is_read_anew_from_the_register_below_it(memory, nodes):
+    assert nodes.feature("Width").value == 640
+    memory.word(0, 320)
+    assert nodes.feature("Width").value == 640, "from the cache"
+    nodes.invalidate(frozenset({"Width"}))
+    assert nodes.feature("Width").value == 320
