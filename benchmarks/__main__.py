@@ -12,6 +12,7 @@ import argparse
 import importlib
 import pkgutil
 import time
+import traceback
 from typing import Any
 
 import benchmarks
@@ -34,27 +35,36 @@ def main() -> None:
     if rest and not options.name:
         parser.error(f"{' '.join(rest)}: name the benchmark that this is for")
     chosen = [options.name] if options.name else names
+    failed = []
     for name in [] if options.only_write else chosen:
         print(f"== {name}", flush=True)
         began = time.monotonic()
-        run(name, importlib.import_module(f"benchmarks.{name}"), rest)
+        if not run(name, importlib.import_module(f"benchmarks.{name}"), rest):
+            failed.append(name)
         print(f"== {name} took {time.monotonic() - began:.0f} s\n", flush=True)
     _document.rewrite()
+    if failed:
+        raise SystemExit(f"not measured: {', '.join(failed)}; the page keeps what it said of them")
 
 
-def run(name: str, module: Any, arguments: list[str]) -> None:
-    """Measure, show and keep. One that cannot run here says why and stops no other."""
+def run(name: str, module: Any, arguments: list[str]) -> bool:
+    """Measure, show and keep; whether that went well. One that cannot run here stops no other."""
     try:
-        if not hasattr(module, "measure"):
+        if hasattr(module, "measure"):
+            section: Section = module.measure(arguments)
+            print(_document.markdown(section))
+            section.keep(name)
+        elif hasattr(module, "main"):
             module.main(arguments)
-            return
-        section: Section = module.measure(arguments)
     except SystemExit as reason:
-        if reason.code not in (None, 0):
-            print(f"{name}: {reason.code}")
-        return
-    print(_document.markdown(section))
-    section.keep(name)
+        if reason.code in (None, 0):
+            return True
+        print(f"{name}: {reason.code}")
+        return False
+    except Exception:
+        traceback.print_exc()
+        return False
+    return True
 
 
 if __name__ == "__main__":

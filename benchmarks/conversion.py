@@ -1,7 +1,6 @@
 """Unpacking, converting and reducing pictures, per pixel format, beside what OpenCV needs for its own part.
 
-All on one core. `peer` is the same run's time for the least anybody could do: a plain copy of the payload
-where nothing but bytes move, and OpenCV's own conversion of ready unpacked 8-bit pixels for colour.
+    python -m benchmarks conversion [--seconds 0.15]
 """
 
 from __future__ import annotations
@@ -13,6 +12,8 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
+from benchmarks import _document
+from benchmarks._results import Section, Table, machine
 from grabbergui.core import pixels
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import CONVERTIBLE, Family, PixelFormat
@@ -21,21 +22,21 @@ WIDTH, HEIGHT = 2448, 2048
 VIEW = (1200, 1000)
 "The window's picture view on a full-HD screen, roughly."
 
+METHOD = """{width}×{height} pixels of noise on one core, the shortest of many times. *Peer* is the least
+that anybody could do: a plain copy where nothing but bytes move, OpenCV's own conversion of 8-bit pixels
+that are unpacked already for colour. *For the view* is what the window needs: reduced to {columns}×{rows}
+before colour is computed."""
+
 _ONE_OF_EACH = ("", "RG")
 "Bayer orders differ in a constant only: one is enough."
 
 
-def main(argv: list[str] | None = None) -> None:
+def measure(argv: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks conversion", description=__doc__)
     parser.add_argument("--seconds", type=float, default=0.15, help="spent on each figure")
     seconds = parser.parse_args(argv).seconds
-    megapixels = WIDTH * HEIGHT / 1e6
     cv2.setNumThreads(1)
-    print(f"{WIDTH}×{HEIGHT}, {megapixels:.1f} MP, one core; view {VIEW[0]}×{VIEW[1]}")
-    print(
-        f"{'format':20}{'raw ms':>8}{'rgb ms':>8}{'ms/MP':>7}{'rgb fps':>9}{'peer ms':>9}{'ratio':>7}  "
-        f"{'peer':18}{'view ms':>8}{'view fps':>10}"
-    )
+    before, rows = machine(), []
     for pixel_format in CONVERTIBLE:
         if pixel_format.family is Family.BAYER and pixel_format.order not in _ONE_OF_EACH:
             continue
@@ -45,11 +46,16 @@ def main(argv: list[str] | None = None) -> None:
         rgb = best_ms(lambda frame=frame: pixels.to_rgb(frame), seconds)
         view = best_ms(lambda frame=frame: pixels.for_display(frame, size=VIEW), seconds)
         against = best_ms(peer, seconds)
-        print(
-            f"{pixel_format.name:20}{raw:8.2f}{rgb:8.2f}{rgb / megapixels:7.2f}{per_second(rgb):>9}"
-            f"{against:9.2f}{rgb / against:7.1f}  {peer_name:18}{view:8.2f}{per_second(view):>10}",
-            flush=True,
-        )
+        figures = [f"{raw:.1f} ms", f"{rgb:.1f} ms", peer_name, f"{against:.1f} ms", f"{rgb / against:.1f}"]
+        rows.append([pixel_format.name, *figures, f"{view:.1f} ms", per_second(view)])
+    header = ["format", "unpacked", "RGB", "peer", "it takes", "RGB × peer", "for the view", "views/s"]
+    return Section(
+        "Converting pictures",
+        "python -m benchmarks conversion          # a quarter of a minute",
+        METHOD.format(width=WIDTH, height=HEIGHT, columns=VIEW[0], rows=VIEW[1]),
+        [Table(header, rows)],
+        machine=before,
+    )
 
 
 def random_frame(pixel_format: PixelFormat, width: int, height: int) -> Frame:
@@ -95,4 +101,4 @@ def per_second(milliseconds: float) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    print(_document.markdown(measure()))

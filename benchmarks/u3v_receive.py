@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import json
 import re
 import resource
 import shutil
@@ -19,8 +20,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from benchmarks import _document
+from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.camera import Camera
@@ -32,7 +36,44 @@ from grabbergui.driver.u3v.device import U3vDevice
 
 REPOSITORY = Path(__file__).parents[1]
 USBVM = REPOSITORY / "tests/driver/u3v/usbvm"
-FORMATS = (("Mono8", 640, 480), ("Mono8", 2448, 2048), ("RGB8", 2448, 2048))
+ROUNDS = 2
+FORMATS = (("Mono8", 640, 480), ("Mono8", 4096, 2160), ("RGB8", 1920, 1080))
+IN_PROCESS = "in the process"
+IN_GUEST = "in the virtual machine"
+MARK = "@result "
+"""Before each result on the guest's standard output."""
+METHOD = """Each host streams in turn from the simulated camera, as fast as it goes (a still pattern, no
+frame rate asked for), for {seconds:g} seconds; in the virtual machine {rounds} rounds in turn, of which
+each host's fastest counts. *{guest}*: a real Linux USB stack under software emulation, the camera on
+vhci-hcd, Aravis by `arv-camera-test-0.8` with both of its `--usb-mode` settings; the camera is Python in
+the same guest and bounds them all, so only the ratios mean something. *{process}*: no kernel between,
+camera and host together."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """One host on one camera."""
+
+    where: str
+    picture: str
+    host: str
+    payload: int
+    frames: int
+    seconds: float
+    cpu: float
+    "Of the host; of camera and host in the process."
+
+    @property
+    def rate(self) -> float:
+        return self.frames / self.seconds
+
+    @property
+    def bytes_per_second(self) -> float:
+        return self.payload * self.rate
+
+    @property
+    def cpu_per_gb(self) -> float:
+        return self.cpu / (self.frames * self.payload / 1e9) if self.frames else float("nan")
 
 
 def fast_camera(name: str, width: int, height: int) -> CameraModel:
@@ -66,23 +107,8 @@ def stream(camera: Camera, seconds: float) -> tuple[int, float, float]:
     return result
 
 
-def row(
-    label: str, frames: int, payload: int, seconds: float, cpu: float, best: float | None = None
-) -> float:
-    """Print a result; gives its bytes a second."""
-    rate = frames * payload / seconds
-    each = cpu / (frames * payload / 1e9) if frames else float("nan")
-    ratio = f"{rate / best:6.2f} × Aravis async" if best else ""
-    print(
-        f"  {label:24} {frames / seconds:7.1f} fps {rate / 1e6:8.1f} MB/s {each:7.2f} CPU s/GB {ratio}",
-        flush=True,
-    )
-    return rate
-
-
-def in_process(seconds: float) -> None:
+def in_process(seconds: float) -> Iterator[Result]:
     """Camera and host in one process: both costs together."""
-    print("on a bus within the process (CPU of camera and host)")
     for name, width, height in FORMATS:
         simulated = SimulatedU3vDevice(fast_camera(name, width, height))
         simulated.start()
@@ -90,15 +116,10 @@ def in_process(seconds: float) -> None:
         camera.open()
         try:
             payload = simulated.model.memory.integer(reg.PAYLOAD_SIZE)
-            row(f"{name} {width}x{height}", *_with_payload(stream(camera, seconds), payload))
+            yield Result(IN_PROCESS, f"{name} {width}×{height}", "ours", payload, *stream(camera, seconds))
         finally:
             camera.close()
             simulated.stop()
-
-
-def _with_payload(result: tuple[int, float, float], payload: int) -> tuple[int, int, float, float]:
-    frames, took, cpu = result
-    return frames, payload, took, cpu
 
 
 # -- in the guest ------------------------------------------------------------------------------------
@@ -144,39 +165,136 @@ def aravis(mode: str, seconds: float) -> tuple[int, float, float]:
     return sum(per_second), float(max(len(per_second), 1)), spent * share
 
 
-def in_guest(seconds: float) -> None:
+def in_guest(seconds: float) -> Iterator[Result]:
     """Every host on every format; only called inside the virtual machine."""
     for name, width, height in FORMATS:
         payload = by_name(name).image_bytes(width, height)
-        print(f"{name} {width}x{height} through vhci-hcd, in the virtual machine", flush=True)
+        what = IN_GUEST, f"{name} {width}×{height}"
         with camera_process(name, width, height):
-            best = None
-            if shutil.which("arv-camera-test-0.8"):
-                best = row("Aravis async", *_with_payload(aravis("async", seconds + 1), payload))
-                row("Aravis sync", *_with_payload(aravis("sync", seconds + 1), payload), best)
-            for label, transfers in (("ours, 64 in flight", 64), ("ours, synchronous", 1)):
-                camera = Camera(U3vDevice(transfers_in_flight=transfers))
-                camera.open()
-                row(label, *_with_payload(stream(camera, seconds), payload), best)
-                camera.close()
+            for _ in range(ROUNDS):
+                if shutil.which("arv-camera-test-0.8"):
+                    for mode in ("async", "sync"):
+                        yield Result(*what, f"Aravis, {mode}", payload, *aravis(mode, seconds + 1))
+                for label, transfers in (("ours, 64 in flight", 64), ("ours, synchronous", 1)):
+                    camera = Camera(U3vDevice(transfers_in_flight=transfers))
+                    camera.open()
+                    yield Result(*what, label, payload, *stream(camera, seconds))
+                    camera.close()
 
 
-def main(arguments: list[str] | None = None) -> None:
+def from_guest(seconds: float) -> Iterator[Result]:
+    """The same, from outside; nothing where no virtual machine can be had."""
+    guest = [sys.executable, "-m", "benchmarks.u3v_receive", "--guest", "--seconds", str(seconds)]
+    limit = str(int(120 + len(FORMATS) * ROUNDS * (30 + 8 * seconds)))
+    command = [str(USBVM), "-t", limit, "--", *guest]
+    with subprocess.Popen(command, cwd=REPOSITORY, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            if line.startswith(MARK):
+                yield Result(**json.loads(line.removeprefix(MARK)))
+            else:
+                print(line, end="", flush=True)
+
+
+# -- the tables --------------------------------------------------------------------------------------
+def measure(arguments: list[str] | None = None) -> Section:
+    options = _options(arguments)
+    before = machine()
+    results = []
+    for result in in_process(options.seconds):
+        results.append(result)
+        print(result, flush=True)
+    for result in () if options.no_vm else from_guest(options.seconds):
+        results.append(result)
+        print(result, flush=True)
+    results = best(results)
+    guest = [result for result in results if result.where == IN_GUEST]
+    return Section(
+        "USB3 Vision",
+        "python -m benchmarks u3v_receive          # five minutes; with --no-vm a quarter of one",
+        METHOD.format(
+            seconds=options.seconds,
+            rounds=ROUNDS,
+            guest=IN_GUEST.capitalize(),
+            process=IN_PROCESS.capitalize(),
+        ),
+        [_table(results)],
+        [_chart(guest)] if guest else [],
+        _goals(guest),
+        machine=before,
+    )
+
+
+def best(results: list[Result]) -> list[Result]:
+    """Of each host on each picture the fastest round: what else the machine did can only have cost it."""
+    fastest: dict[tuple[str, str, str], Result] = {}
+    for result in results:
+        key = result.where, result.picture, result.host
+        fastest[key] = max(fastest.get(key, result), result, key=lambda one: one.rate)
+    return list(fastest.values())
+
+
+def _reference(results: list[Result], picture: str) -> Result | None:
+    """Aravis's better setting."""
+    theirs = [result for result in results if result.host.startswith("Aravis") and result.picture == picture]
+    return max(theirs, key=lambda result: result.rate, default=None)
+
+
+def _table(results: list[Result]) -> Table:
+    rows = []
+    for result in results:
+        reference = _reference(results, result.picture) if result.where == IN_GUEST else None
+        speed = f"{result.bytes_per_second / reference.bytes_per_second:.2f}" if reference else ""
+        cost = f"{result.cpu_per_gb / reference.cpu_per_gb:.2f}" if reference else ""
+        figures = [f"{result.rate:.1f}", f"{result.bytes_per_second / 1e6:.0f}", speed]
+        figures += [f"{result.cpu_per_gb:.2f}", cost]
+        rows.append([result.where, result.picture, result.host, *figures])
+    header = ["where", "picture", "host", "frames/s", "MB/s", "× Aravis", "CPU s/GB", "× Aravis"]
+    return Table(header, rows)
+
+
+def _chart(results: list[Result]) -> Chart:
+    pictures = list(dict.fromkeys(result.picture for result in results))
+    hosts = dict.fromkeys(result.host for result in results)
+    by_key = {(result.host, result.picture): result.bytes_per_second / 1e6 for result in results}
+    return Chart(
+        "u3v-throughput",
+        "USB3 Vision through vhci-hcd in the virtual machine",
+        "MB/s (the simulated camera bounds them all)",
+        pictures,
+        {host: [by_key.get((host, picture)) for picture in pictures] for host in hosts},
+    )
+
+
+def _goals(results: list[Result]) -> list[Goal]:
+    goals = []
+    for picture in dict.fromkeys(result.picture for result in results):
+        reference = _reference(results, picture)
+        ours = [result for result in results if result.host.startswith("ours") and result.picture == picture]
+        if reference and ours:
+            ratio = ours[0].bytes_per_second / reference.bytes_per_second
+            asked = f"{picture}: at least the throughput of Aravis's better setting"
+            goals.append(Goal(asked, f"{ratio:.2f} ×", ratio >= 1))
+    return goals
+
+
+def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--seconds", type=float, default=4.0, help="of each run")
+    parser.add_argument("--seconds", type=float, default=3.0, help="of each run")
     parser.add_argument("--no-vm", action="store_true", help="only what needs no virtual machine")
     parser.add_argument("--guest", action="store_true", help=argparse.SUPPRESS)
-    options = parser.parse_args(arguments)
-    if options.guest:
-        in_guest(options.seconds)
+    return parser.parse_args(arguments)
+
+
+def main() -> None:
+    options = _options(None)
+    if not options.guest:
+        print(_document.markdown(measure()))
         return
-    in_process(options.seconds)
-    if not options.no_vm:
-        guest = [sys.executable, "-m", "benchmarks.u3v_receive", "--guest", "--seconds", str(options.seconds)]
-        limit = str(int(90 + len(FORMATS) * (30 + 6 * options.seconds)))
-        subprocess.run([str(USBVM), "-t", limit, "--", *guest], cwd=REPOSITORY, check=False)
+    for result in in_guest(options.seconds):
+        print(MARK + json.dumps(asdict(result)), flush=True)
 
 
 if __name__ == "__main__":

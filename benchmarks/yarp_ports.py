@@ -1,127 +1,266 @@
-"""YARP streams between two processes: frames per second, latency and CPU; round trips of requests.
+"""YARP streams and requests between two processes, ours and real YARP's in all four pairs.
 
-python -m benchmarks.yarp_ports [--seconds 2] [--carriers tcp fast_tcp udp mjpeg]
+    python -m benchmarks.yarp_ports [--seconds 2] [--rounds 2] [--carriers tcp fast_tcp udp mjpeg]
+
+Real YARP is used where its Python bindings can be imported (`import yarp`); without them ours is compared
+with ours, and the page says so.
 """
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import multiprocessing
-import resource
+import os
+import re
+import shutil
 import statistics
-import time
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
 
-import numpy as np
+from benchmarks import _document, _yarp_ends
+from benchmarks._results import Chart, Goal, Section, Table, machine
+from benchmarks._yarp_ends import Order, Received
+from grabbergui.core.errors import GrabberError
+from grabbergui.net.yarp.os.name_server import NameServer
 
-from grabbergui.core.errors import FrameTimeoutError
-from grabbergui.net.yarp import image
-from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
-from grabbergui.net.yarp.os.names import Target
-from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.os.rpc_client import RpcClient
-
-SIZES = {"640×480": (480, 640), "1080p": (1080, 1920), "8.8 MP": (2448, 3600)}
+SIZES = {"640×480": (640, 480), "1080p": (1920, 1080), "8.8 MP": (4096, 2160)}
 CARRIERS = ("tcp", "fast_tcp", "udp", "mjpeg")
+WITH_REAL = ("tcp", "fast_tcp")
+"""Carriers on which all pairs and sizes are measured; the others lose pictures or compress them."""
+OURS, REAL = "ours", "YARP"
+PAIRS = ((REAL, REAL), (REAL, OURS), (OURS, REAL), (OURS, OURS))
+SENDERS = {OURS: _yarp_ends.send_ours, REAL: _yarp_ends.send_real}
+READERS = {OURS: _yarp_ends.read_ours, REAL: _yarp_ends.read_real}
+ASKERS = {OURS: _yarp_ends.ask_ours, REAL: _yarp_ends.ask_real}
+ANSWERERS = {OURS: _yarp_ends.answer_ours, REAL: _yarp_ends.answer_real}
+PACE = 30.0
+"""Pictures a second where their age is measured."""
 CONTEXT = multiprocessing.get_context("spawn")
+METHOD = """RGB pictures from one process to another on the loopback, each sent when the one before is gone,
+for {seconds:g} seconds, {rounds} rounds in turn, of which the best counts. *YARP* is {version}; its ports
+are C++, told what to do from Python. {without}CPU is of both processes."""
+WITHOUT = "**It could not be imported here (`import yarp`), so that ours is only compared with ours.** "
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=2.0, help="how long each stream runs")
+@dataclass(frozen=True)
+class Stream:
+    """One pair on one carrier with one size."""
+
+    sent: int
+    received: Received
+    payload: int
+    cpu: float
+    "Seconds, of both processes."
+
+    @property
+    def rate(self) -> float:
+        ages = self.received.ages
+        return (len(ages) - 1) / self.received.seconds if len(ages) > 1 else 0.0
+
+    @property
+    def cpu_per_gb(self) -> float:
+        return self.cpu / (max(len(self.received.ages), 1) * self.payload / 1e9)
+
+    def late(self, share: float) -> float:
+        """The age that so many pictures do not exceed, milliseconds."""
+        ages = sorted(self.received.ages) or [float("nan")]
+        return ages[min(int(len(ages) * share), len(ages) - 1)]
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks yarp_ports", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=1.5, help="how long each stream runs")
+    parser.add_argument("--rounds", type=int, default=2, help="of which the best counts")
     parser.add_argument("--carriers", nargs="+", choices=CARRIERS, default=CARRIERS)
-    options = parser.parse_args()
-    for name, shape in SIZES.items():
-        for carrier in options.carriers:
-            print(f"{name:>8} {carrier:>9} {stream(carrier, shape, options.seconds)}", flush=True)
-    print(round_trips(options.seconds))
-
-
-def stream(carrier: str, shape: tuple[int, int], seconds: float) -> str:
-    """Keep one link full for a while; the figures as a line."""
-    pixels = np.tile(np.arange(shape[1] * 3, dtype=np.uint8).reshape(1, -1, 3), (shape[0], 1, 1))
-    header, body = image.encode(pixels, "rgb")
-    ours, theirs = CONTEXT.Pipe()
-    with OutputPort("/benchmark/out") as output:
-        process = CONTEXT.Process(target=read, args=(theirs, carrier, output.place(), seconds))
-        process.start()
-        number = ours.recv()
-        if carrier != "mjpeg":
-            output.add(Target.parse(f"tcp://127.0.0.1:{number}/", carrier))
-        while not output.connections:
-            time.sleep(0.01)
-        cpu, until, count = cpu_seconds(), time.monotonic() + seconds, 0
-        while time.monotonic() < until:
-            output.write(header, body, Stamp(count, time.time()).encode())
-            output.wait_sent(5.0)
-            count += 1
-        cpu = cpu_seconds() - cpu
-        ours.send("enough")
-        ages, size, elapsed, reader_cpu = ours.recv()
-        process.join()
-    if len(ages) < 2:
-        return "nothing arrived whole"
-    ages.sort()
-    return (
-        f"{(len(ages) - 1) / elapsed:7.1f} fps {size / elapsed / 1e9:5.2f} GB/s   "
-        f"latency {statistics.median(ages):6.2f} ms, p99 {ages[int(len(ages) * 0.99)]:6.2f} ms   "
-        f"CPU {(cpu + reader_cpu) / size * 1e9:5.2f} s/GB   lost {count - len(ages)} of {count}"
+    options = parser.parse_args(arguments)
+    before = machine()
+    with_real = importlib.util.find_spec("yarp") is not None
+    pairs = [pair for pair in PAIRS if with_real or REAL not in pair]
+    streams: dict[tuple[str, str, str, str], Stream] = {}
+    trips: dict[tuple[str, str], list[float]] = {}
+    with name_server() as names:
+        for name, size in SIZES.items():
+            for carrier in options.carriers:
+                if carrier not in WITH_REAL and name != "1080p":
+                    continue
+                order = Order(names, carrier, size, options.seconds)
+                for _ in range(options.rounds):
+                    for sender, reader in pairs if carrier in WITH_REAL else [(OURS, OURS)]:
+                        found = stream(sender, reader, order)
+                        key = name, carrier, sender, reader
+                        streams[key] = max(found, streams.get(key, found), key=lambda run: run.rate)
+                        print(*key, f"{found.rate:.1f} fps", flush=True)
+        paced = Order(names, "fast_tcp", SIZES["1080p"], options.seconds, PACE)
+        ages = {(sender, reader): stream(sender, reader, paced) for sender, reader in pairs}
+        for asker, answerer in pairs:
+            trips[asker, answerer] = round_trips(asker, answerer, names, options.seconds)
+    method = METHOD.format(
+        seconds=options.seconds,
+        rounds=options.rounds,
+        version=real_version() if with_real else "the real one",
+        without="" if with_real else WITHOUT,
+    )
+    return Section(
+        "YARP ports",
+        "python -m benchmarks yarp_ports          # two minutes; PYTHONPATH with real YARP's bindings",
+        method,
+        [_stream_table(streams), _age_table(ages), _trip_table(trips)],
+        [_chart(streams, "fast_tcp")] if "fast_tcp" in options.carriers else [],
+        _goals(streams) if with_real else [],
+        machine=before,
     )
 
 
-def read(pipe: Connection, carrier: str, source: str, seconds: float) -> None:
-    """The reading process: ages in ms, bytes, seconds from first to last frame, CPU seconds."""
-    ages: list[float] = []
-    size, first, last = 0, 0.0, 1.0
-    with InputPort("/benchmark/in", depth=2) as reader:
-        pipe.send(reader.port_number)
-        if carrier == "mjpeg":
-            reader.connect(source, carrier)
-        cpu, until = cpu_seconds(), time.monotonic() + seconds + 20
-        while time.monotonic() < until and not pipe.poll():
-            try:
-                payload, envelope = reader.read(0.2)
-            except FrameTimeoutError:
-                continue
-            last = time.monotonic()
-            first = first or last
-            stamp = Stamp.decode(envelope)
-            assert stamp is not None
-            ages.append((time.time() - stamp.time) * 1000)
-            size += len(payload)
-        pipe.send((ages, size, last - first, cpu_seconds() - cpu))
+# -- what is measured --------------------------------------------------------------------------------
+@contextmanager
+def name_server() -> Iterator[str]:
+    """One of ours, which processes started meanwhile find, real YARP's too; its address."""
+    before = {name: os.environ.get(name) for name in ("YARP_CONFIG_HOME", "YARP_FORWARD_LOG_ENABLE")}
+    server = NameServer("127.0.0.1", 0)
+    with ExitStack() as stack:
+        server.open()
+        stack.callback(server.close)
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        (Path(folder) / "yarp.conf").write_text(f"127.0.0.1 {server.port_number} yarp\n")
+        os.environ |= {"YARP_CONFIG_HOME": folder, "YARP_FORWARD_LOG_ENABLE": "0"}
+        try:
+            yield f"127.0.0.1:{server.port_number}"
+        finally:
+            for name, value in before.items():
+                os.environ.pop(name) if value is None else os.environ.__setitem__(name, value)
 
 
-def round_trips(seconds: float) -> str:
-    """Requests of a few words, one after the other."""
+def stream(sender: str, reader: str, order: Order) -> Stream:
+    """Send for a while from one process to another."""
+    with ExitStack() as stack:
+        source = _process(stack, SENDERS[sender], order)
+        source.recv()
+        sink = _process(stack, READERS[reader], order)
+        sink.recv()
+        source.send("begin")
+        sent, cpu = source.recv()
+        received = sink.recv()
+        source.send("enough")
+    return Stream(sent, received, order.size[0] * order.size[1] * 3, cpu + received.cpu)
+
+
+def round_trips(asker: str, answerer: str, names: str, seconds: float) -> list[float]:
+    """Requests of a few words, one after the other; milliseconds, sorted."""
+    with ExitStack() as stack:
+        name = f"/benchmark/{asker}-asks-{answerer}"
+        server = _process(stack, ANSWERERS[answerer], names, name, ends=False)
+        server.recv()
+        return sorted(_process(stack, ASKERS[asker], names, name, seconds).recv())
+
+
+def _process(
+    stack: ExitStack, target: Callable[..., None], *arguments: Any, ends: bool = True
+) -> Connection:
+    """A process that ends by itself, or with the stack."""
     ours, theirs = CONTEXT.Pipe()
-    process = CONTEXT.Process(target=answer, args=(theirs,))
+    process = CONTEXT.Process(target=target, args=(theirs, *arguments))
     process.start()
-    times = []
-    with RpcClient(ours.recv()) as client:
-        until = time.monotonic() + seconds
-        while time.monotonic() < until:
-            start = time.perf_counter()
-            client.call(Bottle(["fgc", "get", "feat", 8]))
-            times.append((time.perf_counter() - start) * 1000)
-    ours.send("enough")
-    process.join()
-    times.sort()
-    median, late = statistics.median(times), times[int(len(times) * 0.99)]
-    return f"requests: {len(times) / seconds:.0f} a second, median {median:.3f} ms, p99 {late:.3f} ms"
+    theirs.close()
+
+    def end() -> None:
+        if not ends:
+            process.terminate()
+        process.join(20)
+        if process.is_alive():
+            process.kill()
+
+    stack.callback(end)
+    return ours
 
 
-def answer(pipe: Connection) -> None:
-    with RpcServer("/benchmark/rpc", lambda request: Bottle(["fgc", "feat", "is", 5.0])) as server:
-        pipe.send(server.place())
-        pipe.recv()
+def real_version() -> str:
+    """As its own program says, where that is on the path."""
+    if shutil.which("yarp") is None:
+        return "the real one"
+    done = subprocess.run(["yarp", "version"], capture_output=True, text=True, check=False)
+    found = re.search(r"[Vv]ersion (\d[\w.]*)", done.stdout)
+    return f"the real one, {found[1]}" if found else "the real one"
 
 
-def cpu_seconds() -> float:
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
+# -- how it is shown ---------------------------------------------------------------------------------
+def _stream_table(streams: dict[tuple[str, str, str, str], Stream]) -> Table:
+    rows = []
+    for (name, carrier, sender, reader), run in streams.items():
+        reference = streams.get((name, carrier, REAL, REAL))
+        rows.append(
+            [
+                name,
+                carrier,
+                f"{sender} → {reader}",
+                f"{run.rate:.0f}",
+                f"{run.rate / reference.rate:.2f}" if reference and reference.rate else "",
+                f"{run.rate * run.payload / 1e9:.2f} GB/s",
+                f"{run.cpu_per_gb:.2f}",
+                f"{run.cpu_per_gb / reference.cpu_per_gb:.2f}" if reference and reference.rate else "",
+                f"{run.sent - len(run.received.ages)} of {run.sent}",
+            ]
+        )
+    header = ["picture", "carrier", "from → to", "frames/s", "× YARP", ""]
+    return Table([*header, "CPU s/GB", "× YARP", "not delivered"], rows)
+
+
+def _age_table(ages: dict[tuple[str, str], Stream]) -> Table:
+    rows = [
+        [f"{sender} → {reader}", f"{run.late(0.5):.2f} ms", f"{run.late(0.99):.2f} ms"]
+        for (sender, reader), run in ages.items()
+    ]
+    title = f"1080p RGB over fast_tcp at {PACE:g} pictures a second, from the stamp to the reader's hands:"
+    return Table(["from → to", "median", "p99"], rows, title)
+
+
+def _trip_table(trips: dict[tuple[str, str], list[float]]) -> Table:
+    rows = []
+    for (asker, answerer), times in trips.items():
+        median, late = statistics.median(times), times[int(len(times) * 0.99)]
+        rows.append([f"{asker} asks {answerer}", f"{median:.3f} ms", f"{late:.3f} ms"])
+    return Table(["requests", "median", "p99"], rows, "Requests of a few words, one after the other:")
+
+
+def _chart(streams: dict[tuple[str, str, str, str], Stream], carrier: str) -> Chart:
+    keys = [key for key in streams if key[1] == carrier]
+    sizes = list(dict.fromkeys(name for name, *_ in keys))
+    pairs = dict.fromkeys((sender, reader) for _, _, sender, reader in keys)
+
+    def throughput(name: str, pair: tuple[str, str]) -> float | None:
+        run = streams.get((name, carrier, *pair))
+        return run and run.rate * run.payload / 1e9
+
+    return Chart(
+        "yarp-throughput",
+        f"RGB over {carrier} between two processes",
+        "GB/s",
+        sizes,
+        {f"{pair[0]} → {pair[1]}": [throughput(name, pair) for name in sizes] for pair in pairs},
+    )
+
+
+def _goals(streams: dict[tuple[str, str, str, str], Stream]) -> list[Goal]:
+    """Ours beside real YARP's, 1080p over fast_tcp."""
+    goals = []
+    reference = streams.get(("1080p", "fast_tcp", REAL, REAL))
+    for sender, reader in PAIRS[1:]:
+        run = streams.get(("1080p", "fast_tcp", sender, reader))
+        if run and reference and reference.rate:
+            ratio = run.rate / reference.rate
+            asked = f"1080p RGB over fast_tcp, {sender} → {reader}: as many frames as YARP → YARP"
+            goals.append(Goal(asked, f"{ratio:.2f} ×", ratio >= 1))
+    return goals
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        print(_document.markdown(measure()))
+    except GrabberError as error:
+        raise SystemExit(str(error)) from error
