@@ -20,9 +20,9 @@ from benchmarks._results import Chart, Goal, Section, Table, machine
 
 READERS = (1, 4)
 NETWORKS = ("YARP", "ROS 2", "both")
-METHOD = """One simulated camera ({pixel_format}, 10 ms exposure), one serving process, each reader a process
-of its own, joining for {seconds:g} seconds. YARP readers get RGB over `fast_tcp`, ROS 2 readers `image_raw`
-over Fast DDS with our transport profile, best effort."""
+METHOD = """One simulated camera ({pixel_format}, 10 ms exposure), one serving process, each reader a
+process of its own, joining for {seconds:g} seconds. YARP readers get RGB over `fast_tcp`, ROS 2 readers
+`image_raw` over Fast DDS with our transport profile, best effort."""
 READING = [
     "**delivered**: pictures with the stamp of a frame exposed in that time that the *worst* reader has.",
     "**latency**: from the exposure's stamp to the whole picture in the reader's hands, over all readers; "

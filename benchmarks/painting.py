@@ -34,9 +34,9 @@ from grabbergui.ui.views.picture_view import PictureView
 
 WARM = 30
 """Pictures that are painted before anything is counted: the controls are there by then."""
-METHOD = """The whole window ({window}, as it opens) without a screen, on the simulated camera at its own rate
-for {seconds:g} seconds: frames that came, pictures that were painted, and CPU of the process without the
-camera's own thread. The camera shows a still pattern; nothing is kept from one frame to the next.
+METHOD = """The whole window ({window}, as it opens) without a screen, on the simulated camera at its own
+rate for {seconds:g} seconds: frames that came, pictures that were painted, and CPU of the process without
+the camera's own thread. The camera shows a still pattern; nothing is kept from one frame to the next.
 
 Then the picture's view alone, fed as fast as it paints ({view}, OpenCV on one thread): each frame converted
 to what the view shows, set, and painted before the next. *ImageItem* is pyqtgraph's, given the finished RGB
