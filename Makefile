@@ -40,6 +40,10 @@ screenshots: setup
 	$(BIN)/grabbergui gui --offscreen --theme light --duration 4 --screenshot docs/images/window.png
 	$(BIN)/grabbergui gui --offscreen --theme dark --duration 4 --screenshot docs/images/window-dark.png
 
+# After a text has changed: resources/translations/*.ts anew, and the .qm that the program loads.
+translations: setup
+	scripts/translations
+
 bench: setup
 	$(BIN)/python -m benchmarks
 

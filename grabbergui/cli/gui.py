@@ -23,6 +23,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--theme", choices=("auto", "light", "dark"), default="auto", help="colours (the desktop's)"
     )
+    parser.add_argument("--language", metavar="CODE", help="of the window: en, es (the desktop's)")
     parser.set_defaults(run=_run)
 
 
@@ -42,4 +43,5 @@ def _run(options: argparse.Namespace) -> int:
         screenshot=options.screenshot,
         script=options.script,
         theme=options.theme,
+        language=options.language,
     )

@@ -10,6 +10,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 from grabbergui.core.sfnc import Role
+from grabbergui.models.language import translate
 
 PATIENCE = 2.0
 "Seconds without a picture before anything is said."
@@ -98,20 +99,28 @@ def diagnose(seen: Observation) -> Diagnosis | None:
     if seen.problem:
         return Diagnosis(
             Stage.CONVERSION,
-            f"Frames arrive but cannot be shown: {seen.problem}",
-            "Choose another PixelFormat; a snapshot still saves the raw bytes.",
+            translate("Diagnosis", "Frames arrive but cannot be shown: {0}").format(seen.problem),
+            translate("Diagnosis", "Choose another PixelFormat; a snapshot still saves the raw bytes."),
         )
     patience = max(PATIENCE, 3 * (seen.facts.period or 0))
     if seen.silent >= patience:
         return _silent(seen)
     if seen.received and not seen.painted and seen.seconds >= patience:
-        return Diagnosis(Stage.DISPLAY, "Frames arrive but the window does not paint them.", "See the log.")
+        return Diagnosis(
+            Stage.DISPLAY,
+            translate("Diagnosis", "Frames arrive but the window does not paint them."),
+            translate("Diagnosis", "See the log."),
+        )
     if seen.mean is not None and seen.mean < BLACK:
         exposure = f" ({seen.facts.exposure})" if seen.facts.exposure else ""
         return Diagnosis(
             Stage.DISPLAY,
-            f"The picture is black: the exposure{exposure} may be too short.",
-            "Raise exposure or gain, press auto, open the iris, or take the lens cap off.",
+            translate("Diagnosis", "The picture is black: the exposure{0} may be too short.").format(
+                exposure
+            ),
+            translate(
+                "Diagnosis", "Raise exposure or gain, press auto, open the iris, or take the lens cap off."
+            ),
         )
     return None
 
@@ -121,53 +130,65 @@ def _silent(seen: Observation) -> Diagnosis:
     if seen.facts.trigger_source is not None:
         return Diagnosis(
             Stage.CONTROL,
-            f"{seen.source} waits for a trigger (source: {seen.facts.trigger_source}).",
-            "Send one (TriggerSoftware), or set TriggerMode to Off.",
+            translate("Diagnosis", "{0} waits for a trigger (source: {1}).").format(
+                seen.source, seen.facts.trigger_source
+            ),
+            translate("Diagnosis", "Send one (TriggerSoftware), or set TriggerMode to Off."),
         )
     if count.frames:
         return Diagnosis(
             Stage.FRAMES,
-            f"No frame for {seen.silent:.0f} s, after {count.frames} that came.",
-            "Look at the cable and the camera's power; then stop and start again.",
+            translate("Diagnosis", "No frame for {0:.0f} s, after {1} that came.").format(
+                seen.silent, count.frames
+            ),
+            translate("Diagnosis", "Look at the cable and the camera's power; then stop and start again."),
         )
     if count.incomplete:
-        size = f" (GevSCPSPacketSize, now {seen.facts.packet_size} bytes)" if seen.facts.packet_size else ""
+        size = ""
+        if seen.facts.packet_size:
+            size = translate("Diagnosis", " (GevSCPSPacketSize, now {0} bytes)")
+            size = size.format(seen.facts.packet_size)
         return Diagnosis(
             Stage.FRAMES,
-            f"Packets arrive, but no frame is complete: {count.packets_missing} packets are missing.",
-            f"Choose smaller packets{size} or a longer packet delay (GevSCPD); raise net.core.rmem_max.",
+            translate(
+                "Diagnosis", "Packets arrive, but no frame is complete: {0} packets are missing."
+            ).format(count.packets_missing),
+            translate(
+                "Diagnosis",
+                "Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.",
+            ).format(size),
         )
     if count.packets:
         return Diagnosis(
             Stage.FRAMES,
-            f"{count.packets} packets arrived, but no frame was finished.",
-            "The frame rate may be very low, or packets larger than the network's MTU are dropped.",
+            translate("Diagnosis", "{0} packets arrived, but no frame was finished.").format(count.packets),
+            translate(
+                "Diagnosis",
+                "The frame rate may be very low, or packets larger than the network's MTU are dropped.",
+            ),
         )
     return _no_packets(seen)
 
 
 def _no_packets(seen: Observation) -> Diagnosis:
-    summary = f"{seen.source} is under control but sends nothing that arrives here."
+    summary = translate("Diagnosis", "{0} is under control but sends nothing that arrives here.")
+    summary = summary.format(seen.source)
     if "GigE" not in seen.bus:
-        return Diagnosis(
-            Stage.PACKETS, summary, "Stop and start again; look at the camera's cable and power."
-        )
-    port = f"UDP port {seen.facts.stream_port}" if seen.facts.stream_port else "UDP"
-    allow = f"from {seen.address}" if seen.address else "from the camera"
-    size = seen.facts.packet_size
-    large = (
-        f" Packets of {size} bytes need an MTU as large on every device between."
-        if size and size > 1500
-        else ""
-    )
-    command = (
-        f" (sudo ufw allow proto udp from {seen.address} to any port {seen.facts.stream_port})"
-        if seen.facts.stream_port and seen.address
-        else ""
-    )
-    return Diagnosis(
-        Stage.PACKETS, summary, f"A firewall may drop it: let {port} {allow} pass{command}.{large}"
-    )
+        advice = translate("Diagnosis", "Stop and start again; look at the camera's cable and power.")
+        return Diagnosis(Stage.PACKETS, summary, advice)
+    port = translate("Diagnosis", "UDP port {0}").format(seen.facts.stream_port)
+    port = port if seen.facts.stream_port else "UDP"
+    allow = translate("Diagnosis", "from the camera")
+    command = large = ""
+    if seen.address:
+        allow = translate("Diagnosis", "from {0}").format(seen.address)
+        if seen.facts.stream_port:
+            command = f" (sudo ufw allow proto udp from {seen.address} to any port {seen.facts.stream_port})"
+    if seen.facts.packet_size and seen.facts.packet_size > 1500:
+        large = translate("Diagnosis", " Packets of {0} bytes need an MTU as large on every device between.")
+        large = large.format(seen.facts.packet_size)
+    advice = translate("Diagnosis", "A firewall may drop it: let {0} {1} pass{2}.{3}")
+    return Diagnosis(Stage.PACKETS, summary, advice.format(port, allow, command, large))
 
 
 def _value(grabber: FrameGrabber, name: str) -> FeatureValue | None:

@@ -21,6 +21,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.ui import icons, qt_messages
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.main import MainController
+from grabbergui.ui.language import speak
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.scripting import load_script, run_script
 from grabbergui.ui.theme import Theme, dress
@@ -46,6 +47,7 @@ def run(
     screenshot: Path | None = None,
     script: Path | None = None,
     theme: str = "auto",
+    language: str | None = None,
     create: Callable[[SourceUri], FrameGrabber] = sources.create,
     stop: threading.Event | None = None,
 ) -> int:
@@ -55,9 +57,9 @@ def run(
     when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
     frame came. With `script` it runs that file, whose exit code is the window's, and opens nothing by itself
     but `uri`; see `ui.scripting`. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the
-    desktop's). Settings are neither read nor kept offscreen. `create` makes the grabber of a URI, for a
-    program that holds one open already. Ctrl-C and SIGTERM close the window; with `stop`, setting that does,
-    and signals are left to the caller.
+    desktop's), `language` a code like `es`; without one it is the desktop's. Settings are neither read nor
+    kept offscreen. `create` makes the grabber of a URI, for a program that holds one open already. Ctrl-C and
+    SIGTERM close the window; with `stop`, setting that does, and signals are left to the caller.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
@@ -67,6 +69,7 @@ def run(
     if theme != Theme.AUTO.value:
         preferences.look_for_now(Theme(theme))
     dress(app, preferences.theme)
+    speak(app, language)
     window = MainWindow()
     controller = MainController(window, preferences, create)
     with _guarded(window), _stopped_by(stop, app) if stop is not None else _interruptible(app):

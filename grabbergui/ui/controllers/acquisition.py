@@ -89,7 +89,7 @@ class AcquisitionController(QObject):
         """Save the newest frame where snapshots go."""
         frame, source = self._picture.frame, self._connection.source
         if frame is None or source is None or source.grabber is None:
-            self.failed.emit("there is no frame yet to take a snapshot of; start the camera first")
+            self.failed.emit(self.tr("there is no frame yet to take a snapshot of; start the camera first"))
             return
         self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
 
@@ -156,7 +156,7 @@ class AcquisitionController(QObject):
         self._ask_again = 0.0
 
     def _on_snapshot_saved(self, path: Path) -> None:
-        self._window.messages.showNotice(f"Saved {path}")
+        self._window.messages.showNotice(self.tr("Saved {0}").format(path))
 
     # -- how it is doing ---------------------------------------------------------------------------------
     def _refresh(self) -> None:
@@ -174,7 +174,7 @@ class AcquisitionController(QObject):
             self._explain(source, statistics)
         elif source.no_picture:
             self._view.setNote(
-                "The picture goes to the program that has control.", source.no_picture, Stage.PACKETS
+                self.tr("The picture goes to the program that has control."), source.no_picture, Stage.PACKETS
             )
         else:
             self._view.setNote("")
@@ -182,10 +182,11 @@ class AcquisitionController(QObject):
     def _invitation(self) -> tuple[str, str]:
         """What to say where there is nothing to see: a sentence, and what to do."""
         if self._connection.state is LinkState.OPENING:
-            return f"{self._connection.reason} …", ""
+            source = self._connection.source
+            return self.tr("Connecting to {0} …").format(source.uri if source is not None else ""), ""
         return (
-            "Nothing is connected.",
-            "Choose a source on the left, or type its address; sim: is the simulated camera.",
+            self.tr("Nothing is connected."),
+            self.tr("Choose a source on the left, or type its address; sim: is the simulated camera."),
         )
 
     def _show_figures(self, statistics: StreamStatistics) -> None:
@@ -249,21 +250,21 @@ class AcquisitionController(QObject):
         if state is LinkState.STREAMING and source is not None:
             silent = self._silent(source)
             if self._window.actionPause.isChecked():
-                status.setState("Paused", StateTone.BUSY)
+                status.setState(self.tr("Paused"), StateTone.BUSY)
             elif silent < STALLED:
-                status.setState("Live", StateTone.GOOD)
+                status.setState(self.tr("Live"), StateTone.GOOD)
             elif self._picture.last_received is None:
-                status.setState(f"Waiting for a frame, {silent:.0f} s", StateTone.BUSY)
+                status.setState(self.tr("Waiting for a frame, {0:.0f} s").format(silent), StateTone.BUSY)
             else:
-                status.setState(f"Stalled for {silent:.0f} s", StateTone.BUSY)
+                status.setState(self.tr("Stalled for {0:.0f} s").format(silent), StateTone.BUSY)
         else:
             text, tone = {
-                LinkState.CLOSED: ("Not connected", StateTone.IDLE),
-                LinkState.OPENING: ("Connecting", StateTone.BUSY),
-                LinkState.LOST: ("Connection lost", StateTone.BAD),
-            }.get(state, ("Stopped", StateTone.IDLE))
+                LinkState.CLOSED: (self.tr("Not connected"), StateTone.IDLE),
+                LinkState.OPENING: (self.tr("Connecting"), StateTone.BUSY),
+                LinkState.LOST: (self.tr("Connection lost"), StateTone.BAD),
+            }.get(state, (self.tr("Stopped"), StateTone.IDLE))
             if source is not None and source.read_only and state is LinkState.OPEN:
-                text = "Read only"
+                text = self.tr("Read only")
             status.setState(text, tone)
         status.setMessage(source.title if source is not None else "")
         window.actionConnect.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))

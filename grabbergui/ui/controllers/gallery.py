@@ -58,15 +58,18 @@ class GalleryController(QObject):
 
     def _refresh(self) -> None:
         for tile, view in self._shown.items():
-            view.setState(_state(tile.source))
+            view.setState(self._state(tile.source))
             if not view.visibleRegion().isEmpty() and (picture := tile.picture.take()) is not None:
                 view.setPicture(picture.image)
                 room = view.thumbnail.roomInPixels(picture.width, picture.height)
                 tile.picture.look_at(None, room)
 
-
-def _state(source: OpenSource) -> str:
-    """A figure where frames come, a word otherwise."""
-    if source.state is LinkState.STREAMING and source.grabber is not None:
-        return f"{source.grabber.statistics().frame_rate:.0f} fps"
-    return source.state.value
+    def _state(self, source: OpenSource) -> str:
+        """A figure where frames come, a word otherwise."""
+        if source.state is LinkState.STREAMING and source.grabber is not None:
+            return self.tr("{0:.0f} fps").format(source.grabber.statistics().frame_rate)
+        return {
+            LinkState.OPENING: self.tr("connecting"),
+            LinkState.OPEN: self.tr("stopped"),
+            LinkState.LOST: self.tr("lost"),
+        }.get(source.state, "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PyQt5.QtCore import QEvent, QObject, pyqtSignal
+from PyQt5.QtCore import QT_TRANSLATE_NOOP, QEvent, QObject, pyqtSignal
 from PyQt5.QtGui import QDropEvent
 from PyQt5.QtWidgets import QFileDialog, QWidget
 
@@ -20,7 +20,7 @@ from grabbergui.models.feature_set_loading import LoadReport, load_onto, roll_ba
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.settings_report import SettingsReport
 
-SETTINGS_FILTER = "Settings (*.yaml *.yml *.pfs *.txt);;All files (*)"
+SETTINGS_FILTER = QT_TRANSLATE_NOOP("KeepingController", "Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
 
 
 class KeepingController(QObject):
@@ -64,19 +64,19 @@ class KeepingController(QObject):
     def ask_save(self) -> None:
         """Let the user choose a file and save there."""
         chosen, _ = QFileDialog.getSaveFileName(
-            self._window, "Save settings", "settings.yaml", SETTINGS_FILTER
+            self._window, self.tr("Save settings"), "settings.yaml", SETTINGS_FILTER
         )
         if chosen:
             self.save(Path(chosen))
 
     def ask_load(self) -> None:
         """Let the user choose a file and load it."""
-        if path := self._asked("Load settings"):
+        if path := self._asked(self.tr("Load settings")):
             self.load(path)
 
     def ask_compare(self) -> None:
         """Let the user choose a file and compare the camera with it."""
-        if path := self._asked("Compare the camera with settings"):
+        if path := self._asked(self.tr("Compare the camera with settings")):
             self.compare(path)
 
     def save(self, path: Path) -> None:
@@ -87,7 +87,8 @@ class KeepingController(QObject):
             feature_set_files.save(features, path)
             return features
 
-        self._on_camera(job, lambda features: self.noticed.emit(f"Saved {len(features)} settings to {path}"))
+        text = self.tr("Saved {0} settings to {1}")
+        self._on_camera(job, lambda features: self.noticed.emit(text.format(len(features), path)))
 
     def load(self, path: Path) -> None:
         """Load settings and show what became of each."""
@@ -102,7 +103,7 @@ class KeepingController(QObject):
             features = feature_set_files.load(path, Selectors(grabber).of)
             return load_onto(grabber, features, dry_run=dry_run)
 
-        title = f"{'Camera and' if dry_run else 'Loaded'} {path.name}"
+        title = (self.tr("Camera and {0}") if dry_run else self.tr("Loaded {0}")).format(path.name)
         self._on_camera(job, lambda report: self._show(title, report, path))
 
     def _show(self, title: str, report: LoadReport, path: Path) -> None:
@@ -120,14 +121,14 @@ class KeepingController(QObject):
     def _roll_back(self, report: LoadReport) -> None:
         self._on_camera(
             lambda grabber: roll_back(grabber, report),
-            lambda after: self.noticed.emit(f"Rolled back: {after.summary()}"),
+            lambda after: self.noticed.emit(self.tr("Rolled back: {0}").format(after.summary())),
         )
 
     def _on_camera(self, job: Callable[[FrameGrabber], object], done: Callable[..., None]) -> None:
         """Run a job on the camera's thread, then `done` with its result on this one."""
         source = self._connection.source
         if source is None or source.grabber is None:
-            self.failed.emit("there is no camera; connect to one first")
+            self.failed.emit(self.tr("there is no camera; connect to one first"))
             return
         grabber = source.grabber
         source.worker.submit(
@@ -140,7 +141,7 @@ class KeepingController(QObject):
         self._bridge.call(lambda: self.failed.emit(str(error)))
 
     def _asked(self, title: str) -> Path | None:
-        chosen, _ = QFileDialog.getOpenFileName(self._window, title, "", SETTINGS_FILTER)
+        chosen, _ = QFileDialog.getOpenFileName(self._window, title, "", self.tr(SETTINGS_FILTER))
         return Path(chosen) if chosen else None
 
 

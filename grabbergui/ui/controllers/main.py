@@ -188,8 +188,8 @@ class MainController(QObject):
         if source is self.connection.source:
             reason, _, _ = source.read_only.partition(";")  # what to do about it is on the button
             self._read_only_bar = self.window.messages.showOffer(
-                f"For reading only: {reason}. Values follow here but cannot be changed.",
-                "Take control",
+                self.tr("For reading only: {0}. Values follow here but cannot be changed.").format(reason),
+                self.tr("Take control"),
                 self.connection.take_control,
             )
 
@@ -205,7 +205,7 @@ class MainController(QObject):
 
     def _choose_snapshot_folder(self) -> None:
         before = str(self.preferences.snapshot_folder)
-        chosen = QFileDialog.getExistingDirectory(self.window, "Folder for snapshots", before)
+        chosen = QFileDialog.getExistingDirectory(self.window, self.tr("Folder for snapshots"), before)
         if chosen:
             self.preferences.snapshot_folder = Path(chosen)
 
@@ -224,8 +224,11 @@ class MainController(QObject):
     def _show_about(self) -> None:
         QMessageBox.about(
             self.window,
-            "About grabbergui",
-            f"<h3>grabbergui {__version__}</h3><p>Tune GenICam cameras live, and share them on YARP and"
-            " ROS 2 networks.</p><p>Free software under the GNU General Public License, version 3 or later,"
-            " with an additional permission to combine it with the GenICam runtime.</p>",
+            self.tr("About grabbergui"),
+            self.tr(
+                "<h3>grabbergui {0}</h3>"
+                "<p>Tune GenICam cameras live, and share them on YARP and ROS 2 networks.</p>"
+                "<p>Free software under the GNU General Public License, version 3 or later,"
+                " with an additional permission to combine it with the GenICam runtime.</p>"
+            ).format(__version__),
         )

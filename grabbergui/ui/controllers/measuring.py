@@ -100,7 +100,10 @@ class MeasuringController(QObject):
 
     def _focus_on(self, region: Region | None) -> None:
         self._focus_region = region
-        text = f"of {region.width} × {region.height} pixels at ({region.x}, {region.y})" if region else ""
+        text = ""
+        if region is not None:
+            text = self.tr("of {0} × {1} pixels at ({2}, {3})")
+            text = text.format(region.width, region.height, region.x, region.y)
         self._window.focus.setWhat(text)
         self._begin_anew()
         self._update_wanted()
@@ -129,7 +132,8 @@ class MeasuringController(QObject):
                 window.histogram.setHistogram(measured.histogram)
             if window.actionClipping.isChecked():
                 saturated, black = measured.histogram.saturated, measured.histogram.black
-                window.picture.setClippingText(f"{saturated:.2%} saturated · {black:.2%} black")
+                text = self.tr("{0:.2%} saturated · {1:.2%} black").format(saturated, black)
+                window.picture.setClippingText(text)
         if measured.sharpness is not None:
             self._history.add(measured.sharpness)
             window.focus.setScores(self._history.scores, self._history.best)

@@ -56,7 +56,7 @@ class PauseController(QObject):
         self._picture.hold(None)
         if paused:
             self._window.actionPause.setChecked(False)
-            self.failed.emit("there is no frame yet to pause at; start the camera first")
+            self.failed.emit(self.tr("there is no frame yet to pause at; start the camera first"))
 
     def _step(self, steps: int) -> None:
         if self._steps_itself:

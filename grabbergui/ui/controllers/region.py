@@ -51,7 +51,8 @@ class RegionController(QObject):
         grabber = source.grabber
 
         def failed(error: GrabberError) -> None:
-            self._bridge.call(lambda: self.failed.emit(f"the region could not be changed: {error}"))
+            text = self.tr("the region could not be changed: {0}").format(error)
+            self._bridge.call(lambda: self.failed.emit(text))
 
         # The picture is another now: whatever was zoomed into may be gone.
         source.worker.submit(

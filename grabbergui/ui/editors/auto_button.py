@@ -40,7 +40,8 @@ class AutoButton(QToolButton):
         self.setEnabled(feature.access.writable)
         self.setAccessibleName(feature.title)
         state = f"{feature.title}: {feature.value}"
-        self.setToolTip(state if feature.access.writable else f"{state}\nIt {feature.access_problem()}.")
+        problem = self.tr("{0}\nIt {1}.").format(state, feature.access_problem())
+        self.setToolTip(state if feature.access.writable else problem)
 
     def changeEvent(self, event: QEvent | None) -> None:
         """Follow the desktop from light to dark."""

@@ -49,7 +49,8 @@ class FocusPanel(QWidget):
         self._best.setValue(best)
         self._best.setVisible(best > 0)
         share = values[-1] / best if best else 0
-        self.scoreLabel.setText(f"sharpness {values[-1]:.2f}    best {best:.2f}    {share:.0%} of the best")
+        text = self.tr("sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best")
+        self.scoreLabel.setText(text.format(values[-1], best, share))
 
     def setWhat(self, region: str) -> None:
         """Say what is scored."""

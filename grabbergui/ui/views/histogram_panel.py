@@ -48,7 +48,9 @@ class HistogramPanel(QWidget):
         self._histogram = histogram
         means = "  ".join(f"{name} {histogram.mean(name):.1f}" for name in histogram.channels)
         self.figuresLabel.setText(
-            f"mean {means}    {histogram.saturated:.2%} saturated    {histogram.black:.2%} black"
+            self.tr("mean {0}    {1:.2%} saturated    {2:.2%} black").format(
+                means, histogram.saturated, histogram.black
+            )
         )
         self._draw()
 

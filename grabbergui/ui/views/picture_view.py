@@ -68,8 +68,17 @@ class PictureView(QWidget):
 
     def draw(self, purpose: Purpose) -> None:
         """Take the next stroke of the mouse for this, and say so."""
-        self.hintLabel.setText(purpose.value)
+        self.hintLabel.setText(self._hint(purpose))
         self.drawing.begin(purpose)
+
+    def _hint(self, purpose: Purpose) -> str:
+        return {
+            Purpose.SENSOR_REGION: self.tr("Draw the region that the camera is to send; Esc gives up."),
+            Purpose.FOCUS_REGION: self.tr("Draw the region that is to be sharp; Esc gives up."),
+            Purpose.PROFILE_LINE: self.tr("Draw the line whose values are to be shown; Esc gives up."),
+            Purpose.EXPOSURE_REGION: self.tr("Draw the region whose brightness counts; Esc gives up."),
+            Purpose.BALANCE_REGION: self.tr("Draw a region that should be grey; Esc gives up."),
+        }.get(purpose, purpose.value)
 
     def setClippingText(self, text: str) -> None:
         """How much of the frame is saturated and black."""
@@ -97,4 +106,4 @@ class PictureView(QWidget):
         self.note.raise_()
 
     def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:
-        self.zoomLabel.setText(f"{zoom:.0%}" + (" · fitted" if fitted else ""))
+        self.zoomLabel.setText(f"{zoom:.0%}" + (self.tr(" · fitted") if fitted else ""))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import QT_TRANSLATE_NOOP, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QPushButton, QToolButton, QWidget
 
 from grabbergui.models.recorder import RecordingLimits, RecordingProgress
@@ -13,11 +13,11 @@ from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 
 _KINDS = {
-    RecordingKind.MCAP: "ROS 2 messages (MCAP)",
-    RecordingKind.MP4: "Movie (MP4)",
-    RecordingKind.LOSSLESS: "Movie, lossless (MP4)",
-    RecordingKind.PNG: "Pictures (PNG)",
-    RecordingKind.TIFF: "Pictures (TIFF, fast)",
+    RecordingKind.MCAP: QT_TRANSLATE_NOOP("RecordingBar", "ROS 2 messages (MCAP)"),
+    RecordingKind.MP4: QT_TRANSLATE_NOOP("RecordingBar", "Movie (MP4)"),
+    RecordingKind.LOSSLESS: QT_TRANSLATE_NOOP("RecordingBar", "Movie, lossless (MP4)"),
+    RecordingKind.PNG: QT_TRANSLATE_NOOP("RecordingBar", "Pictures (PNG)"),
+    RecordingKind.TIFF: QT_TRANSLATE_NOOP("RecordingBar", "Pictures (TIFF, fast)"),
 }
 
 
@@ -64,7 +64,7 @@ class RecordingBar(QWidget):
         super().__init__(parent)
         load_form("recording_bar", self)
         for kind, text in _KINDS.items():
-            self.kindBox.addItem(text, kind)
+            self.kindBox.addItem(self.tr(text), kind)
         self._amounts = [None if limit is None else limit.usual for limit in _LIMITS]
         self.limitBox.currentIndexChanged[int].connect(self._on_limit_chosen)
         self.amountBox.valueChanged[float].connect(self._on_amount_changed)
@@ -80,7 +80,7 @@ class RecordingBar(QWidget):
     def setRecording(self, recording: bool) -> None:
         """Whether a recording runs."""
         self.recordButton.setChecked(recording)
-        self.recordButton.setText("Stop recording" if recording else "Record")
+        self.recordButton.setText(self.tr("Stop recording") if recording else self.tr("Record"))
         # What runs cannot be changed, and its progress needs the room.
         for choice in (self.kindBox, self.limitBox, self.folderButton):
             choice.setVisible(not recording)
@@ -90,11 +90,12 @@ class RecordingBar(QWidget):
     def setProgress(self, progress: RecordingProgress) -> None:
         """Length, size, what was lost, what is left."""
         minutes, seconds = divmod(progress.seconds, 60)
-        parts = [f"{int(minutes):02d}:{seconds:04.1f}", f"{progress.frames} frames", _bytes(progress.size)]
+        frames = self.tr("{0} frames").format(progress.frames)
+        parts = [f"{int(minutes):02d}:{seconds:04.1f}", frames, _bytes(progress.size)]
         if progress.dropped:
-            parts.append(f"{progress.dropped} dropped")
+            parts.append(self.tr("{0} dropped").format(progress.dropped))
         if progress.free and not progress.ended:
-            parts.append(f"{_bytes(progress.free)} free")
+            parts.append(self.tr("{0} free").format(_bytes(progress.free)))
         self.progressLabel.setText(" · ".join(parts))
         self.progressLabel.setToolTip(self.progressLabel.text())
 
@@ -111,7 +112,7 @@ class RecordingBar(QWidget):
     def setPlayable(self, name: str) -> None:
         """A recording is finished; its name."""
         self.playButton.setVisible(True)
-        self.playButton.setToolTip(f"Play {name} in place of the camera")
+        self.playButton.setToolTip(self.tr("Play {0} in place of the camera").format(name))
 
     def _on_record_clicked(self, checked: bool) -> None:
         # The button shows what is, not what was asked for: the program sets it back once it records.

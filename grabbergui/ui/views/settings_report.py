@@ -49,7 +49,7 @@ class SettingsReport(QDialog):
         self.table.clear()
         for setting in report.settings:
             texts = (format_value(setting.before), format_value(setting.wanted))
-            row = QTreeWidgetItem([str(setting.key), *texts, setting.outcome.value, setting.reason])
+            row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
             row.setToolTip(4, setting.reason)
             row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
             if setting.outcome not in SETTLED:
@@ -60,6 +60,17 @@ class SettingsReport(QDialog):
         self._show_equal(self.equalBox.isChecked())
         for column in range(4):
             self.table.resizeColumnToContents(column)
+
+    def _outcome(self, outcome: Outcome) -> str:
+        return {
+            Outcome.WRITTEN: self.tr("written"),
+            Outcome.EQUAL: self.tr("equal"),
+            Outcome.WOULD_WRITE: self.tr("would write"),
+            Outcome.REFUSED: self.tr("refused"),
+            Outcome.DIFFERENT: self.tr("different"),
+            Outcome.LEFT_ALONE: self.tr("left alone"),
+            Outcome.UNKNOWN: self.tr("unknown"),
+        }.get(outcome, outcome.value)
 
     def _show_equal(self, shown: bool) -> None:
         for index in range(self.table.topLevelItemCount()):

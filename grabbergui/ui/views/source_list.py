@@ -92,7 +92,7 @@ class SourceListView(QWidget):
                 f"{source.info.title} {source.info.uri} {'connected' if source.connected else ''}"
                 f" {source.info.note}".strip(),
             )
-            item.setToolTip(_tooltip(source))
+            item.setToolTip(self._tooltip(source))
             item.setSelected(source.info.uri == selected)
         self.sourceList.blockSignals(blocked)
         self._update_button()
@@ -162,13 +162,11 @@ class SourceListView(QWidget):
         source: ListedSource = item.data(SOURCE_ROLE)
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        menu.addAction("Connect", lambda: self.connectRequested.emit(source.info.uri))
+        menu.addAction(self.tr("Connect"), lambda: self.connectRequested.emit(source.info.uri))
         if self._connected and not source.connected:
-            menu.addAction(
-                self.tr("Open beside"), lambda: self.besideRequested.emit(source.info.uri)
-            )
+            menu.addAction(self.tr("Open beside"), lambda: self.besideRequested.emit(source.info.uri))
         if source.manual:
-            menu.addAction("Forget", lambda: self.forgetRequested.emit(source.info.uri))
+            menu.addAction(self.tr("Forget"), lambda: self.forgetRequested.emit(source.info.uri))
         menu.popup(self.sourceList.mapToGlobal(place))
 
     def _on_connect_clicked(self) -> None:
@@ -196,18 +194,17 @@ class SourceListView(QWidget):
         self.besideButton.setEnabled(bool(self.addressEdit.text().strip()) or not opened)
         self.connectButton.setEnabled(leaves or bool(self.addressEdit.text().strip() or self.selected))
 
-
-def _tooltip(source: ListedSource) -> str:
-    info = source.info
-    rows = {
-        "source": info.uri,
-        "vendor": info.vendor,
-        "model": info.model,
-        "name": info.user_name,
-        "serial": info.serial,
-        "address": info.address,
-        "version": info.version,
-        "seen on": info.interface,
-        "note": info.note,
-    }
-    return "\n".join(f"{name}: {value}" for name, value in rows.items() if value)
+    def _tooltip(self, source: ListedSource) -> str:
+        info = source.info
+        rows = {
+            self.tr("source"): info.uri,
+            self.tr("vendor"): info.vendor,
+            self.tr("model"): info.model,
+            self.tr("name"): info.user_name,
+            self.tr("serial"): info.serial,
+            self.tr("address"): info.address,
+            self.tr("version"): info.version,
+            self.tr("seen on"): info.interface,
+            self.tr("note"): info.note,
+        }
+        return "\n".join(f"{name}: {value}" for name, value in rows.items() if value)

@@ -18,11 +18,13 @@ LEAST = 2.0
 
 
 class Purpose(Enum):
-    """What is drawn, and what to tell whoever draws."""
+    """What is drawn."""
 
-    SENSOR_REGION = "Draw the region that the camera is to send; Esc gives up."
-    FOCUS_REGION = "Draw the region that is to be sharp; Esc gives up."
-    PROFILE_LINE = "Draw the line whose values are to be shown; Esc gives up."
+    SENSOR_REGION = "sensor region"
+    FOCUS_REGION = "focus region"
+    PROFILE_LINE = "profile line"
+    EXPOSURE_REGION = "exposure region"
+    BALANCE_REGION = "balance region"
 
 
 class DrawingTool(QObject):

@@ -31,4 +31,4 @@ class PauseBar(QWidget):
         with QSignalBlocker(self.slider):
             self.slider.setRange(0, max(0, count - 1))
             self.slider.setValue(index)
-        self.placeLabel.setText(f"{index + 1} of {count}   −{age:.2f} s")
+        self.placeLabel.setText(self.tr("{0} of {1}   −{2:.2f} s").format(index + 1, count, age))

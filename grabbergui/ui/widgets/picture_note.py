@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from PyQt5.QtCore import QCoreApplication
 from PyQt5.QtWidgets import QFrame, QLabel, QWidget
 
 from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.loader import load_form
+
+translate = QCoreApplication.translate
 
 
 class PictureNote(QFrame):
@@ -31,6 +34,17 @@ class PictureNote(QFrame):
         self.setVisible(bool(summary))
 
 
+def _name(stage: Stage) -> str:
+    names = {
+        Stage.CONTROL: translate("PictureNote", "control"),
+        Stage.PACKETS: translate("PictureNote", "packets"),
+        Stage.FRAMES: translate("PictureNote", "frames"),
+        Stage.CONVERSION: translate("PictureNote", "conversion"),
+        Stage.DISPLAY: translate("PictureNote", "display"),
+    }
+    return names[stage]
+
+
 def _way(end: Stage) -> str:
     """The stages up to the one that fails, which is marked, and those it keeps from happening."""
     stages = list(Stage)
@@ -38,6 +52,6 @@ def _way(end: Stage) -> str:
     for index, stage in enumerate(stages):
         before, at = index < stages.index(end), stage is end
         mark = "✓" if before else "✗" if at else "·"
-        text = f"{mark} {stage.value}"
+        text = f"{mark} {_name(stage)}"
         parts.append(f"<b>{text}</b>" if at else text)
     return "&nbsp;&nbsp; ".join(parts)

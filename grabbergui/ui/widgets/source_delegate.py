@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QModelIndex, QRect, QSize, Qt
+from PyQt5.QtCore import QCoreApplication, QModelIndex, QRect, QSize, Qt
 from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette
 from PyQt5.QtWidgets import QAbstractItemView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from grabbergui.models.source_list import ListedSource
+
+translate = QCoreApplication.translate
 
 SOURCE_ROLE = Qt.ItemDataRole.UserRole + 1
 CURRENT_ROLE = Qt.ItemDataRole.UserRole + 2
@@ -87,10 +89,14 @@ def _details(source: ListedSource) -> list[str]:
     info = source.info
     named = info.model if info.user_name else ""
     maker = " ".join(part for part in (info.vendor, named) if part)
-    serial = f"serial {info.serial}" if info.serial else ""
+    serial = translate("SourceDelegate", "serial {0}").format(info.serial) if info.serial else ""
     place = " · ".join(part for part in (info.bus, info.address) if part)
     options = info.uri.partition("?")[2]
-    state = "connected" if source.connected else "named by hand" if source.manual else ""
+    state = ""
+    if source.connected:
+        state = translate("SourceDelegate", "connected")
+    elif source.manual:
+        state = translate("SourceDelegate", "named by hand")
     lines = [" · ".join(part for part in (maker, serial) if part), place, options, state]
     return [line for line in lines if line and line != _title(source)]
 

@@ -31,7 +31,7 @@ class StatusStrip(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("status_strip", self)
-        self.setState("Not connected", StateTone.IDLE)
+        self.setState(self.tr("Not connected"), StateTone.IDLE)
 
     def setState(self, text: str, tone: StateTone) -> None:
         """Where the connection stands."""
@@ -53,7 +53,7 @@ class StatusStrip(QWidget):
 
     def setRates(self, camera: float, painted: float) -> None:
         """Frames per second from the camera, and pictures painted."""
-        self.rateLabel.setText(f"{camera:.1f} fps · {painted:.0f} painted")
+        self.rateLabel.setText(self.tr("{0:.1f} fps · {1:.0f} painted").format(camera, painted))
 
     def setBandwidth(self, bytes_per_second: float) -> None:
         """Payload per second."""
@@ -61,7 +61,7 @@ class StatusStrip(QWidget):
 
     def setLosses(self, lost: int, incomplete: int) -> None:
         """Frames lost and incomplete since the start."""
-        self.lossLabel.setText(f"{lost} lost · {incomplete} incomplete")
+        self.lossLabel.setText(self.tr("{0} lost · {1} incomplete").format(lost, incomplete))
 
     def clearFigures(self) -> None:
         """Nothing streams."""

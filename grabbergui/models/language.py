@@ -1,0 +1,30 @@
+"""Sentences of the models in the user's language, though no model knows a toolkit.
+
+Whoever shows them sets a translator; until then they are as they are written. `scripts/translations` finds
+the calls of `translate` as it finds Qt's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+Translator = Callable[[str, str], str]
+"""Context and text to the text in another language."""
+
+
+def _as_written(context: str, text: str) -> str:
+    return text
+
+
+_translator: Translator = _as_written
+
+
+def translate(context: str, text: str) -> str:
+    """A text in the user's language; its placeholders are filled afterwards. Any thread."""
+    return _translator(context, text)
+
+
+def set_translator(translator: Translator | None) -> None:
+    """Translate from now on; None leaves texts as they are written."""
+    global _translator
+    _translator = translator or _as_written

@@ -1,0 +1,61 @@
+"""The language of the window: English as it is written in the sources, others from Qt's own files."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+from PyQt5.QtCore import QCoreApplication, QLibraryInfo, QLocale, QObject, QTranslator
+
+from grabbergui.core.errors import UsageError
+from grabbergui.models.language import set_translator
+
+WRITTEN_IN = "en"
+"What the texts in the sources are."
+_PREFIX, _SUFFIX = "grabbergui_", ".qm"
+
+
+def languages() -> list[str]:
+    """Codes of the languages there are."""
+    folder = resources.files("grabbergui.resources") / "translations"
+    names = [entry.name for entry in folder.iterdir() if entry.name.endswith(_SUFFIX)]
+    return sorted({WRITTEN_IN, *(name[len(_PREFIX) : -len(_SUFFIX)] for name in names)})
+
+
+def speak(app: QCoreApplication, language: str | None = None) -> str:
+    """Translate what is made from now on; None is the desktop's language. Returns the code of what it is.
+
+    Windows that are there already stay as they are. Raises UsageError for a language that there is not.
+    """
+    known = languages()
+    if language is not None and language not in known:
+        raise UsageError(f"there is no language '{language}'; there are {', '.join(known)}")
+    chosen = language or _of_desktop(known)
+    for before in app.findChildren(QTranslator):
+        app.removeTranslator(before)
+        before.deleteLater()
+    translators = [] if chosen == WRITTEN_IN else [_of_qt(chosen, app), _ours(chosen, app)]
+    for translator in translators:
+        app.installTranslator(translator)
+    set_translator(QCoreApplication.translate if translators else None)
+    return chosen
+
+
+def _of_desktop(known: list[str]) -> str:
+    """The first of the desktop's languages that we have."""
+    wanted = [name.replace("_", "-").split("-")[0].lower() for name in QLocale.system().uiLanguages()]
+    return next((language for language in wanted if language in known), WRITTEN_IN)
+
+
+def _of_qt(language: str, parent: QObject) -> QTranslator:
+    """For the dialogs that are Qt's own."""
+    translator = QTranslator(parent)
+    translator.load(f"qtbase_{language}", QLibraryInfo.location(QLibraryInfo.TranslationsPath))
+    return translator
+
+
+def _ours(language: str, parent: QObject) -> QTranslator:
+    translator = QTranslator(parent)
+    file = resources.files("grabbergui.resources") / "translations" / f"{_PREFIX}{language}{_SUFFIX}"
+    with resources.as_file(file) as path:
+        translator.load(str(path))
+    return translator

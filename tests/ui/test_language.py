@@ -1,0 +1,194 @@
+"""The window in Spanish: nothing that can be seen stays in English, and nothing in the sources is missing."""
+
+import re
+import string
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from PyQt5.QtCore import QCoreApplication, QLocale
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QAction,
+    QComboBox,
+    QDockWidget,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QTabBar,
+    QWidget,
+)
+
+from grabbergui.core.errors import UsageError
+from grabbergui.models import language as models_language
+from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.language import languages, speak
+from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.widgets.section import Section
+
+ROOT = Path(__file__).parents[2]
+TRANSLATIONS = ROOT / "resources" / "translations"
+ENGLISH = re.compile(
+    r"\b(the|of|and|is|are|to|with|for|from|this|that|show|shown|save|choose|picture|frames?|sources?|open|"
+    r"close|draw|record|recording|until|time|values?|here|once|again|what|where|camera's)\b",
+    re.IGNORECASE,
+)
+
+
+@pytest.fixture
+def spanish(qapp):
+    speak(qapp, "es")
+    yield
+    speak(qapp, "en")
+
+
+def texts_of(path):
+    """Source texts with their translations; an unfinished one is None."""
+    return {
+        (context.findtext("name"), message.findtext("source")): (
+            None if message.find("translation").get("type") else message.findtext("translation")
+        )
+        for context in ElementTree.parse(path).getroot().iter("context")
+        for message in context.iter("message")
+    }
+
+
+def ours(widget):
+    """Whether a widget's texts are the program's, and not the camera's or Qt's own."""
+    while widget is not None:
+        if isinstance(widget, (FeatureRow, Section)) or widget.objectName().startswith("qt_"):
+            return False
+        widget = widget.parent()
+    return True
+
+
+def shown(window):
+    """Every text of the window that a person can read or hear, with where it stands."""
+    for widget in window.findChildren(QWidget):
+        if not ours(widget):
+            continue
+        name = f"{type(widget).__name__} {widget.objectName()}"
+        yield name, widget.toolTip()
+        yield name, widget.accessibleName()
+        if isinstance(widget, (QLabel, QAbstractButton)):
+            yield name, widget.text()
+        if isinstance(widget, QLineEdit):
+            yield name, widget.placeholderText()
+        if isinstance(widget, QMenu):
+            yield name, widget.title()
+        if isinstance(widget, QDockWidget):
+            yield name, widget.windowTitle()
+        if isinstance(widget, QComboBox):
+            yield from ((name, widget.itemText(index)) for index in range(widget.count()))
+        if isinstance(widget, QTabBar):
+            yield from ((name, widget.tabText(index)) for index in range(widget.count()))
+    for action in window.findChildren(QAction):
+        if ours(action.parent()):
+            yield action.objectName(), action.text()
+            yield action.objectName(), action.toolTip()
+
+
+def test_nothing_of_the_window_stays_in_english(spanish, window_desk):
+    known = texts_of(TRANSLATIONS / "grabbergui_es.ts")
+    english = {source for (_, source), text in known.items() if text != source}
+    also_spanish = {text for text in known.values() if text}
+    window = window_desk.window
+    window_desk.connect("sim:")
+    window_desk.watch()
+    for dock in window.findChildren(QDockWidget):
+        dock.show()
+    window_desk.program.connection.connect_beside("sim:colour")
+    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+    window.recordingBar.recordButton.click()
+    window_desk.until(lambda: "imágenes" in window.recordingBar.progressLabel.text())
+    window_desk.until(lambda: "En directo" in window.status.stateLabel.text())
+    window.actionPause.trigger()
+    window_desk.until(lambda: "En pausa" in window.status.stateLabel.text())
+    window.recordingBar.recordButton.click()
+    window_desk.until(window.recordingBar.playButton.isVisible)
+    dialog = ShortcutsDialog(window.menuBar(), window)
+    wrong = {
+        (where, text)
+        for where, text in shown(window)
+        if (text in english or ENGLISH.search(text)) and text not in also_spanish
+    }
+    dialog.close()
+    assert not {(where, text) for where, text in wrong if "Simulated camera" not in text}
+
+
+def test_what_the_models_say_is_translated_too(spanish, window_desk):
+    window_desk.connect("sim:")
+    window_desk.watch()
+    window_desk.grabber.write_feature("TriggerMode", "On")
+    note = window_desk.window.picture.note
+    window_desk.until(lambda: note.isVisible() and "espera un disparo" in note.summaryLabel.text())
+    assert "paquetes" in note.stageLabel.text()
+
+
+@pytest.mark.parametrize("code", [code for code in languages() if code != "en"])
+def test_every_text_is_translated_with_all_that_is_filled_in(code):
+    known = texts_of(TRANSLATIONS / f"grabbergui_{code}.ts")
+    unfinished = [source for source, text in known.items() if not text]
+    assert not unfinished, "translate these, then run make translations"
+    for (_, source), text in known.items():
+        places = [
+            sorted((name, spec) for _, name, spec, _ in string.Formatter().parse(t) if name is not None)
+            for t in (source, text)
+        ]
+        assert places[0] == places[1], source
+
+
+@pytest.mark.parametrize("code", [code for code in languages() if code != "en"])
+def test_the_file_that_is_loaded_is_of_these_texts(qapp, code):
+    try:
+        speak(qapp, code)
+        for (context, source), text in texts_of(TRANSLATIONS / f"grabbergui_{code}.ts").items():
+            assert QCoreApplication.translate(context, source) == text, "run make translations"
+    finally:
+        speak(qapp, "en")
+
+
+def test_no_text_of_the_sources_is_missing(tmp_path):
+    """Texts are looked for as `make translations` does."""
+    update = Path(sys.executable).parent / "pylupdate5"
+    if not update.exists():
+        pytest.skip("pylupdate5 is not beside this Python")
+    rooms = (ROOT / "grabbergui" / "ui", ROOT / "grabbergui" / "models")
+    files = [str(p) for room in rooms for p in room.rglob("*") if p.suffix in (".py", ".ui")]
+    target = tmp_path / "found.ts"
+    subprocess.run([str(update), *files, "-ts", str(target)], check=True, capture_output=True)
+    missing = texts_of(target).keys() - texts_of(TRANSLATIONS / "grabbergui_es.ts").keys()
+    assert not missing, "run make translations, and translate these"
+
+
+@pytest.mark.parametrize("code", languages())
+def test_mnemonics_of_a_menu_differ(qapp, code, request):
+    speak(qapp, code)
+    request.addfinalizer(lambda: speak(qapp, "en"))
+    window_desk = request.getfixturevalue("window_desk")
+    menubar = window_desk.window.menuBar()
+    menus = [menubar, *(menu for menu in menubar.findChildren(QMenu) if menu.actions())]
+    for menu in menus:
+        texts = [action.text().replace("&&", "") for action in menu.actions() if "&" in action.text()]
+        keys = [text[text.index("&") + 1].lower() for text in texts]
+        assert len(keys) == len(set(keys)), texts
+
+
+def test_a_language_that_there_is_not_is_refused(qapp):
+    with pytest.raises(UsageError, match="there are en, es"):
+        speak(qapp, "xx")
+
+
+@pytest.mark.parametrize(
+    ("desktop", "spoken"),
+    [(["es-ES"], "es"), (["ca", "es-419"], "es"), (["de-DE"], "en"), (["en-GB", "es"], "en"), ([], "en")],
+)
+def test_the_language_follows_the_desktop(qapp, monkeypatch, desktop, spoken):
+    monkeypatch.setattr(QLocale, "uiLanguages", lambda self: desktop)
+    try:
+        assert speak(qapp) == spoken
+        assert (models_language.translate("Diagnosis", "See the log.") != "See the log.") == (spoken == "es")
+    finally:
+        speak(qapp, "en")
