@@ -38,6 +38,7 @@ from grabbergui.ui.controllers.playback import PlaybackController
 from grabbergui.ui.controllers.recording import RecordingController
 from grabbergui.ui.controllers.region import RegionController
 from grabbergui.ui.controllers.sources import SourcesController
+from grabbergui.ui.controllers.tuning import TuningController
 from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
@@ -85,6 +86,7 @@ class MainController(QObject):
         self.pausing = PauseController(window, self.connection, self.picture, self.history)
         self.playback = PlaybackController(window, self.connection)
         self.region = RegionController(window, self.connection, self.picture)
+        self.tuning = TuningController(window, self.connection, self.picture)
         self.changes = ChangesController(window, self.connection)
         self.values = ValuesController(window, self.connection)
         self.feature_menu = FeatureMenuController(window, self.connection)
@@ -118,6 +120,7 @@ class MainController(QObject):
             self.history.detach,
             self.measuring.close,
             self.recording.shut_down,
+            self.tuning.shut_down,
             self.connection.wait_closed,
             self.snapshots.wait,
             self.source_list.stop,
@@ -138,9 +141,9 @@ class MainController(QObject):
         for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
             controller.failed.connect(window.messages.showError)
         self.keeping.failed.connect(window.messages.showError)
-        for teller in (self.keeping, self.changes, self.values):
+        for teller in (self.keeping, self.changes, self.values, self.tuning):
             teller.noticed.connect(window.messages.showNotice)
-        for tuning in (self.changes, self.values):
+        for tuning in (self.changes, self.values, self.tuning):
             tuning.failed.connect(window.messages.showError)
         for player in (self.keeping, self.recording):
             player.playRequested.connect(self.sources.connect_to)

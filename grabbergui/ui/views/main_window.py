@@ -34,6 +34,7 @@ from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.views.values_panel import ValuesPanel
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
+from grabbergui.ui.widgets.task_stack import TaskStack
 
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
@@ -52,6 +53,7 @@ class MainWindow(QMainWindow):
     """The name of a colour map for grey pictures; empty for grey."""
 
     messages: MessageStack
+    tasks: TaskStack
     favourites: FavouritesStrip
     picture: PictureView
     gallery: Gallery
@@ -97,6 +99,10 @@ class MainWindow(QMainWindow):
     actionStepForward: QAction
     actionRegion: QAction
     actionFullSensor: QAction
+    actionExpose: QAction
+    actionExposeRegion: QAction
+    actionBalance: QAction
+    actionBalanceRegion: QAction
     actionClipping: QAction
     actionCrosshair: QAction
     actionGrid: QAction
@@ -160,8 +166,8 @@ class MainWindow(QMainWindow):
                 action.setShortcut(key)
                 action.triggered[bool].connect(lambda shown, dock=dock: dock.raise_() if shown else None)
                 self.menuView.addAction(action)
-        for action in (self.actionFit, self.actionOneToOne, self.actionZoomIn, self.actionZoomOut,
-                       self.actionTurnRight):  # fmt: skip
+        for action in (self.actionExpose, self.actionBalance, self.actionFit, self.actionOneToOne,
+                       self.actionZoomIn, self.actionZoomOut, self.actionTurnRight):  # fmt: skip
             button = self.toolBar.widgetForAction(action)
             if isinstance(button, QToolButton):
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)

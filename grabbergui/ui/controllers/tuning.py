@@ -1,0 +1,128 @@
+"""Joins one-push exposure and white balance to the camera, and to the region that is drawn."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from grabbergui.core.region import Region
+from grabbergui.core.sfnc import Role
+from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.picture import PictureModel
+from grabbergui.models.tuning.bench import TuningBench
+from grabbergui.models.tuning.camera_once import has_once, let_camera
+from grabbergui.models.tuning.exposure import expose
+from grabbergui.models.tuning.one_push import OnePush, Tuning
+from grabbergui.models.tuning.white_balance import balance
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.task_stack import TaskRow
+
+
+class TuningController(QObject):
+    """Without a region the camera does it by itself, where it can; on a region it is always done here."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+    noticed = pyqtSignal(str)
+
+    def __init__(self, window: MainWindow, connection: Connection, picture: PictureModel) -> None:
+        super().__init__(window)
+        self._window = window
+        self._connection = connection
+        self._picture = picture
+        self._push = OnePush()
+        self._row: TaskRow | None = None
+        bridge = Bridge(self)
+        bridge.bind(self._push.progressed, self._on_progressed)
+        bridge.bind(self._push.succeeded, self.noticed.emit)
+        bridge.bind(self._push.failed, self.failed.emit)
+        bridge.bind(self._push.ended, self._on_ended)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        # Not over the bridge: what is under way has to give up before the camera is closed.
+        connection.closing.connect(self._on_connection_closing, check_nargs=False)
+        drawing = window.picture.drawing
+        drawing.regionDrawn.connect(self._on_region_drawn)
+        window.actionExpose.triggered.connect(self.expose)
+        window.actionBalance.triggered.connect(self.balance)
+        window.actionExposeRegion.triggered.connect(partial(self._draw, Purpose.EXPOSURE_REGION))
+        window.actionBalanceRegion.triggered.connect(partial(self._draw, Purpose.BALANCE_REGION))
+        self._enable()
+
+    def expose(self) -> None:
+        """Set the exposure by the whole picture."""
+        self._start(self.tr("Exposure"), partial(_by_whole, Role.EXPOSURE, partial(expose, region=None)))
+
+    def balance(self) -> None:
+        """Set the white balance by the whole picture."""
+        whole = partial(_by_whole, Role.BALANCE_RATIO, partial(balance, region=None))
+        self._start(self.tr("White balance"), whole)
+
+    def shut_down(self, timeout: float) -> bool:
+        """Give up what is under way. Whether it ended within `timeout` seconds."""
+        self._push.cancel()
+        return self._push.wait(timeout)
+
+    def _draw(self, purpose: Purpose, _: bool = False) -> None:
+        self._window.picture.draw(purpose)
+
+    def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
+        frame = self._picture.frame
+        if frame is None:
+            return
+        seen = self._picture.settings.orientation.to_frame(region, frame.width, frame.height)
+        if purpose is Purpose.EXPOSURE_REGION:
+            self._start(self.tr("Exposure on a region"), partial(expose, region=seen))
+        elif purpose is Purpose.BALANCE_REGION:
+            self._start(self.tr("White balance on a region"), partial(balance, region=seen))
+
+    def _start(self, name: str, tuning: Tuning) -> None:
+        source = self._connection.source
+        if source is None or source.hands is None or not self._push.start(
+            name, tuning, source.hands, source.worker
+        ):
+            return
+        self._row = self._window.tasks.begin(name)
+        self._row.cancelRequested.connect(self._push.cancel)
+        self._enable()
+
+    def _on_progressed(self, share: float, text: str) -> None:
+        if self._row is not None:
+            self._row.setProgress(share, text)
+
+    def _on_ended(self) -> None:
+        if self._row is not None:
+            self._window.tasks.end(self._row)
+            self._row = None
+        self._enable()
+
+    def _on_connection_closing(self, _: OpenSource) -> None:
+        self._push.cancel()
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        self._enable()
+
+    def _enable(self) -> None:
+        source = self._connection.source
+        possible = (
+            self._connection.state is LinkState.STREAMING
+            and source is not None
+            and not source.read_only
+            and self._row is None
+        )
+        window = self._window
+        for action in (
+            window.actionExpose,
+            window.actionBalance,
+            window.actionExposeRegion,
+            window.actionBalanceRegion,
+        ):
+            action.setEnabled(possible)
+
+
+def _by_whole(role: Role, otherwise: Tuning, bench: TuningBench) -> str:
+    """Let the camera do it where it can."""
+    by_itself = bench.call(lambda grabber: has_once(grabber, role))
+    return let_camera(bench, role) if by_itself else otherwise(bench)
