@@ -240,8 +240,7 @@ class GigeDevice(Device):
     def open_events(self) -> None:
         """See Device."""
         memory = self._opened()
-        can = memory.capability & (Capability.EVENT | Capability.EVENTDATA)
-        if self._messages is not None or not can or not memory.read_register(Register.MESSAGE_CHANNELS):
+        if self._messages is not None or not memory.read_register(Register.MESSAGE_CHANNELS):
             return
         local_ip = self._require_interface().ip
         self._messages = MessageChannel(memory, self.info.address, local_ip, self._tell_event)

@@ -249,3 +249,17 @@ def test_a_camera_without_events_is_left_alone(aravis_camera: Any) -> None:
         device.open(Access.CONTROL)
         device.open_events()
         assert device._messages is None
+
+
+def test_events_of_a_camera_that_others_wrote(viva_camera: Any) -> None:
+    """It asks for no acknowledge and claims no capability for events, but has a message channel."""
+    camera = Camera(GigeDevice("127.0.0.1"))
+    camera.open()
+    with closing(camera):
+        listener = Listener(camera)
+        listener.switch_on("ExposureEnd")
+        camera.start()
+        numbers = [listener.events.get(timeout=5).values["EventExposureEndFrameID"] for _ in range(5)]
+        assert numbers == sorted(set(numbers))
+        assert isinstance(camera.device, GigeDevice) and camera.device._messages is not None
+        assert camera.device._messages.inbox.ignored == 0
