@@ -41,6 +41,10 @@ def add_commands(commands: Any) -> None:
     servo_robots.add_arguments(parser)
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
     parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--until-reached", action="store_true", help="headless: end with success")
+    parser.add_argument(
+        "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
+    )
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
     parser.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20)")
@@ -67,6 +71,8 @@ def _run(options: argparse.Namespace) -> int:
 
     if options.seconds is not None and not (math.isfinite(options.seconds) and options.seconds > 0):
         raise UsageError(f"--seconds {options.seconds:g}: it must be more than 0")
+    if options.screenshot is not None and (options.seconds is None or options.headless):
+        raise UsageError("--screenshot needs the window and --seconds, after which it is taken")
     config = _config(options)
     with ExitStack() as stack:
         scene = servo_robots.assemble(options, config, stack)
@@ -98,14 +104,15 @@ def _follow(
     pilot.failed.connect(outcome.fail)
     pilot.start()
     began = time.monotonic()
+
+    def over() -> bool:
+        timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
+        return not pilot.running or timed_out or (options.until_reached and outcome.reached)
+
     try:
         if window is not None:
-            window(pilot, calibration, options.seconds)
-        while (
-            options.headless
-            and pilot.running
-            and (options.seconds is None or time.monotonic() - began < options.seconds)
-        ):
+            window(pilot, calibration, options.seconds, options.screenshot)
+        while options.headless and not over():
             if _typed(0.1, pilot) == "q":
                 break
     except KeyboardInterrupt:

@@ -32,7 +32,7 @@ def run(
     `screenshot` it saves its own picture then.
     """
     app = application()
-    dress(app, theme or Preferences.of_user().theme)
+    dress(app, theme or (Theme.LIGHT if screenshot else Preferences.of_user().theme))
     dialog = CalibrationDialog()
     saved: list[Path] = []
     controller = CalibratingController(dialog, grabber, saved.append, settings)

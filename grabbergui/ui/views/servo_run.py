@@ -30,10 +30,11 @@ def run(
     """Show a running pilot until the window is closed or the time is up.
 
     A loop that ended by an error is shown with its reason, and may be started again. With `screenshot` the
-    window's own picture is saved before it closes. `theme` is that of the user's preferences if not given.
+    window's own picture is saved before it closes. `theme` is that of the user's preferences if not given, light
+    in a screenshot.
     """
     app = application()
-    dress(app, theme or Preferences.of_user().theme)
+    dress(app, theme or (Theme.LIGHT if screenshot else Preferences.of_user().theme))
     window = ServoWindow()
     controller = ServoController(window, pilot, calibration)
 
