@@ -28,7 +28,7 @@ from grabbergui.net.yarp.os.rpc_client import RpcClient
 SENDER, READER = "/benchmark/out", "/benchmark/in"
 LAST = 2**31 - 1
 """Number of the picture that ends a stream."""
-QUESTION = ["fgc", "get", "feat", 8]
+QUESTION = ("fgc", "get", "feat", 8)
 PATIENCE = 20.0
 
 
@@ -78,7 +78,8 @@ def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None
 def send_ours(pipe: Connection, order: Order) -> None:
     """Answers that it is there; once told to begin, see `_send`."""
     header, body = image.encode(picture(*order.size), "rgb")
-    with OutputPort(SENDER, NameClient.find(order.names)) as port:
+    port = OutputPort(SENDER, NameClient.find(order.names))
+    with port:
         pipe.send(None)
         pipe.recv()
         if order.carrier != "mjpeg":
@@ -97,7 +98,8 @@ def read_ours(pipe: Connection, order: Order) -> None:
     """Answers that it is there, then, at the stream's end, a `Received`."""
     ages: list[float] = []
     first = last = cpu = 0.0
-    with InputPort(READER, NameClient.find(order.names), depth=2) as port:
+    port = InputPort(READER, NameClient.find(order.names), depth=2)
+    with port:
         pipe.send(None)
         if order.carrier == "mjpeg":
             port.connect(SENDER, order.carrier)
@@ -139,7 +141,7 @@ def answer_ours(pipe: Connection, names: str, name: str) -> None:
 
 # -- real YARP ---------------------------------------------------------------------------------------
 def _yarp() -> Any:
-    import yarp
+    import yarp  # type: ignore[import-not-found]
 
     yarp.Network.init()
     yarp.Log.setMinimumPrintLevel(yarp.Log.WarningType)

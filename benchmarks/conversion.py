@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 
 import cv2
 import numpy as np
@@ -42,9 +43,9 @@ def measure(argv: list[str] | None = None) -> Section:
             continue
         frame = random_frame(pixel_format, WIDTH, HEIGHT)
         peer_name, peer = peer_of(frame)
-        raw = best_ms(lambda frame=frame: pixels.to_raw(frame), seconds)
-        rgb = best_ms(lambda frame=frame: pixels.to_rgb(frame), seconds)
-        view = best_ms(lambda frame=frame: pixels.for_display(frame, size=VIEW), seconds)
+        raw = best_ms(partial(pixels.to_raw, frame), seconds)
+        rgb = best_ms(partial(pixels.to_rgb, frame), seconds)
+        view = best_ms(partial(pixels.for_display, frame, size=VIEW), seconds)
         against = best_ms(peer, seconds)
         figures = [f"{raw:.1f} ms", f"{rgb:.1f} ms", peer_name, f"{against:.1f} ms", f"{rgb / against:.1f}"]
         rows.append([pixel_format.name, *figures, f"{view:.1f} ms", per_second(view)])

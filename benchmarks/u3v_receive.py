@@ -58,6 +58,7 @@ class Result:
     picture: str
     host: str
     payload: int
+    "Bytes."
     frames: int
     seconds: float
     cpu: float
@@ -169,16 +170,16 @@ def in_guest(seconds: float) -> Iterator[Result]:
     """Every host on every format; only called inside the virtual machine."""
     for name, width, height in FORMATS:
         payload = by_name(name).image_bytes(width, height)
-        what = IN_GUEST, f"{name} {width}×{height}"
+        picture = f"{name} {width}×{height}"
         with camera_process(name, width, height):
             for _ in range(ROUNDS):
                 if shutil.which("arv-camera-test-0.8"):
                     for mode in ("async", "sync"):
-                        yield Result(*what, f"Aravis, {mode}", payload, *aravis(mode, seconds + 1))
+                        yield Result(IN_GUEST, picture, f"Aravis, {mode}", payload, *aravis(mode, seconds + 1))
                 for label, transfers in (("ours, 64 in flight", 64), ("ours, synchronous", 1)):
                     camera = Camera(U3vDevice(transfers_in_flight=transfers))
                     camera.open()
-                    yield Result(*what, label, payload, *stream(camera, seconds))
+                    yield Result(IN_GUEST, picture, label, payload, *stream(camera, seconds))
                     camera.close()
 
 

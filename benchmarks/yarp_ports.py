@@ -79,6 +79,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser.add_argument("--seconds", type=float, default=1.5, help="how long each stream runs")
     parser.add_argument("--rounds", type=int, default=2, help="of which the best counts")
     parser.add_argument("--carriers", nargs="+", choices=CARRIERS, default=CARRIERS)
+    parser.add_argument("--sizes", nargs="+", choices=list(SIZES), default=list(SIZES))
     options = parser.parse_args(arguments)
     before = machine()
     with_real = importlib.util.find_spec("yarp") is not None
@@ -87,6 +88,8 @@ def measure(arguments: list[str] | None = None) -> Section:
     trips: dict[tuple[str, str], list[float]] = {}
     with name_server() as names:
         for name, size in SIZES.items():
+            if name not in options.sizes:
+                continue
             for carrier in options.carriers:
                 if carrier not in WITH_REAL and name != "1080p":
                     continue
@@ -235,7 +238,7 @@ def _chart(streams: dict[tuple[str, str, str, str], Stream], carrier: str) -> Ch
 
     def throughput(name: str, pair: tuple[str, str]) -> float | None:
         run = streams.get((name, carrier, *pair))
-        return run and run.rate * run.payload / 1e9
+        return run.rate * run.payload / 1e9 if run else None
 
     return Chart(
         "yarp-throughput",
