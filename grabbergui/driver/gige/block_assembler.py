@@ -130,7 +130,7 @@ class BlockAssembler:
 
     def _note_arrival(self, block: Block, header: PacketHeader, count: int, now: float) -> None:
         """Packets from `header`'s on, stored already, are noted; what follows from that is done."""
-        was_asked_for = self._resender.came(block, header.packet_id, now)
+        was_asked_for = self._resender.came(block, header.packet_id, count, now)
         if was_asked_for or header.flags & FLAG_RESEND or header.status == Status.PACKET_RESEND:
             self.statistics.packets_resent += count
         is_gap = header.packet_id > block.highest + 1

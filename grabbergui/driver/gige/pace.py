@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
+from grabbergui.driver.gige.stream_socket import kernel_bytes
+
 LONGEST_PAUSE = 0.01
 "Seconds."
 SHORTEST_PAUSE = 0.0002
 "Seconds; less is not worth the wake-up."
 BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile."
-KERNEL_BYTES = 1024
-"That a waiting packet takes beside its own, and"
-KERNEL_FACTOR = 1.3
-"times so much: memory comes in pages."
 LEAST_SPAN = 0.0002
 "Seconds; over a shorter one no rate is measured."
 FALL = 0.1
@@ -40,7 +38,7 @@ class Pace:
         """Seconds to wait where `expected` packets of so many bytes are still to come of a block."""
         if not expected or not self._rate:
             return 0.0
-        filling = self._rate * (KERNEL_FACTOR * packet_bytes + KERNEL_BYTES)
+        filling = self._rate * kernel_bytes(packet_bytes)
         longest = min(
             LONGEST_PAUSE,
             BUFFER_SHARE * self._buffer_bytes / filling,

@@ -35,9 +35,9 @@ class ResendPolicy:
     "Seconds of silence after which the end of a block counts as lost too."
     max_tries: int = 6
     "Requests for one packet."
-    max_unanswered: int = 256
-    "Requests under way at once."
-    max_ratio: float = 0.25
+    max_unanswered: int = 512
+    "Packets asked for at once. They come in one burst, which the socket's buffer must hold."
+    max_ratio: float = 0.5
     "A block that misses more than this share of its packets is not worth asking for."
     always_worth: int = 16
     "So many missing packets are asked for, however small the block."
@@ -77,26 +77,55 @@ class AnswerTime:
         return min(max(likely, policy.shortest_answer_wait), policy.longest_answer_wait)
 
 
+class AnswerWindow:
+    """How many packets are asked for and neither came nor count as lost; so many and no more at once."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._asked: deque[tuple[float, int]] = deque()
+        "Of each request when it counts as lost and how many of its packets are awaited, the oldest first."
+        self._awaited = 0
+
+    def room(self, now: float) -> int:
+        """How many more may be asked for."""
+        while self._asked and self._asked[0][0] <= now:
+            self._awaited -= self._asked.popleft()[1]
+        return self._most - self._awaited
+
+    def asked(self, packets: int, until: float) -> None:
+        """So many are asked for, and count as lost at `until`."""
+        self._asked.append((until, packets))
+        self._awaited += packets
+
+    def came(self, packets: int) -> None:
+        """So many came; answers come in the order of the requests, or nearly."""
+        while packets and self._asked:
+            until, awaited = self._asked.popleft()
+            if awaited > packets:
+                self._asked.appendleft((until, awaited - packets))
+            settled = min(awaited, packets)
+            packets -= settled
+            self._awaited -= settled
+
+
 class Resender:
     """Asks for the missing packets of one stream's blocks."""
 
     def __init__(self, policy: ResendPolicy) -> None:
         self.policy = policy
         self._answer_time = AnswerTime(policy)
-        self._unanswered: deque[float] = deque()
-        "For each request when it counts as lost, the oldest first."
+        self._window = AnswerWindow(policy.max_unanswered)
         self._requests: deque[PacketResend] = deque()
 
-    def came(self, block: Block, packet_id: int, now: float) -> bool:
-        """Note that a packet arrived; whether it had been asked for."""
+    def came(self, block: Block, packet_id: int, count: int, now: float) -> bool:
+        """Note that `count` packets from `packet_id` on arrived; whether they had been asked for."""
         asked = block.asked
         if packet_id >= len(asked.tries) or not asked.tries[packet_id]:
             return False
         # Which of several requests was answered cannot be told. Taken as the first, a device that is slower
         # than we thought is found out.
         self._answer_time.learn(now - float(asked.first_at[packet_id]))
-        if self._unanswered:
-            self._unanswered.popleft()
+        self._window.came(count)
         return True
 
     def refused(self, block: Block, packet_id: int) -> None:
@@ -114,20 +143,17 @@ class Resender:
             return
         asked.make_room(len(block.received))
         due = missing[(asked.tries[missing] < policy.max_tries) & (asked.again_at[missing] <= now)]
+        room = self._window.room(now)
+        if len(due) > room:
+            due = due[: max(room, 0)]
+            asked.next_check = now + policy.shortest_answer_wait
         for first, last in runs(due):
-            if not self._may_ask(now):
-                asked.next_check = now + policy.shortest_answer_wait
-                break
-            asked.note(first, last, now, self._answer_time.wait)
-            self._unanswered.append(now + self._answer_time.wait)
+            wait = self._answer_time.wait
+            asked.note(first, last, now, wait)
+            self._window.asked(last - first + 1, now + wait)
             self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
         waiting = asked.again_at[missing]
         asked.next_check = min(asked.next_check, float(waiting[waiting > now].min(initial=NEVER)))
-
-    def _may_ask(self, now: float) -> bool:
-        while self._unanswered and self._unanswered[0] <= now:
-            self._unanswered.popleft()
-        return len(self._unanswered) < self.policy.max_unanswered
 
     def requests(self) -> Iterator[PacketResend]:
         """Commands to send, each once."""

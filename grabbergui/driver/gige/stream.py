@@ -29,8 +29,10 @@ from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
 from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.stream_receiver import StreamReceiver
 from grabbergui.driver.gige.stream_socket import (
+    buffer_bytes,
     is_multicast,
     join_multicast,
+    kernel_bytes,
     listening_address,
     open_stream_socket,
 )
@@ -39,6 +41,8 @@ log = logging.getLogger(__name__)
 
 MAX_PAYLOAD_BYTES = 1 << 30
 "Of one picture. What a camera announces beyond is a fault, not a picture."
+BURST_SHARE = 0.25
+"Of the socket's buffer that packets sent again, which come at once, may take."
 READY_BUFFERS = 4
 "Buffers made before the first packet, so that none waits for the system's memory."
 
@@ -97,7 +101,7 @@ class Stream:
                 stride,
                 request.payload_size,
                 pool.take,
-                self._resend_policy(pool),
+                self._resend_policy(pool, receiver),
                 deliver_incomplete=request.deliver_incomplete,
             )
             builder = FrameBuilder(tick_frequency, big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS))
@@ -179,12 +183,18 @@ class Stream:
             except OSError as error:
                 log.debug("opening the firewall: %s", error)
 
-    def _resend_policy(self, pool: BufferPool) -> ResendPolicy:
+    def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
         """What was asked for, as far as the camera can and the memory reaches."""
         can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
+        burst = int(BURST_SHARE * buffer_bytes(receiver) / kernel_bytes(self.packet_size))
         # Blocks that wait for packets must not take the buffers that consumers need.
         max_blocks = min(self._resend.max_blocks, pool.limit // 2)
-        return replace(self._resend, enabled=self._resend.enabled and can, max_blocks=max_blocks)
+        return replace(
+            self._resend,
+            enabled=self._resend.enabled and can,
+            max_blocks=max_blocks,
+            max_unanswered=max(min(self._resend.max_unanswered, burst), 1),
+        )
 
 
 def open_source(receiver: socket.socket, device_ip: str, *, batched: bool = True) -> DatagramSource:

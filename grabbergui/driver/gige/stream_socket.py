@@ -17,6 +17,10 @@ MIN_BUFFER_BYTES = 2 << 20
 MAX_BUFFER_BYTES = 64 << 20
 KERNEL_OVERHEAD = 2
 "The kernel counts its own book-keeping too: packets of 1500 bytes take more than 2300."
+KERNEL_BYTES = 1024
+"That a waiting packet takes beside its own, and"
+KERNEL_FACTOR = 1.3
+"times so much: memory comes in pages."
 
 _warned: set[int] = set()
 
@@ -65,6 +69,11 @@ def is_multicast(ip: str) -> bool:
 def buffer_bytes(receiver: socket.socket) -> int:
     """The buffer that was granted, the kernel's overhead included."""
     return receiver.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+
+
+def kernel_bytes(packet_bytes: int) -> float:
+    """What a waiting packet takes of the buffer, at most."""
+    return KERNEL_FACTOR * packet_bytes + KERNEL_BYTES
 
 
 def _grow_buffer(receiver: socket.socket, wanted: int) -> None:

@@ -11,7 +11,7 @@ from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
-from grabbergui.driver.gige.resend import AnswerTime, ResendPolicy
+from grabbergui.driver.gige.resend import AnswerTime, AnswerWindow, ResendPolicy
 
 KEPT = 16
 "Blocks that the device can send again."
@@ -103,13 +103,40 @@ def test_a_device_slower_than_thought_is_asked_less_often() -> None:
     assert line.answers < 1.6 * 0.02 * 300 * (LAST + 1)
 
 
-def test_so_many_requests_wait_for_their_answer_and_no_more() -> None:
+def test_so_many_packets_are_awaited_and_no_more() -> None:
     bench = Bench(max_unanswered=4, max_ratio=1.0, first_answer_wait=0.02)
     bench.feed(datagram for index, datagram in enumerate(block(1)) if index % 2 == 0)
     bench.wait(0.015)
     assert [request.first for request in bench.requests] == [1, 3, 5, 7]
     bench.wait(0.02)
     assert len(bench.requests) == 8, "the first four count as lost"
+
+
+def test_a_long_gap_is_asked_for_in_pieces() -> None:
+    """What fills the socket's buffer at once would be lost again."""
+    bench = Bench(max_unanswered=3)
+    sent = block(1)
+    bench.feed([*sent[:2], *sent[9:]])
+    asked = []
+
+    def answer(request: PacketResend) -> list[bytes]:
+        asked.append((request.first, request.last))
+        return sent[request.first : request.last + 1]
+
+    (done,) = bench.wait(0.1, answer)
+    assert is_picture(done) and asked == [(2, 4), (5, 7), (8, 8)]
+
+
+def test_the_window_opens_with_answers_and_with_time() -> None:
+    window = AnswerWindow(10)
+    window.asked(6, 1.0)
+    window.asked(4, 2.0)
+    assert window.room(0.5) == 0
+    window.came(3)
+    assert window.room(0.5) == 3
+    assert window.room(1.0) == 6, "three of the first six count as lost"
+    window.came(9)
+    assert window.room(1.0) == window.room(5.0) == 10
 
 
 def test_waits_double_from_try_to_try() -> None:
