@@ -175,7 +175,8 @@ def in_guest(seconds: float) -> Iterator[Result]:
             for _ in range(ROUNDS):
                 if shutil.which("arv-camera-test-0.8"):
                     for mode in ("async", "sync"):
-                        yield Result(IN_GUEST, picture, f"Aravis, {mode}", payload, *aravis(mode, seconds + 1))
+                        label = f"Aravis, {mode}"
+                        yield Result(IN_GUEST, picture, label, payload, *aravis(mode, seconds + 1))
                 for label, transfers in (("ours, 64 in flight", 64), ("ours, synchronous", 1)):
                     camera = Camera(U3vDevice(transfers_in_flight=transfers))
                     camera.open()

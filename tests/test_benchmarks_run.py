@@ -1,0 +1,27 @@
+"""Benchmarks measure what is there: the short ones run, so that they follow the code they measure."""
+
+import pytest
+
+pytest.importorskip("benchmarks", reason="benchmarks/ is found from the checkout: python -m pytest")
+
+from benchmarks import sim_render, yarp_ports
+
+
+def test_the_sensor_is_measured():
+    section = sim_render.measure(["--formats", "Mono8"])
+
+    ((name, *_, share),) = section.tables[0].rows
+    assert name == "Mono8" and share.endswith("%")
+    assert [goal.measured for goal in section.goals] == [share]
+
+
+def test_yarp_streams_and_requests_are_measured():
+    options = ["--sizes", "640×480", "--carriers", "fast_tcp", "--seconds", "0.2", "--rounds", "1"]
+
+    section = yarp_ports.measure(options)
+
+    streams, ages, trips = (table.rows for table in section.tables)
+    ours = next(row for row in streams if row[2] == "ours → ours")
+    assert int(ours[3]) > 0
+    assert next(row for row in ages if row[0] == "ours → ours")[1] != "nan ms"
+    assert float(next(row for row in trips if row[0] == "ours asks ours")[1].removesuffix(" ms")) > 0
