@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 run test lint bench fuzz screenshots clean
+.PHONY: setup setup-ros2 run test lint bench fuzz screenshots translations clean
 
 setup: $(STAMP)
 

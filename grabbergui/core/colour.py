@@ -42,7 +42,7 @@ _TO_GREY = {
     "RGBa": cv2.COLOR_RGBA2GRAY,
     "BGRa": cv2.COLOR_BGRA2GRAY,
 }
-_SECOND_LINE = {"GR": "BG", "RG": "GB", "GB": "RG", "BG": "GR"}
+BAYER_SECOND_LINE = {"GR": "BG", "RG": "GB", "GB": "RG", "BG": "GR"}
 
 
 def eight_bits(raw: NDArray[Any], depth: int) -> Bytes:
@@ -92,7 +92,7 @@ def bayer_cells(data: Bytes, order: str) -> Bytes:
     height, width = data.shape[0] // 2, data.shape[1] // 2
     cells = data[: 2 * height, : 2 * width].reshape(height, 2, width, 2)
     planes = dict(zip(order, cv2.split(cells[:, 0]), strict=True))
-    for colour, plane in zip(_SECOND_LINE[order], cv2.split(cells[:, 1]), strict=True):
+    for colour, plane in zip(BAYER_SECOND_LINE[order], cv2.split(cells[:, 1]), strict=True):
         planes[colour] = cv2.addWeighted(planes[colour], 0.5, plane, 0.5, 0) if colour == "G" else plane
     return _array(cv2.merge([planes[colour] for colour in "RGB"]))
 

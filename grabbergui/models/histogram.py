@@ -10,8 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.core.colour import BAYER_SECOND_LINE
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
+
+LEFT_OUT = 0.005
+"Share of the samples at either end that levels fitted to a picture leave out."
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,18 @@ class Histogram:
         sums: NDArray[np.int64] = counts.reshape(min(most, counts.size), -1).sum(axis=1)
         return sums
 
+    def levels(self, share: float = LEFT_OUT) -> tuple[float, float]:
+        """Black and white, as fractions of the range, between which all but `share` at either end lie.
+
+        Over all channels, and with the same levels for each, so that no colour cast comes of it.
+        """
+        counts = sum(self.channels.values(), np.zeros(1 << self.depth, np.int64))
+        sums = np.cumsum(counts)
+        black = int(np.searchsorted(sums, share * sums[-1], side="right"))
+        white = int(np.searchsorted(sums, (1 - share) * sums[-1], side="left"))
+        top = (1 << self.depth) - 1
+        return black / top, max(black + 1, white) / top
+
     def _fraction(self, index: int) -> float:
         total = sum(int(counts.sum()) for counts in self.channels.values())
         return sum(int(counts[index]) for counts in self.channels.values()) / max(1, total)
@@ -73,8 +89,7 @@ def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, 
         yield "Y", raw[:, :, order.index("Y")]
     elif family is Family.BAYER:
         # The first line's two colours, and the second line's: red and blue lie on a diagonal.
-        second = {"RG": "GB", "BG": "GR", "GR": "BG", "GB": "RG"}[order]
-        for line, colours in enumerate((order, second)):
+        for line, colours in enumerate((order, BAYER_SECOND_LINE[order])):
             for column, name in enumerate(colours):
                 yield name, raw[line::2, column::2]
     else:

@@ -34,6 +34,8 @@ class Wanted:
     focus_region: Region | None = None
     "In the frame's pixels; None for all of it."
     line: Line | None = None
+    raw_line: bool = False
+    "Whether the sensor's own values along the line are wanted, and not the colours shown."
 
     @property
     def anything(self) -> bool:
@@ -107,11 +109,12 @@ class MeasuringModel:
 
     def _measure(self, frame: Frame, wanted: Wanted) -> None:
         try:
+            line, raw = wanted.line, wanted.raw_line
             measurement = Measurement(
                 frame,
                 histogram.measure(frame) if wanted.histogram else None,
                 sharpness(frame, wanted.focus_region) if wanted.focus else None,
-                line_profile.measure(frame, wanted.line) if wanted.line is not None else None,
+                line_profile.measure(frame, line, raw=raw) if line is not None else None,
             )
         except PixelFormatError as error:
             log.debug("frame %d is not measured: %s", frame.frame_id, error)

@@ -883,24 +883,34 @@ It {1}.</source>
         <translation>&amp;Log.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="42"/>
         <source>Show the sensor’s whole range again</source>
         <translation>Mostrar de nuevo todo el rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="43"/>
         <source>Whole range</source>
         <translation>Todo el rango</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="50"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="52"/>
         <source>mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="36"/>
+        <source>Show from black to white what 99 % of the picture is made of; the camera and what is saved stay as they are</source>
+        <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="37"/>
+        <source>Fit levels</source>
+        <translation>Ajustar niveles</translation>
     </message>
 </context>
 <context>
@@ -1738,12 +1748,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="105"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="107"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="135"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="137"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -2004,29 +2014,39 @@ It {1}.</source>
         <translation>Línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="36"/>
         <source>Draw the line whose values are shown</source>
         <translation>Dibujar la línea cuyos valores se muestran</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="37"/>
         <source>Draw line</source>
         <translation>Dibujar línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="44"/>
         <source>Values along the line</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/profile_panel.py" line="29"/>
+        <location filename="../../grabbergui/ui/views/profile_panel.py" line="32"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/profile_panel.py" line="36"/>
+        <location filename="../../grabbergui/ui/views/profile_panel.py" line="40"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="30"/>
+        <source>The sensor’s own values, of a Bayer pattern each under the colour of its filter; or else the colours shown, in 8 bits</source>
+        <translation>Los valores propios del sensor, en un patrón Bayer cada uno bajo el color de su filtro; si no, los colores mostrados, en 8 bits</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="31"/>
+        <source>&amp;Raw values</source>
+        <translation>Valores en &amp;bruto</translation>
     </message>
 </context>
 <context>

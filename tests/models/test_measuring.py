@@ -91,6 +91,39 @@ def test_the_profile_of_colour_has_three_channels():
     }
 
 
+def test_the_raw_profile_of_a_mosaic_has_each_value_under_its_filters_colour():
+    picture = RANDOM.integers(0, 1 << 12, (10, 12), np.uint16)
+    profile = line_profile.measure(frame_of(picture, "BayerGB12"), Line(1, 2, 8, 2), raw=True)
+    line = picture[2, 1:9].astype(float)  # green and blue alternate, the line begins on a blue one
+    assert list(profile) == ["R", "G", "B"]
+    assert np.isnan(profile["R"]).all(), "no red lies on this line"
+    assert np.array_equal(profile["B"][::2], line[::2]) and np.isnan(profile["B"][1::2]).all()
+    assert np.array_equal(profile["G"][1::2], line[1::2]) and np.isnan(profile["G"][::2]).all()
+    down = line_profile.measure(frame_of(picture, "BayerGB12"), Line(0, 0, 0, 9), raw=True)
+    assert np.array_equal(down["R"][1::2], picture[1::2, 0].astype(float))
+
+
+def test_the_raw_profile_of_components_is_as_they_came():
+    picture = RANDOM.integers(0, 255, (6, 8, 3), np.uint8)
+    profile = line_profile.measure(frame_of(picture, "BGR8"), Line(0, 1, 7, 1), raw=True)
+    assert np.array_equal(profile["R"], picture[1, :, 2]) and np.array_equal(profile["B"], picture[1, :, 0])
+    pairs = RANDOM.integers(0, 255, (6, 8, 2), np.uint8)
+    profile = line_profile.measure(frame_of(pairs, "YUV422_8_UYVY"), Line(0, 1, 7, 1), raw=True)
+    assert np.array_equal(profile["Y"], pairs[1, :, 1])
+    assert np.array_equal(profile["U"][::2], pairs[1, ::2, 0]) and np.isnan(profile["U"][1::2]).all()
+    assert np.array_equal(profile["V"][1::2], pairs[1, 1::2, 0])
+
+
+def test_levels_fitted_to_a_picture_leave_out_the_rarest_values():
+    picture = np.full((100, 100), 1000, np.uint16)
+    picture[:40] = 300
+    picture[0, :40], picture[1, :40] = 0, 4095  # four in a thousand at each end
+    black, white = histogram.measure(frame_of(picture, "Mono12")).levels()
+    assert (round(black * 4095), round(white * 4095)) == (300, 1000)
+    flat = histogram.measure(frame_of(np.full((8, 8), 255, np.uint8))).levels()
+    assert flat[1] > flat[0]
+
+
 class Bench:
     def __init__(self):
         self.frame = frame_of(np.full((8, 8), 9, np.uint8))

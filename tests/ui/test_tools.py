@@ -100,6 +100,41 @@ def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(desk):
     assert window.histogram.levels.getRegion() == (0, 256)
 
 
+def test_levels_are_fitted_to_a_dark_picture_of_twelve_bits(window_desk):
+    window_desk.connect("sim:?pixel_format=Mono12&width=320&height=240")
+    window = window_desk.window
+    window_desk.grabber.write_feature("ExposureTime", 1000)
+    window.histogramDock.show()
+    window_desk.watch(10)
+    panel = window.histogram
+    window_desk.until(lambda: panel._histogram is not None and panel._histogram.mean("grey") < 400)
+    before = screen(window_desk).mean()
+    window_desk.qtbot.mouseClick(panel.fitButton, Qt.LeftButton)
+    levels = window_desk.program.picture.settings.levels
+    assert 0 <= levels.black < levels.white < 0.5
+    window_desk.watch(5)
+    assert screen(window_desk).mean() > 1.25 * before, "margins included"
+    window_desk.qtbot.mouseClick(panel.resetButton, Qt.LeftButton)
+    assert window_desk.program.picture.settings.levels.neutral
+
+
+def test_the_profile_of_a_mosaic_has_its_colours_or_its_raw_values(window_desk):
+    window_desk.connect("sim:?pixel_format=BayerRG12&width=320&height=240")
+    window_desk.watch()
+    window = window_desk.window
+    window.profileDock.show()
+    settle(window_desk)
+    window_desk.qtbot.mouseClick(window.profile.lineButton, Qt.LeftButton)
+    drag(window_desk, (20, 100), (300, 100))
+    plot = window.profile.plot
+    window_desk.until(lambda: plot.values("B") is not None)
+    assert plot.values("R").max() <= 255
+    window_desk.qtbot.mouseClick(window.profile.rawBox, Qt.LeftButton)
+    window_desk.until(lambda: plot.values("G") is not None and plot.values("G").max() > 255)
+    samples = window_desk.program.measuring.wanted.line.samples
+    assert len(plot.values("G")) == pytest.approx(samples / 2, abs=1), "every other pixel is green"
+
+
 def test_clipping_is_marked_and_counted(desk):
     window = desk.window
     window.actionClipping.trigger()

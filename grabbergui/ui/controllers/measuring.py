@@ -51,6 +51,7 @@ class MeasuringController(QObject):
         window.focus.regionRequested.connect(lambda: window.picture.draw(Purpose.FOCUS_REGION))
         window.focus.wholeRequested.connect(lambda: self._focus_on(None))
         window.focus.resetRequested.connect(self._begin_anew)
+        window.profile.rawToggled.connect(self._update_wanted)
         window.profile.lineRequested.connect(lambda: window.picture.draw(Purpose.PROFILE_LINE))
         self._focus_on(None)
 
@@ -75,6 +76,7 @@ class MeasuringController(QObject):
                 focus=seen[window.focusDock],
                 focus_region=self._focus_region,
                 line=self._line if seen[window.profileDock] else None,
+                raw_line=window.profile.rawBox.isChecked(),
             )
         )
         if not window.actionClipping.isChecked():

@@ -21,6 +21,7 @@ class HistogramPanel(QWidget):
 
     figuresLabel: QLabel
     logBox: QCheckBox
+    fitButton: QPushButton
     resetButton: QPushButton
     plot: ChannelPlot
 
@@ -38,6 +39,7 @@ class HistogramPanel(QWidget):
         self.plot.addItem(self.levels)
         self.plot.setXRange(0, 256, padding=0.01)
         self.levels.sigRegionChanged.connect(self._on_levels_region_changed)
+        self.fitButton.clicked.connect(self._on_fit_clicked)
         self.resetButton.clicked.connect(self.levelsReset)
         self.logBox.toggled.connect(self._draw)
 
@@ -86,6 +88,12 @@ class HistogramPanel(QWidget):
 
     def _edges(self, bins: int) -> np.ndarray:
         return np.linspace(0, self._range, bins + 1)
+
+    def _on_fit_clicked(self) -> None:
+        if self._histogram is not None:
+            black, white = self._histogram.levels()
+            self.setLevels(black, white)
+            self.levelsDragged.emit(black, white)
 
     def _on_levels_region_changed(self) -> None:
         black, white = self.levels.getRegion()

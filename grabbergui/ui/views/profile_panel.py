@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QLabel, QPushButton, QWidget
+from PyQt5.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
 
 from grabbergui.models.line_profile import Line
 from grabbergui.ui.loader import load_form
@@ -18,8 +18,11 @@ class ProfilePanel(QWidget):
     """Setters for the values; a signal where another line is to be drawn."""
 
     lineRequested = pyqtSignal()
+    rawToggled = pyqtSignal()
+    """The sensor's own values are wanted, or the colours shown: see `rawBox`."""
 
     lineLabel: QLabel
+    rawBox: QCheckBox
     lineButton: QPushButton
     plot: ChannelPlot
 
@@ -27,6 +30,7 @@ class ProfilePanel(QWidget):
         super().__init__(parent)
         load_form("profile_panel", self)
         self.plot.setToolTip(self.tr("The sensor's values over the pixels along the line"))
+        self.rawBox.toggled.connect(self.rawToggled)
         self.lineButton.clicked.connect(self.lineRequested)
         self.setLine(None)
 

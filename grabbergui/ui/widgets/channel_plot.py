@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PyQt5.QtCore import QEvent
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtWidgets import QWidget
 
-COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa"}
+COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
 """Of the channels that have one; all others are drawn in the colour of text."""
 
 
@@ -32,14 +33,18 @@ class ChannelPlot(pg.PlotWidget):
         self._dress()
 
     def setChannels(self, x: NDArray[Any], channels: dict[str, NDArray[Any]]) -> None:
-        """Show these lines and no others. With one more `x` than values, they are drawn as steps."""
+        """Show these lines and no others; NaN is left out. With one more `x` than values, they are steps."""
         for name in self._lines.keys() - channels.keys():
             self.removeItem(self._lines.pop(name))
         for name, values in channels.items():
             if name not in self._lines:
                 self._lines[name] = self.plot()
                 self._dress()
-            self._lines[name].setData(x, values, stepMode="center" if len(x) > len(values) else None)
+            if len(x) > len(values):
+                self._lines[name].setData(x, values, stepMode="center")
+            else:
+                known = np.isfinite(values)
+                self._lines[name].setData(x[known], values[known], stepMode=None)
 
     def clearChannels(self) -> None:
         """Show no line."""
