@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import functools
 import logging
 import os
 import threading
 from collections.abc import Sequence
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
@@ -30,11 +33,27 @@ def require_ros2() -> None:
 def require_interfaces() -> None:
     """Raise SourceUnavailableError, in one line, where our services' package is missing."""
     try:
-        import grabber_interfaces.srv  # noqa: F401
+        import grabber_interfaces.srv
     except ImportError as error:
         raise SourceUnavailableError(
             f"the package grabber_interfaces is not built: run `make setup-ros2` ({error})"
         ) from error
+    _load_type_support(Path(grabber_interfaces.__file__))
+
+
+@functools.cache
+def _load_type_support(package: Path) -> None:
+    """Load a package's libraries from `<prefix>/lib`.
+
+    The middleware opens them by bare name, where a sourced setup file says. Our package may lie in an
+    environment that nobody sources; what is loaded already is found by its name.
+    """
+    libraries = package.parents[3].glob(f"lib{package.parent.name}__rosidl_typesupport_*_c.so")
+    for library in sorted(libraries):
+        try:
+            ctypes.CDLL(str(library))
+        except OSError as error:  # of a middleware that is not installed
+            log.debug("%s: %s", library, error)
 
 
 class Ros2Node:
