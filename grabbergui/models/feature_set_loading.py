@@ -48,6 +48,9 @@ class Outcome(Enum):
     CANCELLED = "cancelled"
 
 
+_THOUSAND = 1000
+"What a whole load counts as, for its progress."
+
 SETTLED = frozenset({Outcome.WRITTEN, Outcome.EQUAL, Outcome.WOULD_WRITE, Outcome.LEFT_ALONE})
 "Outcomes that nobody needs to look at."
 
@@ -114,23 +117,31 @@ def load_onto(
 
     Nothing that is equal is written; selectors end where they stood. A running stream is stopped while
     anything is written and started again with the triggers as the set has them. With `dry_run` only
-    selectors are moved. Raises TransportError when the camera goes away, AccessDeniedError without control.
+    selectors are moved. With `cancelled` set, what was not written by then is reported so; rolling back takes
+    the rest back. Raises TransportError when the camera goes away, AccessDeniedError without control.
     """
-    before = capture(grabber)
-    work = _Loading(grabber, Selectors(grabber), features, cancelled or threading.Event())
+    cancelled = cancelled or threading.Event()
+    before = capture(grabber, progress=_part(progress, 0.0, 0.5), cancelled=cancelled)
+    work = _Loading(grabber, Selectors(grabber), features, cancelled)
     with work.selectors.kept(work.choosing):
-        work.compare()
+        work.compare(_part(progress, 0.5, 0.7))
         if dry_run:
             return LoadReport(tuple(work.reports(dry_run=True)), before)
         problem: list[str] = []
-        with _paused(grabber, bool(work.pending), problem):
-            work.write(progress)
+        with _paused(grabber, bool(work.pending) and not cancelled.is_set(), problem):
+            work.write(_part(progress, 0.7, 1.0))
     return LoadReport(tuple(work.reports()), before, "".join(problem))
 
 
-def roll_back(grabber: FrameGrabber, report: LoadReport) -> LoadReport:
+def roll_back(
+    grabber: FrameGrabber,
+    report: LoadReport,
+    *,
+    progress: Progress = lambda done, of: None,
+    cancelled: threading.Event | None = None,
+) -> LoadReport:
     """Set the camera as it was before a set was loaded."""
-    return load_onto(grabber, report.before)
+    return load_onto(grabber, report.before, progress=progress, cancelled=cancelled)
 
 
 @dataclass
@@ -148,9 +159,12 @@ class _Loading:
         names = {selector: None for key in self.features.settings for selector, _ in key.selected}
         return [name for name in names if self.grabber.has_feature(name)]
 
-    def compare(self) -> None:
+    def compare(self, progress: Progress) -> None:
         """Sort every setting into equal, left alone, or pending."""
-        for key, wanted in self.features.settings.items():
+        for done, (key, wanted) in enumerate(self.features.settings.items(), 1):
+            if self.cancelled.is_set():
+                self._reports[key] = SettingReport(key, wanted, Outcome.CANCELLED, reason="cancelled")
+                continue
             try:
                 outcome, value, reason = self._compared(key, wanted)
             except FeatureNotFoundError as error:
@@ -158,18 +172,27 @@ class _Loading:
             if outcome is Outcome.WOULD_WRITE:
                 self.pending.append(key)
             self._reports[key] = SettingReport(key, wanted, outcome, value, value, reason)
+            progress(done, len(self.features))
 
     def write(self, progress: Progress) -> None:
         """Write what is pending, pass after pass, until a pass changes nothing."""
         total = len(self.pending)
         for _ in range(MAX_PASSES):
-            refused = [key for key in self.pending if not self._attempt(key)]
-            progress(total - len(refused), total)
+            refused = list(self._attempted(progress, total))
             disturbed = self._disturbed()
             stuck = len(refused) == len(self.pending)
             self.pending = refused + [key for key in disturbed if key not in refused]
             if not self.pending or stuck or self.cancelled.is_set():
                 return
+
+    def _attempted(self, progress: Progress, total: int) -> Iterator[SettingKey]:
+        """Try what is pending; what was refused."""
+        refused = 0
+        for done, key in enumerate(self.pending, total - len(self.pending) + 1):
+            if not self._attempt(key):
+                refused += 1
+                yield key
+            progress(max(0, done - refused), total)
 
     def reports(self, *, dry_run: bool = False) -> Iterator[SettingReport]:
         """What became of each setting, in the set's order."""
@@ -259,6 +282,12 @@ def _replaced(
     report: SettingReport, outcome: Outcome, after: FeatureValue | None, reason: str
 ) -> SettingReport:
     return SettingReport(report.key, report.wanted, outcome, report.before, after, reason)
+
+
+def _part(progress: Progress, begin: float, end: float) -> Progress:
+    """The progress of a part of the work as progress of the whole."""
+    span = end - begin
+    return lambda done, of: progress(round(_THOUSAND * (begin + span * done / max(of, 1))), _THOUSAND)
 
 
 def _shown(key: SettingKey) -> str:

@@ -1,5 +1,7 @@
 """Settings saved, compared, loaded and rolled back on the simulated camera."""
 
+import threading
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -123,6 +125,33 @@ def test_rolled_back_as_it_was(camera):
     roll_back(camera, report)
     left = [d for d in compare(before, capture(camera)) if d.key.name != "ExposureTime"]
     assert left == []
+
+
+def test_progress_grows_up_to_the_whole(camera):
+    seen = []
+    wanted = FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Width"): 128, red(): 2.0})
+    assert load_onto(camera, wanted, progress=lambda done, of: seen.append(done / of)).settled
+    assert seen == sorted(seen)
+    assert seen[0] < 0.1 and seen[-1] == 1.0
+    assert len(seen) > 10
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.71])
+def test_cancelled_at_any_moment_it_tells_so_and_can_be_rolled_back(camera, share):
+    before = capture(camera)
+    cancelled = threading.Event()
+    wanted = FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Width"): 128, red(): 2.0})
+
+    def cancel(done, of):
+        if done / of >= share:
+            cancelled.set()
+
+    report = load_onto(camera, wanted, progress=cancel, cancelled=cancelled)
+    assert report.count(Outcome.CANCELLED) == (2 if share > 0.7 else 3)
+    assert report.count(Outcome.WRITTEN) == (1 if share > 0.7 else 0)
+    if report.count(Outcome.WRITTEN):
+        assert roll_back(camera, report).settled
+    assert compare(before, capture(camera)) == []
 
 
 def test_an_automatic_mode_that_the_set_turns_on_stays_on(camera):
