@@ -1,15 +1,28 @@
-"""YARP: Bottles in both forms and dialects, messages on a connection, images."""
+"""YARP: Bottles in both forms and dialects, messages on a connection and in datagrams, pictures, requests."""
 
 from __future__ import annotations
 
-from fuzz._input import DATA, Input, erring, refusing
+import cv2
+import numpy as np
+
+from fuzz._input import DATA, Input, erring, joined, refusing
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.os import bottle_text, carrier
+from grabbergui.net.yarp.dev import grabber_rpc
+from grabbergui.net.yarp.os import bottle_text, carrier, datagrams, mjpeg, names
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.bottle_scan import BottleScanner
+from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.values import Dialect
 
 MOST_MEMORY = 1 << 20
+REQUESTS = (
+    "[fgc2] [get] [gain]",
+    "[fgc2] [set] [expo] 0.5",
+    "[get] [w]",
+    "getFeature 3",
+    "setFeature 3 0.5",
+    "help",
+)
 
 
 def seeds() -> list[bytes]:
@@ -25,13 +38,29 @@ def seeds() -> list[bytes]:
         b"\2\0" + message,
         b"\3" + image.encode_header("mono", 4, 2, 8) + bytes(16),
         *(b"\4" + capture for capture in captures),
+        b"\5" + joined([b"".join(map(bytes, part)) for part in datagrams.split([message, bytes(3000)], 512)]),
+        b"\6" + _stream_of(b".jpg"),
+        b"\6" + _stream_of(b".png"),
+        *(b"\7" + Bottle.from_text(text).encode() for text in REQUESTS),
     ]
+
+
+def _stream_of(kind: bytes) -> bytes:
+    """What an HTTP camera sends, with pictures of one byte and of two bytes a pixel where they have them."""
+    pictures = [np.zeros((2, 2), np.uint8), np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16)]
+    parts = []
+    for picture in pictures[: 3 if kind == b".png" else 2]:
+        _, encoded = cv2.imencode(kind.decode(), picture)
+        head = b"--boundary\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(encoded)
+        parts.append(head + encoded.tobytes())
+    return b"".join(parts)
 
 
 def one_input(data: bytes) -> None:
     """One part's turn, by the first byte."""
     source = Input(data)
-    (_binary, _text, _connection, _image, _greeting)[source.number(1) % 5](source)
+    parts = (_binary, _text, _connection, _image, _greeting, _datagrams, _pictures, _requests)
+    parts[source.number(1) % len(parts)](source)
 
 
 def _binary(source: Input) -> None:
@@ -92,3 +121,31 @@ def _greeting(source: Input) -> None:
     refusing(carrier.identify, data[:8])
     if len(data) >= 8:
         refusing(carrier.decode_number, data[:8])
+
+
+def _datagrams(source: Input) -> None:
+    joiner = datagrams.Joiner(lambda size: memoryview(bytearray(size)), MOST_MEMORY)
+    for datagram in source.messages():
+        message = refusing(joiner.datagram, datagram)
+        if message is not None:
+            refusing(Bottle.decode, message.body)
+
+
+def _pictures(source: Input) -> None:
+    reader = mjpeg.StreamReader()
+    data = source.rest()
+    mjpeg.find_comment(data)
+    for start in range(0, len(data), 100):
+        for jpeg in refusing(reader.feed, data[start : start + 100]) or ():
+            refusing(mjpeg.decode_jpeg, jpeg)
+
+
+def _requests(source: Input) -> None:
+    data = source.rest()
+    call = refusing(grabber_rpc.decode_request, data)
+    if isinstance(call, grabber_rpc.Call):
+        grabber_rpc.encode_request(call)
+    text = data.decode("utf-8", "replace")
+    names.Contact.decode(text)
+    erring(names.Target.parse, text)
+    Stamp.decode(text)

@@ -70,6 +70,8 @@ def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
         pixels = None
     if pixels is None:
         raise RemoteProtocolError(f"{len(data)} bytes that are no JPEG picture")
+    if pixels.dtype != np.uint8:
+        raise RemoteProtocolError(f"a picture of {pixels.dtype}, JPEG has bytes")
     colour = pixels.ndim == 3
     if colour:
         pixels = cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
