@@ -21,6 +21,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
+from grabbergui.models.language import translate
 from grabbergui.models.rendering import DisplaySettings, render
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.servo.calibration import Collector, Result, Verdict
@@ -54,7 +55,7 @@ class Look:
     views: int
     "Kept so far."
     hint: str
-    "How to hold the board next, for people."
+    "What to do next, for people."
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +227,7 @@ class CalibratingModel:
 
     def _look(self, image: DisplayImage | None, size: tuple[int, int], verdict: Verdict | None) -> Look:
         collector = self._collector
-        hint = collector.missing() if image is not None else ""
+        hint = hint_text(collector.missing()) if image is not None else ""
         seen = collector.last if image is not None else None
         corners = None if seen is None else seen.picture
         return Look(image, size, corners, verdict, collector.coverage.copy(), len(collector.views), hint)
@@ -258,6 +259,39 @@ class CalibratingModel:
         if problem != self._problem:
             self._problem = problem
             self.failed.emit(problem)
+
+
+def verdict_text(verdict: Verdict) -> str:
+    """What came of a look, in the user's language."""
+    return {
+        Verdict.NOT_SEEN: translate("Calibrating", "no board is seen"),
+        Verdict.MOVING: translate("Calibrating", "hold it still"),
+        Verdict.KNOWN: translate("Calibrating", "this view is there already"),
+        Verdict.KEPT: translate("Calibrating", "kept"),
+    }[verdict]
+
+
+def hint_text(missing: str) -> str:
+    """What to do about what `Coverage.missing` tells, in the user's language."""
+    if not missing:
+        return translate("Calibrating", "Everything is covered")
+    return {
+        "with its left edge nearer": translate("Calibrating", "Next: tilt it, its left edge nearer"),
+        "with its right edge nearer": translate("Calibrating", "Next: tilt it, its right edge nearer"),
+        "with its upper edge nearer": translate("Calibrating", "Next: tilt it, its upper edge nearer"),
+        "with its lower edge nearer": translate("Calibrating", "Next: tilt it, its lower edge nearer"),
+        "at the top left": translate("Calibrating", "Next: hold it at the top left"),
+        "at the top centre": translate("Calibrating", "Next: hold it at the top"),
+        "at the top right": translate("Calibrating", "Next: hold it at the top right"),
+        "at the middle left": translate("Calibrating", "Next: hold it at the left"),
+        "at the middle centre": translate("Calibrating", "Next: hold it in the middle"),
+        "at the middle right": translate("Calibrating", "Next: hold it at the right"),
+        "at the bottom left": translate("Calibrating", "Next: hold it at the bottom left"),
+        "at the bottom centre": translate("Calibrating", "Next: hold it at the bottom"),
+        "at the bottom right": translate("Calibrating", "Next: hold it at the bottom right"),
+        "nearer": translate("Calibrating", "Next: hold it nearer"),
+        "farther away": translate("Calibrating", "Next: hold it farther away"),
+    }[missing]
 
 
 def camera_name(info: DeviceInfo) -> str:

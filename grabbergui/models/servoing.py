@@ -21,6 +21,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
+from grabbergui.models.language import translate
 from grabbergui.models.rendering import DisplaySettings, render
 from grabbergui.servo import overlay
 from grabbergui.servo.calibration_choice import CalibrationFor
@@ -251,6 +252,20 @@ class ServoModel:
             config.marker.size,
             (np.array([arm.x_low, arm.y_low, arm.z_low]), np.array([arm.x_high, arm.y_high, arm.z_high])),
         )
+
+
+def state_text(state: State) -> str:
+    """A state in the user's language."""
+    return {
+        State.SEARCHING: translate("Servoing", "searching"),
+        State.CENTRING: translate("Servoing", "centring"),
+        State.WAITING: translate("Servoing", "waiting for the marker"),
+        State.APPROACHING: translate("Servoing", "approaching"),
+        State.REACHED: translate("Servoing", "reached"),
+        State.STUCK: translate("Servoing", "stuck"),
+        State.LOST: translate("Servoing", "lost"),
+        State.STOPPED: translate("Servoing", "stopped"),
+    }[state]
 
 
 def _sight(calibration: Calibration) -> NDArray[np.float64]:

@@ -100,6 +100,137 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Calibrating</name>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="267"/>
+        <source>no board is seen</source>
+        <translation>no se ve ningún tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="268"/>
+        <source>hold it still</source>
+        <translation>manténgalo quieto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="269"/>
+        <source>this view is there already</source>
+        <translation>esta vista ya está</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
+        <source>kept</source>
+        <translation>guardada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
+        <source>Everything is covered</source>
+        <translation>Todo está cubierto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
+        <source>Next: tilt it, its left edge nearer</source>
+        <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
+        <source>Next: tilt it, its right edge nearer</source>
+        <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
+        <source>Next: tilt it, its upper edge nearer</source>
+        <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
+        <source>Next: tilt it, its lower edge nearer</source>
+        <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <source>Next: hold it at the top left</source>
+        <translation>Ahora: arriba a la izquierda</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <source>Next: hold it at the top</source>
+        <translation>Ahora: arriba</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <source>Next: hold it at the top right</source>
+        <translation>Ahora: arriba a la derecha</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <source>Next: hold it at the left</source>
+        <translation>Ahora: a la izquierda</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <source>Next: hold it in the middle</source>
+        <translation>Ahora: en el centro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <source>Next: hold it at the right</source>
+        <translation>Ahora: a la derecha</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <source>Next: hold it at the bottom left</source>
+        <translation>Ahora: abajo a la izquierda</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <source>Next: hold it at the bottom</source>
+        <translation>Ahora: abajo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <source>Next: hold it at the bottom right</source>
+        <translation>Ahora: abajo a la derecha</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <source>Next: hold it nearer</source>
+        <translation>Ahora: más cerca</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <source>Next: hold it farther away</source>
+        <translation>Ahora: más lejos</translation>
+    </message>
+</context>
+<context>
+    <name>CalibratingController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="69"/>
+        <source>the board could not be saved: {0}</source>
+        <translation>no se pudo guardar el tablero: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
+        <source>Saved as {0}: print it on {1} at 100 %</source>
+        <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="114"/>
+        <source>Save the board</source>
+        <translation>Guardar el tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="122"/>
+        <source>Save the calibration</source>
+        <translation>Guardar la calibración</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="142"/>
+        <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
+        <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
+    </message>
+</context>
+<context>
     <name>CalibrationChoiceDialog</name>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="6"/>
@@ -160,6 +291,19 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="49"/>
         <source>Cancel</source>
         <translation>Cancelar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_choice_dialog.py" line="31"/>
+        <source>{0} is not calibrated</source>
+        <translation>{0} no está calibrada</translation>
+    </message>
+</context>
+<context>
+    <name>CalibrationChooser</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/choosing_calibration.py" line="56"/>
+        <source>Open a calibration</source>
+        <translation>Abrir una calibración</translation>
     </message>
 </context>
 <context>
@@ -265,7 +409,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="130"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -285,7 +429,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/calibration.ui" line="136"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -310,14 +454,74 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="171"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="264"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="275"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <source>Board</source>
+        <translation>Tablero</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <source>Result</source>
+        <translation>Resultado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <source>Take &amp;views</source>
+        <translation>Tomar &amp;vistas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <source>&amp;Finish</source>
+        <translation>&amp;Terminar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <source>&amp;Save…</source>
+        <translation>&amp;Guardar…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="180"/>
+        <source>{0:.0%} of the picture is covered</source>
+        <translation>Está cubierto el {0:.0%} de la imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
+        <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <source>Focal lengths</source>
+        <translation>Distancias focales</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <source>Centre</source>
+        <translation>Centro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <source>Distortion</source>
+        <translation>Distorsión</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="221"/>
+        <source>{0}, left out</source>
+        <translation>{0}, excluida</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="233"/>
+        <source>view {0}, errors enlarged {1} times</source>
+        <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
 </context>
 <context>
@@ -346,6 +550,14 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/camera_tile.py" line="49"/>
         <source>Take this source to hand</source>
         <translation>Hacer activa esta fuente</translation>
+    </message>
+</context>
+<context>
+    <name>CameraWork</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="53"/>
+        <source>there is no camera; connect to one first</source>
+        <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
 </context>
 <context>
@@ -2232,6 +2444,24 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>ServoController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="112"/>
+        <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
+        <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="112"/>
+        <source>Calibrate…</source>
+        <translation>Calibrar…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="143"/>
+        <source>{0} is in use; Start lets the robot move</source>
+        <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
+    </message>
+</context>
+<context>
     <name>ServoWindow</name>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="6"/>
@@ -2362,6 +2592,49 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
         <source>turning of the hand, °/s</source>
         <translation>giro de la mano, °/s</translation>
+    </message>
+</context>
+<context>
+    <name>Servoing</name>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="260"/>
+        <source>searching</source>
+        <translation>buscando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="261"/>
+        <source>centring</source>
+        <translation>centrando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="262"/>
+        <source>waiting for the marker</source>
+        <translation>esperando el marcador</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="263"/>
+        <source>approaching</source>
+        <translation>acercándose</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="264"/>
+        <source>reached</source>
+        <translation>alcanzado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="265"/>
+        <source>stuck</source>
+        <translation>atascado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="266"/>
+        <source>lost</source>
+        <translation>perdido</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="267"/>
+        <source>stopped</source>
+        <translation>parado</translation>
     </message>
 </context>
 <context>
@@ -2619,6 +2892,14 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/source_list.py" line="208"/>
         <source>note</source>
         <translation>nota</translation>
+    </message>
+</context>
+<context>
+    <name>StateStrip</name>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/state_strip.py" line="72"/>
+        <source>waiting</source>
+        <translation>esperando</translation>
     </message>
 </context>
 <context>

@@ -66,9 +66,10 @@ class CalibratingController(QObject):
         try:
             sheet = board_sheet.save(self.model.settings.board(), path)
         except (UsageError, OSError) as error:
-            self.dialog.messages.showError(f"the board could not be saved: {error}")
+            self.dialog.messages.showError(self.tr("the board could not be saved: {0}").format(error))
             return
-        self.dialog.messages.showNotice(f"Saved as {path}: print it on {sheet.paper} at 100 %")
+        text = self.tr("Saved as {0}: print it on {1} at 100 %")
+        self.dialog.messages.showNotice(text.format(path, sheet.paper))
 
     def save_to(self, path: Path) -> None:
         """Save the calibration."""
@@ -111,7 +112,7 @@ class CalibratingController(QObject):
     def _ask_print(self) -> None:
         name = f"{self.model.settings.kind}.pdf"
         path, _ = QFileDialog.getSaveFileName(
-            self.dialog, "Save the board", str(Path.home() / name), "PDF (*.pdf);;PNG (*.png)"
+            self.dialog, self.tr("Save the board"), str(Path.home() / name), "PDF (*.pdf);;PNG (*.png)"
         )
         if path:
             self.print_to(Path(path))
@@ -119,7 +120,7 @@ class CalibratingController(QObject):
     def _ask_save(self) -> None:
         name = f"{self.model.name}.yaml"
         path, _ = QFileDialog.getSaveFileName(
-            self.dialog, "Save the calibration", str(Path.home() / name), "camera_info (*.yaml)"
+            self.dialog, self.tr("Save the calibration"), str(Path.home() / name), "camera_info (*.yaml)"
         )
         if path:
             self.save_to(Path(path))
@@ -138,9 +139,8 @@ class CalibratingController(QObject):
         self._show_view()
 
     def _on_model_saved(self, path: Path) -> None:
-        self.dialog.messages.showNotice(
-            f"Saved as {path}. Publish it with `grabbergui serve … --ros2 NAME --calibration {path}`"
-        )
+        text = self.tr("Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`")
+        self.dialog.messages.showNotice(text.format(path))
         self._on_saved(path)
 
     def _show_view(self) -> None:

@@ -54,7 +54,7 @@ class CalibrationChooser(QObject):
 
     def _ask_file(self) -> None:
         path, _ = QFileDialog.getOpenFileName(
-            self._dialog, "Open a calibration", str(Path.home()), "camera_info (*.yaml *.yml)"
+            self._dialog, self.tr("Open a calibration"), str(Path.home()), "camera_info (*.yaml *.yml)"
         )
         if path:
             self.use(Path(path))

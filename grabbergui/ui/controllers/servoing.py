@@ -110,8 +110,8 @@ class ServoController(QObject):
     def _offer_calibrating(self, nominal: bool) -> None:
         if nominal and self._offer is None and isinstance(self._calibration, CalibrationChoice):
             self._offer = self._window.messages.showOffer(
-                "The camera is not calibrated, a field of view is assumed: distances are rough",
-                "Calibrate…",
+                self.tr("The camera is not calibrated, a field of view is assumed: distances are rough"),
+                self.tr("Calibrate…"),
                 self._calibrate,
             )
         elif not nominal and self._offer is not None:
@@ -140,7 +140,8 @@ class ServoController(QObject):
         if isinstance(self._calibration, CalibrationChoice):
             self._calibration.exchange(chosen)
             self._pilot.renew_detector()
-            self._window.messages.showNotice(f"{path} is in use; Start lets the robot move")
+            text = self.tr("{0} is in use; Start lets the robot move")
+            self._window.messages.showNotice(text.format(path))
 
     def _show_curves(self) -> None:
         curves = self.model.curves()

@@ -28,7 +28,7 @@ class CalibrationChoiceDialog(QDialog):
     def __init__(self, camera: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("calibration_choice", self)
-        self.titleLabel.setText(f"{camera} is not calibrated")
+        self.titleLabel.setText(self.tr("{0} is not calibrated").format(camera))
         self.degreesBox.setValue(NOMINAL_FIELD_OF_VIEW)
         self.setProblem("")
         self.calibrateButton.clicked.connect(lambda: self.calibrateRequested.emit())

@@ -22,7 +22,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.calibrating import Look, Solution
+from grabbergui.models.calibrating import Look, Solution, verdict_text
 from grabbergui.servo.boards import KINDS, BoardSettings
 from grabbergui.servo.calibration import FEWEST_VIEWS, Verdict
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
@@ -40,7 +40,6 @@ ENLARGED = 100
 """How many times too long errors are drawn."""
 
 _TONES = {Verdict.KEPT: "good", Verdict.KNOWN: "busy", Verdict.MOVING: "busy", Verdict.NOT_SEEN: "bad"}
-_STEPS = ("Board", "Views", "Result")
 
 
 class Step(Enum):
@@ -130,15 +129,20 @@ class CalibrationDialog(QDialog):
     def setStep(self, step: Step) -> None:
         """Show a page."""
         self.pages.setCurrentIndex(step.value)
+        steps = (self.tr("Board"), self.tr("Views"), self.tr("Result"))
         self.stepsLabel.setText(
             " &nbsp;→&nbsp; ".join(
                 f"<b>{number + 1} {name}</b>" if number == step.value else f"{number + 1} {name}"
-                for number, name in enumerate(_STEPS)
+                for number, name in enumerate(steps)
             )
         )
         self.backButton.setEnabled(step is not Step.BOARD)
         self.nextButton.setText(
-            {Step.BOARD: "Take &views", Step.VIEWS: "&Finish", Step.RESULT: "&Save…"}[step]
+            {
+                Step.BOARD: self.tr("Take &views"),
+                Step.VIEWS: self.tr("&Finish"),
+                Step.RESULT: self.tr("&Save…"),
+            }[step]
         )
         self.nextButton.setEnabled(step is not Step.VIEWS)
         self.cells.setVisible(step is Step.VIEWS)
@@ -173,10 +177,10 @@ class CalibrationDialog(QDialog):
             if look.verdict is not None:
                 self._set_verdict(*self._said(look.verdict))
         self.coverage.setCoverage(look.coverage)
-        self.coverageLabel.setText(f"{look.coverage.part:.0%} of the picture is covered")
+        self.coverageLabel.setText(self.tr("{0:.0%} of the picture is covered").format(look.coverage.part))
         self.progress.setMaximum(wanted)
         self.progress.setValue(min(look.views, wanted))
-        self.hintLabel.setText(f"Next: hold it {look.hint}" if look.hint else "Everything is covered")
+        self.hintLabel.setText(look.hint)
         if self.step is Step.VIEWS:
             self.nextButton.setEnabled(look.views >= FEWEST_VIEWS)
 
@@ -185,13 +189,19 @@ class CalibrationDialog(QDialog):
         result = solution.result
         matrix, spread = result.calibration.matrix, result.uncertainty
         rows = (
-            ("Error", f"<b>{result.rms:.3f} px</b> over {len(solution.used)} views"),
             (
-                "Focal lengths",
+                self.tr("Error"),
+                self.tr("<b>{0:.3f} px</b> over {1} views").format(result.rms, len(solution.used)),
+            ),
+            (
+                self.tr("Focal lengths"),
                 f"{matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px",
             ),
-            ("Centre", f"{matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px"),
-            ("Distortion", " ".join(f"{value:.4f}" for value in result.calibration.distortion)),
+            (
+                self.tr("Centre"),
+                f"{matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px",
+            ),
+            (self.tr("Distortion"), " ".join(f"{value:.4f}" for value in result.calibration.distortion)),
         )
         table = "".join(f"<tr><td>{name}&nbsp;&nbsp;</td><td>{text}</td></tr>" for name, text in rows)
         self.resultLabel.setText(f"<table>{table}</table>")
@@ -208,7 +218,7 @@ class CalibrationDialog(QDialog):
                     row.setTextAlignment(column, int(Qt.AlignmentFlag.AlignRight))
                 row.setDisabled(False)
                 if not used:
-                    row.setText(2, f"{row.text(2)}, left out")
+                    row.setText(2, self.tr("{0}, left out").format(row.text(2)))
                 self.views.addTopLevelItem(row)
             if current >= 0:
                 self.views.setCurrentItem(self.views.topLevelItem(current))
@@ -220,7 +230,8 @@ class CalibrationDialog(QDialog):
         self.drawing.setDrawing(
             _errors(solution.corners[number], solution.result.residuals[number], size[0]), *size
         )
-        self._set_verdict(f"view {number + 1}, errors enlarged {ENLARGED} times", "idle")
+        text = self.tr("view {0}, errors enlarged {1} times").format(number + 1, ENLARGED)
+        self._set_verdict(text, "idle")
 
     # -- inside ------------------------------------------------------------------------------------
     def done(self, result: int) -> None:
@@ -260,7 +271,7 @@ class CalibrationDialog(QDialog):
     def _said(self, verdict: Verdict) -> tuple[str, str]:
         """Text and tone of a verdict: what hinders a view matters only where views are taken."""
         if verdict is Verdict.NOT_SEEN or self.step is Step.VIEWS:
-            return verdict.value, _TONES[verdict]
+            return verdict_text(verdict), _TONES[verdict]
         return self.tr("the board is seen"), "good"
 
     def _set_verdict(self, text: str, tone: str) -> None:

@@ -30,8 +30,8 @@ def run(
     """Show a running pilot until the window is closed or the time is up.
 
     A loop that ended by an error is shown with its reason, and may be started again. With `screenshot` the
-    window's own picture is saved before it closes. `theme` is that of the user's preferences if not given, light
-    in a screenshot.
+    window's own picture is saved before it closes. `theme` is that of the user's preferences if not given,
+    light in a screenshot.
     """
     app = application()
     dress(app, theme or (Theme.LIGHT if screenshot else Preferences.of_user().theme))

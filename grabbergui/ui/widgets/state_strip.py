@@ -6,11 +6,10 @@ from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPalette, QPen
 from PyQt5.QtWidgets import QSizePolicy, QWidget
 
+from grabbergui.models.servoing import state_text
 from grabbergui.servo.overlay import colour_of
 from grabbergui.servo.state_machine import State
 
-_NAMES = {State.WAITING: "waiting"}
-"Where the full name is too long."
 _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State.REACHED)
 "From one to the next when all goes well."
 _APART = (State.STUCK, State.LOST, State.STOPPED)
@@ -35,7 +34,7 @@ class StateStrip(QWidget):
         """Light one."""
         if state is not self._state:
             self._state = state
-            self.setAccessibleName(state.value)
+            self.setAccessibleName(state_text(state))
             self.update()
 
     def sizeHint(self) -> QSize:
@@ -61,19 +60,23 @@ class StateStrip(QWidget):
             radius = place.height() / 2
             painter.drawRoundedRect(place, radius, radius)
             painter.setPen(_text_on(colour) if lit else muted)
-            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, _NAMES.get(state, state.value))
+            painter.drawText(place, Qt.AlignmentFlag.AlignCenter, self._name(state))
             if index and state in _WAY:
                 self._arrow(
                     painter, QPointF(places[index - 1][1].right(), place.center().y()), place.left(), muted
                 )
         painter.end()
 
+    def _name(self, state: State) -> str:
+        """Short enough for a row of seven."""
+        return self.tr("waiting") if state is State.WAITING else state_text(state)
+
     def _places(self) -> list[tuple[State, QRectF]]:
         metrics = QFontMetricsF(self.font())
         height, x = metrics.height() + 8, 1.0
         places = []
         for state in (*_WAY, *_APART):
-            width = metrics.horizontalAdvance(_NAMES.get(state, state.value)) + 2 * _PADDING
+            width = metrics.horizontalAdvance(self._name(state)) + 2 * _PADDING
             places.append((state, QRectF(x, 2.0, width, height)))
             x += width + (_ARROW if state in _WAY[:-1] else _GAP)
             x += 3 * _GAP if state is _WAY[-1] else 0.0
