@@ -53,7 +53,8 @@ def run(name: str, module: Any, arguments: list[str]) -> bool:
         if hasattr(module, "measure"):
             section: Section = module.measure(arguments)
             print(_document.markdown(section))
-            section.keep(name)
+            if not section.keep(name):
+                print(f"{name}: without {section.lacking}, so the page keeps what it said.")
         elif hasattr(module, "main"):
             module.main(arguments)
     except SystemExit as reason:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from importlib.util import find_spec
 from pathlib import Path
 
 from benchmarks._results import KEPT, Chart, Section, Table
@@ -22,10 +23,13 @@ _COLOURS = ("#3d7ea6", "#e08e45", "#6aa84f", "#a64d79", "#8c8c8c", "#c2b280", "#
 def rewrite(document: Path = DOCUMENT, kept: Path = KEPT) -> None:
     """Put every kept section into the document. Sections that no result is kept of stay as they are."""
     chapters = _chapters(document.read_text(encoding="utf-8") if document.exists() else "")
+    drawing = find_spec("matplotlib") is not None
+    if not drawing:
+        print("The charts stay as they are: matplotlib is not installed (make setup).")
     for path in sorted(kept.glob("*.json")):
         section = Section.kept(path)
         chapters[section.title] = markdown(section)
-        for chart in section.charts:
+        for chart in section.charts if drawing else ():
             draw(chart, document.parent / IMAGES / f"{chart.name}.svg")
     text = "\n".join([PREAMBLE, *(body.strip() + "\n" for body in chapters.values())])
     document.write_text(text, encoding="utf-8")

@@ -61,12 +61,21 @@ class Section:
     reading: list[str] = field(default_factory=list)
     "How the columns are to be read; a point each."
     machine: str = ""
+    lacking: str = ""
+    "Which peer was not there to compare with; such a section never takes the place of a whole one."
 
-    def keep(self, name: str, folder: Path = KEPT) -> None:
-        """Write it beside the others, so that the document can be made again without measuring."""
+    def keep(self, name: str, folder: Path = KEPT) -> bool:
+        """Write it beside the others, so that the document can be made again without measuring.
+
+        Whether it was: not where it lacks what the one that is there has.
+        """
+        path = folder / f"{name}.json"
+        if self.lacking and path.exists() and not Section.kept(path).lacking:
+            return False
         folder.mkdir(exist_ok=True)
         text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
-        (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+        path.write_text(text + "\n", encoding="utf-8")
+        return True
 
     @classmethod
     def kept(cls, path: Path) -> Section:

@@ -112,6 +112,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         goals(rows),
         READING,
         before,
+        lacking="ROS 2" if missing else "",
     )
 
 

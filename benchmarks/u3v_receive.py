@@ -224,6 +224,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         [_chart(guest)] if guest else [],
         _goals(guest),
         machine=before,
+        lacking="" if guest else "the virtual machine",
     )
 
 

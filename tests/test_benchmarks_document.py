@@ -27,6 +27,14 @@ def test_a_section_is_kept_and_read_back(tmp_path):
     assert Section.kept(tmp_path / "speed.json") == SECTION
 
 
+def test_a_section_that_lacks_its_peer_takes_no_whole_one_s_place(tmp_path):
+    lacking = replace(SECTION, lacking="the peer")
+    assert lacking.keep("speed", tmp_path)
+    assert SECTION.keep("speed", tmp_path)
+    assert not lacking.keep("speed", tmp_path)
+    assert Section.kept(tmp_path / "speed.json") == SECTION
+
+
 def test_markdown_shows_rows_goals_and_charts():
     text = _document.markdown(SECTION)
 
