@@ -126,19 +126,19 @@ def capture(
     wanted = _wanted(grabber, selectors)
     settings: dict[SettingKey, FeatureValue] = {}
     left_out: list[str] = []
-    done = 0
-    for path, names in _grouped(wanted, selectors):
-        instances, problem = _instances(grabber, path)
+    groups = [(path, names, *_instances(grabber, path)) for path, names in _grouped(wanted, selectors)]
+    done, total = 0, sum(len(names) * len(instances) for _, names, instances, _ in groups)
+    for path, names, instances, problem in groups:
         if problem:
             left_out.append(f"{', '.join(names)}: {problem}")
         with selectors.kept(path):
             for selected in instances:
-                if cancelled is not None and cancelled.is_set():
-                    return FeatureSet(settings, describe(grabber), tuple(left_out))
-                if selectors.select(selected):
-                    settings.update(_values(grabber, names, selected, left_out))
-        done += len(names)
-        progress(done, len(wanted))
+                for name in names if selectors.select(selected) else ():
+                    if cancelled is not None and cancelled.is_set():
+                        return FeatureSet(settings, describe(grabber), tuple(left_out))
+                    settings.update(_value_of(grabber, name, selected, left_out))
+                    done += 1
+                    progress(done, total)
     return FeatureSet(_in_tree_order(settings, wanted), describe(grabber), tuple(left_out))
 
 
@@ -259,19 +259,16 @@ def _entries(selector: Feature) -> Sequence[str]:
     return [format_value(selector.value)]
 
 
-def _values(
-    grabber: FrameGrabber,
-    names: Sequence[str],
-    selected: tuple[tuple[str, str], ...],
-    left_out: list[str],
+def _value_of(
+    grabber: FrameGrabber, name: str, selected: tuple[tuple[str, str], ...], left_out: list[str]
 ) -> Iterator[tuple[SettingKey, FeatureValue]]:
-    for name in names:
-        feature = grabber.feature(name)
-        if feature.problem:
-            left_out.append(f"{SettingKey(name, selected)}: {feature.problem}")
-        reading = grabber.access is not Access.CONTROL and feature.access is AccessMode.READ_ONLY
-        if feature.value is not None and (feature.access.writable or reading):
-            yield SettingKey(name, selected), feature.value
+    """What a feature stands at, where that is a setting."""
+    feature = grabber.feature(name)
+    if feature.problem:
+        left_out.append(f"{SettingKey(name, selected)}: {feature.problem}")
+    reading = grabber.access is not Access.CONTROL and feature.access is AccessMode.READ_ONLY
+    if feature.value is not None and (feature.access.writable or reading):
+        yield SettingKey(name, selected), feature.value
 
 
 def _in_tree_order(
