@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from importlib.util import find_spec
@@ -75,19 +76,23 @@ def draw(chart: Chart, path: Path) -> None:
     count = len(chart.series)
     thickness = 0.8 / count
     height = 0.9 + len(chart.groups) * max(0.22 * count, 0.36)
+    start = _first_decade(chart) if chart.logarithmic else 0.0
     figure, axes = pyplot.subplots(figsize=(8, height), layout="constrained")
     for index, (name, values) in enumerate(chart.series.items()):
         places = [group + (index - (count - 1) / 2) * thickness for group in range(len(chart.groups))]
-        lengths = [value or 0.0 for value in values]
-        bars = axes.barh(places, lengths, thickness * 0.92, label=name, color=_COLOURS[index % len(_COLOURS)])
+        lengths = [max((value or 0.0) - start, 0.0) for value in values]
+        colour = _COLOURS[index % len(_COLOURS)]
+        bars = axes.barh(places, lengths, thickness * 0.92, left=start, label=name, color=colour)
         axes.bar_label(bars, [_number(value) for value in values], padding=3, fontsize=8)
     if chart.goal is not None:
         axes.axvline(chart.goal, color="#b00020", linestyle="--", linewidth=1, label=chart.goal_text)
     if chart.logarithmic:
         axes.set_xscale("log")
+        axes.xaxis.set_major_formatter("{x:g}")
     axes.set_yticks(range(len(chart.groups)), chart.groups)
     axes.invert_yaxis()
     axes.margins(x=0.1)
+    axes.set_xlim(left=start)
     axes.set_title(chart.title, fontsize=10, loc="left")
     axes.set_xlabel(chart.unit)
     axes.spines[["top", "right"]].set_visible(False)
@@ -96,6 +101,12 @@ def draw(chart: Chart, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, format="svg", facecolor="white", metadata={"Date": None})
     pyplot.close(figure)
+
+
+def _first_decade(chart: Chart) -> float:
+    """Where logarithmic bars begin: they have no zero."""
+    values = [value for series in chart.series.values() for value in series if value]
+    return float(10 ** math.floor(math.log10(min(values)))) if values else 1.0
 
 
 def _number(value: float | None) -> str:
