@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 
-from grabbergui.core import pfnc
 from grabbergui.core.errors import DeviceLostError, FeatureAccessError, GrabberError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
 from grabbergui.core.frame import Frame
@@ -16,6 +15,7 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, Strea
 from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.event_delivery import EventDelivery
+from grabbergui.driver.genapi import preparation
 from grabbergui.driver.genapi.chunk_reader import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.poller import POLL_PERIOD, Poller
@@ -183,17 +183,13 @@ class Camera(FrameGrabber):
         nodes = self._opened()
         if feature.auto is not None:
             mode = nodes.feature(feature.auto)
-            if mode.value != AUTO_OFF and mode.access.writable and self._has_entry(mode, AUTO_OFF):
+            if mode.value != AUTO_OFF and mode.access.writable and preparation.has_entry(mode, AUTO_OFF):
                 nodes.write(mode.name, AUTO_OFF)
         enabler = enabler_of(feature.name, nodes.has)
         if enabler is not None:
             switch = nodes.feature(enabler)
             if switch.kind is FeatureKind.BOOLEAN and switch.value is False and switch.access.writable:
                 nodes.write(enabler, True)
-
-    @staticmethod
-    def _has_entry(feature: Feature, name: str) -> bool:
-        return any(entry.name == name and entry.available for entry in feature.entries)
 
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
@@ -204,9 +200,7 @@ class Camera(FrameGrabber):
             self._opened()
             self._keep_trigger = keep_trigger
             if self._access is Access.CONTROL:
-                self._write_if_other("AcquisitionMode", "Continuous")
-                if not keep_trigger:
-                    self._trigger_off()
+                preparation.run_free(self._opened(), keep_trigger=keep_trigger)
                 if self._event_left_on():
                     self._hear_events()
             self._start_stream()
@@ -227,17 +221,17 @@ class Camera(FrameGrabber):
         return self.device.stream_statistics()
 
     def _start_stream(self) -> None:
-        request = StreamRequest(self._payload_size(), self._deliver_incomplete)
+        request = StreamRequest(preparation.payload_size(self._opened()), self._deliver_incomplete)
         self._fanout.clear()
         self._chunks = self._chunk_reader()
         self.device.open_stream(request, self._deliver)
         try:
             if self._access is Access.CONTROL:
-                self._lock_transport(True)
+                self._lock_transport(locked=True)
                 self._opened().execute("AcquisitionStart")
         except BaseException:
             self.device.close_stream()
-            self._lock_transport(False)
+            self._lock_transport(locked=False)
             raise
         self._streaming = True
 
@@ -248,7 +242,7 @@ class Camera(FrameGrabber):
                 self._opened().execute("AcquisitionStop")
         finally:
             self.device.close_stream()
-            self._lock_transport(False)
+            self._lock_transport(locked=False)
 
     @contextmanager
     def _paused(self) -> Iterator[None]:
@@ -258,60 +252,9 @@ class Camera(FrameGrabber):
         finally:
             self._start_stream()
 
-    def _payload_size(self) -> int:
-        nodes = self._opened()
-        if nodes.has_node("PayloadSize"):
-            nodes.invalidate(frozenset({"PayloadSize"}))
-            size = nodes.feature("PayloadSize").value
-            if isinstance(size, int) and size > 0:
-                return size
-        width, height = nodes.feature("Width").value, nodes.feature("Height").value
-        pixel_format = nodes.feature("PixelFormat").value
-        if not isinstance(width, int) or not isinstance(height, int):
-            raise FeatureAccessError(
-                "the camera tells neither PayloadSize nor Width and Height", "PayloadSize"
-            )
-        try:
-            return pfnc.by_name(str(pixel_format)).image_bytes(width, height)
-        except KeyError:
-            return width * height * 8  # more than any format takes
-
-    def _trigger_off(self) -> None:
-        nodes = self._opened()
-        if not nodes.has("TriggerMode"):
-            return
-        if not nodes.has("TriggerSelector"):
-            self._write_if_other("TriggerMode", "Off")
-            return
-        selector = nodes.feature("TriggerSelector")
-        if not selector.access.writable:
-            self._write_if_other("TriggerMode", "Off")
-            return
-        for entry in selector.entries:
-            if entry.available:
-                self._write_if_other("TriggerSelector", entry.name)
-                self._write_if_other("TriggerMode", "Off")
-        if isinstance(selector.value, str):
-            self._write_if_other("TriggerSelector", selector.value)
-
-    def _write_if_other(self, name: str, value: str) -> None:
-        nodes = self._opened()
-        if not nodes.has(name):
-            return
-        feature = nodes.feature(name)
-        if feature.value != value and feature.access.writable and self._has_entry(feature, value):
-            nodes.write(name, value)
-
-    def _lock_transport(self, locked: bool) -> None:
-        """TLParamsLocked keeps others from changing what a frame looks like while it streams (SFNC)."""
-        nodes = self._nodes
-        if nodes is None or not nodes.has_node("TLParamsLocked"):
-            return
-        try:
-            if nodes.feature("TLParamsLocked").access.writable:
-                nodes.write("TLParamsLocked", int(locked))
-        except GrabberError as error:
-            log.info("%s: TLParamsLocked=%d: %s", self.info.uri, locked, error)
+    def _lock_transport(self, *, locked: bool) -> None:
+        if self._nodes is not None:
+            preparation.lock_transport(self._nodes, locked=locked)
 
     def _chunk_reader(self) -> ChunkReader | None:
         nodes, layout = self._opened(), self.device.chunk_layout

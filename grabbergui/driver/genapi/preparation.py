@@ -1,0 +1,81 @@
+"""What is written to a camera before and after it streams, and what must be known of it."""
+
+from __future__ import annotations
+
+import logging
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import FeatureAccessError, GrabberError
+from grabbergui.core.features import Feature
+from grabbergui.driver.genapi.node_map import CameraNodeMap
+
+log = logging.getLogger(__name__)
+
+MOST_BYTES_PER_PIXEL = 8
+"More than any format takes."
+
+
+def run_free(nodes: CameraNodeMap, *, keep_trigger: bool) -> None:
+    """AcquisitionMode Continuous and, unless the trigger is kept, every TriggerMode Off."""
+    _write_if_other(nodes, "AcquisitionMode", "Continuous")
+    if not keep_trigger:
+        _trigger_off(nodes)
+
+
+def payload_size(nodes: CameraNodeMap) -> int:
+    """Bytes of the largest frame. Raises FeatureAccessError where nothing tells."""
+    if nodes.has_node("PayloadSize"):
+        nodes.invalidate(frozenset({"PayloadSize"}))
+        size = nodes.feature("PayloadSize").value
+        if isinstance(size, int) and size > 0:
+            return size
+    width, height = nodes.feature("Width").value, nodes.feature("Height").value
+    pixel_format = nodes.feature("PixelFormat").value
+    if not isinstance(width, int) or not isinstance(height, int):
+        raise FeatureAccessError("the camera tells neither PayloadSize nor Width and Height", "PayloadSize")
+    try:
+        return pfnc.by_name(str(pixel_format)).image_bytes(width, height)
+    except KeyError:
+        return width * height * MOST_BYTES_PER_PIXEL
+
+
+def lock_transport(nodes: CameraNodeMap, *, locked: bool) -> None:
+    """TLParamsLocked keeps others from changing what a frame looks like while it streams (SFNC)."""
+    if not nodes.has_node("TLParamsLocked"):
+        return
+    try:
+        if nodes.feature("TLParamsLocked").access.writable:
+            nodes.write("TLParamsLocked", int(locked))
+    except GrabberError as error:
+        log.info("TLParamsLocked=%d: %s", locked, error)
+
+
+def has_entry(feature: Feature, name: str) -> bool:
+    """Whether an enumeration has an entry that can be chosen just now."""
+    return any(entry.name == name and entry.available for entry in feature.entries)
+
+
+def _trigger_off(nodes: CameraNodeMap) -> None:
+    if not nodes.has("TriggerMode"):
+        return
+    if not nodes.has("TriggerSelector"):
+        _write_if_other(nodes, "TriggerMode", "Off")
+        return
+    selector = nodes.feature("TriggerSelector")
+    if not selector.access.writable:
+        _write_if_other(nodes, "TriggerMode", "Off")
+        return
+    for entry in selector.entries:
+        if entry.available:
+            _write_if_other(nodes, "TriggerSelector", entry.name)
+            _write_if_other(nodes, "TriggerMode", "Off")
+    if isinstance(selector.value, str):
+        _write_if_other(nodes, "TriggerSelector", selector.value)
+
+
+def _write_if_other(nodes: CameraNodeMap, name: str, value: str) -> None:
+    if not nodes.has(name):
+        return
+    feature = nodes.feature(name)
+    if feature.value != value and feature.access.writable and has_entry(feature, value):
+        nodes.write(name, value)
