@@ -1,0 +1,120 @@
+"""What a window is told of a servo run, without a window."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from grabbergui.models import servoing
+from grabbergui.models.servo_tuning import Tuning
+from grabbergui.models.servoing import ServoModel, state_text
+from grabbergui.servo import desk
+from grabbergui.servo.config import Config
+from grabbergui.servo.gate import Command
+from grabbergui.servo.loop import Turn
+from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.state_machine import State
+
+
+@pytest.fixture
+def pilot():
+    """One that does not run: turns are told by hand."""
+    robot = SimTeo()
+    camera = desk.mounted_camera(robot, desk.things_for(Config().marker))
+    return Pilot(camera, robot, lambda frame: desk.detector(Config(), desk.calibration()))
+
+
+@pytest.fixture
+def model(pilot):
+    made = ServoModel(pilot, desk.calibration().scaled_to)
+    made.open()
+    yield made
+    made.close()
+    assert "servo display" not in {thread.name for thread in threading.enumerate()}
+
+
+def turned(pilot, seconds, state=State.CENTRING, error=(0.1, 0.2), hand=0.0):
+    command = Command(hand=np.full(6, hand))
+    turn = Turn(seconds, state, f"at {seconds:g}", command, (0.0, 0.0), error, pilot.robot.state())
+    pilot.turned.emit(turn, None)
+
+
+def test_curves_are_in_order_and_end_now(model, pilot):
+    for number in range(10):
+        turned(pilot, 100 + 0.02 * number, error=(number, 0.0), hand=number / 10)
+    curves = model.curves()
+    assert curves[:, 0] == pytest.approx(np.arange(-9, 1) * 0.02)
+    assert curves[:, 1] == pytest.approx(np.arange(10))
+    assert curves[:, 8] == pytest.approx(np.arange(10) / 10)
+
+
+def test_curves_remember_some_seconds_however_fast_the_loop_is(model, pilot):
+    for number in range(5000):
+        turned(pilot, 0.005 * number)
+    curves = model.curves()
+    assert len(curves) == servoing.CURVE_SECONDS * servoing.CURVE_RATE
+    assert -curves[0, 0] == pytest.approx(servoing.CURVE_SECONDS, rel=0.05)
+    assert (np.diff(curves[:, 0]) > 0).all()
+
+
+def test_no_curves_before_the_first_turn(model):
+    assert len(model.curves()) == 0
+
+
+def test_states_are_noted_when_they_change(model, pilot):
+    entered = []
+    model.entered.connect(entered.append)
+    for seconds, state in ((5, State.LOST), (5.5, State.LOST), (6, State.CENTRING), (8, State.LOST)):
+        turned(pilot, seconds, state)
+    assert [(entry.time, entry.state) for entry in model.entries] == [
+        (0, State.LOST),
+        (1, State.CENTRING),
+        (3, State.LOST),
+    ]
+    assert entered == model.entries
+
+
+def test_a_moment_without_a_picture_still_shows_the_robot(model, pilot):
+    ready = threading.Event()
+    model.ready.connect(ready.set)
+    turned(pilot, 1.0)
+    assert ready.wait(5)
+    shown = model.take()
+    assert shown.image is None
+    assert shown.posture.hand == pytest.approx(pilot.robot.state().hand)
+    assert model.take() is None
+
+
+def test_a_window_that_takes_nothing_holds_nobody_up(model, pilot):
+    began = time.monotonic()
+    for number in range(500):
+        turned(pilot, 0.02 * number)
+    assert time.monotonic() - began < 1.0
+
+
+def test_what_cannot_be_drawn_is_left_out_and_the_next_is_shown(model, pilot, caplog):
+    ready = threading.Event()
+    model.ready.connect(ready.set)
+    right = pilot.robot.camera_pose
+    pilot.robot.camera_pose = lambda head: 1 / 0
+    turned(pilot, 1.0)
+    deadline = time.monotonic() + 5
+    while "cannot be shown" not in caplog.text and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert "cannot be shown" in caplog.text
+    pilot.robot.camera_pose = right
+    turned(pilot, 2.0)
+    assert ready.wait(5)
+
+
+def test_a_tuning_is_what_it_was_made_of():
+    tuning = Tuning.of(Config())
+    assert tuning.applied_to(Config()) == Config()
+    assert tuning.arm_fastest == pytest.approx(120)
+
+
+@pytest.mark.parametrize("state", State)
+def test_every_state_has_a_text(state):
+    assert state_text(state) == state.value
