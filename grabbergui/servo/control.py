@@ -28,6 +28,7 @@ class HeadController:
         self._moving: Axes = np.zeros(2, bool)
         self._next_step = -math.inf
         self._side = 1.0
+        self._row = 0
 
     def tune(self, config: HeadConfig) -> None:
         """Other gains and limits from now on."""
@@ -68,13 +69,13 @@ class HeadController:
         return bool((near | self._blocked(self.offset, angles)).all())
 
     def search(self, angles: Vector) -> Vector:
-        """Velocities of a slow sweep from side to side, the head otherwise level."""
+        """Velocities of slow sweeps from side to side: level, then looking down, then up, and again."""
         speed = math.radians(self._config.search)
         edge = 0.7 * (self._high[0] if self._side > 0 else self._low[0])
         if (edge - angles[0]) * self._side <= 0.02:
-            self._side = -self._side
-        level = float(np.clip(-angles[1], -speed, speed))
-        return np.array([self._side * speed, level])
+            self._side, self._row = -self._side, (self._row + 1) % 3
+        tilt = 0.6 * (0.0, self._high[1], self._low[1])[self._row]
+        return np.array([self._side * speed, float(np.clip(2 * (tilt - angles[1]), -speed, speed))])
 
     def rest(self) -> None:
         """Forget what was moving."""

@@ -71,11 +71,15 @@ def test_searching_sweeps_within_the_limits():
     controller, angles, seen = head(), np.array([0.3, 0.1]), []
     for _ in range(3000):
         angles = angles + controller.search(angles) * DT
-        seen.append(angles[0])
-    assert min(seen) < -0.8
-    assert max(seen) > 0.8
-    assert max(map(abs, seen)) < teo.HEAD.high[0]
-    assert angles[1] == pytest.approx(0, abs=0.02)
+        seen.append(angles)
+    pan, tilt = np.array(seen).T
+    assert min(pan) < -0.8
+    assert max(pan) > 0.8
+    # Level, down and up, each over the whole width.
+    for row in (0.0, 0.6 * teo.HEAD.high[1], 0.6 * teo.HEAD.low[1]):
+        there = pan[np.abs(tilt - row) < 0.02]
+        assert max(there) - min(there) > 1.6
+    assert np.all((teo.HEAD.low < seen) & (seen < teo.HEAD.high))
 
 
 # -- the arm -------------------------------------------------------------------------------------

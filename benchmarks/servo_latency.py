@@ -1,0 +1,107 @@
+"""Photon to command: how old a picture is when what follows from it has been sent to the robot."""
+
+import argparse
+import importlib.util
+import statistics
+import subprocess
+import sys
+import time
+from contextlib import ExitStack, contextmanager
+
+from benchmarks._document import markdown
+from benchmarks._results import Goal, Section, Table, machine
+from grabbergui.driver.sim.rendered.scene import Things
+from grabbergui.servo import desk
+from grabbergui.servo.config import Config
+from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.robots import teo, tiago
+from grabbergui.servo.robots.simulated import SimRobot
+
+FPS = 30
+WARM_UP = 30
+"Pictures at the beginning that do not count."
+METHOD = f"""The whole loop in real time at {FPS} pictures per second of 608×512 RGB, each rendered, searched
+for the marker and for heads, and answered by a command. The time begins with the picture's exposure, so that
+rendering it is in it."""
+
+
+@contextmanager
+def in_process(body):
+    """The simulated robot and its camera, without a network."""
+    robot = SimRobot(body)
+    camera = desk.mounted_camera(robot, desk.things_for(Config().marker, Things()), FPS)
+    camera.open()
+    try:
+        yield robot, camera
+    finally:
+        camera.close()
+        robot.close()
+
+
+@contextmanager
+def over_ros2():
+    """The simulated TIAGo in a process of its own, picture and commands over rclpy."""
+    from grabbergui import sources
+    from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
+
+    simulation = subprocess.Popen(
+        [sys.executable, "-m", "grabbergui", "simulate-tiago", "--fps", str(FPS)], stdout=subprocess.PIPE
+    )
+    try:
+        simulation.stdout.readline()
+        with ExitStack() as stack:
+            robot, camera = TiagoOverRos2(tiago.body()), sources.create("ros2:/camera")
+            for part in (robot, camera):
+                part.open()
+                stack.callback(part.close)
+            yield robot, camera
+    finally:
+        simulation.terminate()
+        simulation.wait(10)
+        simulation.stdout.close()
+
+
+def chains():
+    yield "TEO, in one process", lambda: in_process(teo.BODY)
+    if importlib.util.find_spec("pinocchio") is not None:
+        yield "TIAGo, in one process", lambda: in_process(tiago.body())
+        if importlib.util.find_spec("rclpy") is not None:
+            yield "TIAGo over ROS 2, in two processes", over_ros2
+
+
+def measure(arguments=None):
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_latency")
+    parser.add_argument("--seconds", type=float, default=15.0)
+    options = parser.parse_args(arguments)
+    desk.single_threaded()
+    rows, medians = [], []
+    for name, opened in chains():
+        with opened() as (robot, camera):
+            latencies = latencies_of(robot, camera, options.seconds)
+        medians.append(statistics.median(latencies))
+        times = medians[-1], statistics.quantiles(latencies, n=20)[-1], max(latencies)
+        rows.append([name, str(len(latencies)), *(f"{each:.1f}" for each in times)])
+        print(rows[-1], flush=True)
+    return Section(
+        "Servoing, photon to command",
+        "python -m benchmarks.servo_latency",
+        METHOD,
+        [Table(["robot", "pictures", "median, ms", "95 %, ms", "worst, ms"], rows)],
+        goals=[Goal("under 60 ms at 30 fps", f"medians up to {max(medians):.1f} ms", max(medians) < 60)],
+        machine=machine(),
+    )
+
+
+def latencies_of(robot, camera, seconds):
+    def detector(frame):
+        return desk.detector(Config(), desk.calibration())
+
+    pilot = Pilot(camera, robot, detector)
+    pilot.start()
+    time.sleep(seconds)
+    pilot.stop()
+    return pilot.latency_ms[WARM_UP:]
+
+
+if __name__ == "__main__":
+    print(markdown(measure()))
