@@ -189,20 +189,20 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    from grabbergui.net.ros2.calibration import receive_calibration
     from grabbergui.servo.robots import tiago_ros2
 
     source = options.source = options.source or "ros2:/camera"
-    given = options.calibration is not None or options.field_of_view is not None
-    grabber = stack.enter_context(opened(source))
-    calibration = None if source.startswith("ros2:") and not given else _calibration(options, grabber)
     robot = tiago_ros2.TiagoOverRos2(tiago_body(options), tiago_topics(options))
     robot.open()
     stack.callback(robot.close)
-    if calibration is None:
-        from grabbergui.net.ros2.calibration import receive_calibration
-
-        calibration = receive_calibration(source.removeprefix("ros2:")).scaled_to
-    return Scene(robot, grabber, calibration)
+    given = options.calibration is not None or options.field_of_view is not None
+    if given or not source.startswith("ros2:"):
+        grabber = stack.enter_context(opened(source))
+        return Scene(robot, grabber, _calibration(options, grabber))
+    # Of a camera that perhaps is being started only now: this waits for it.
+    calibration = receive_calibration(source.removeprefix("ros2:"))
+    return Scene(robot, stack.enter_context(opened(source)), calibration.scaled_to)
 
 
 _ROBOTS = {"sim-teo": _sim_teo, "sim-tiago": _sim_tiago, "teo": _teo, "tiago": _tiago}

@@ -42,9 +42,6 @@ def _run(options: argparse.Namespace) -> int:
         camera.open()
         stack.callback(camera.close)
         topics = servo_robots.tiago_topics(options)
-        controllers = TiagoTopics(robot, topics)
-        controllers.open()
-        stack.callback(controllers.close)
         # A file of its own: whoever calls set_camera_info writes to it.
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
         desk.calibration().save(calibration)
@@ -53,6 +50,9 @@ def _run(options: argparse.Namespace) -> int:
         )
         pictures.start()
         stack.callback(pictures.stop)
+        controllers = TiagoTopics(robot, topics)
+        controllers.open()
+        stack.callback(controllers.close)
         print(f"TIAGo listens to {topics.head} and {topics.arm}; its camera is {options.ros2}", flush=True)
         stop.wait()
     return 0

@@ -1,11 +1,11 @@
 """TIAGo follows and reaches: `ros2 launch tiago-demo.launch.py`, simulated from camera to gripper.
 
-On the robot: `ros2 launch tiago-demo.launch.py robot:=real source:=gige:192.168.0.10 calibration:=camera.yaml`.
+With the robot: `… robot:=real source:=gige:192.168.0.10 calibration:=camera.yaml`.
 """
 
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, RegisterEventHandler, Shutdown
-from launch.conditions import IfCondition, LaunchConfigurationEquals
+from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessExit
 from launch.substitutions import LaunchConfiguration, PythonExpression
 
@@ -13,10 +13,13 @@ from launch.substitutions import LaunchConfiguration, PythonExpression
 def generate_launch_description() -> LaunchDescription:
     """The robot or its simulation, its camera on `/camera`, and the servo loop; all end with the loop."""
     robot, source = LaunchConfiguration("robot"), LaunchConfiguration("source")
+    arm_topic = LaunchConfiguration("arm_topic")
     servo = ExecuteProcess(
-        cmd=["grabbergui", "servo", "--robot", "tiago", "--source", "ros2:/camera", "--headless"]
-        + ["--publish-ros2", "--arm-topic", LaunchConfiguration("arm_topic")]
-        + ["--seconds", LaunchConfiguration("seconds"), "--report", LaunchConfiguration("report")],
+        cmd=[
+            *("grabbergui", "servo", "--robot", "tiago", "--source", "ros2:/camera", "--headless"),
+            *("--publish-ros2", "--arm-topic", arm_topic),
+            *("--seconds", LaunchConfiguration("seconds"), "--report", LaunchConfiguration("report")),
+        ],
         output="screen",
     )
     return LaunchDescription(
@@ -28,14 +31,16 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("seconds", default_value="60"),
             DeclareLaunchArgument("report", default_value="out", description="folder of report and video"),
             ExecuteProcess(
-                cmd=["grabbergui", "simulate-tiago", "--arm-topic", LaunchConfiguration("arm_topic")],
-                condition=LaunchConfigurationEquals("robot", "simulated"),
+                cmd=["grabbergui", "simulate-tiago", "--arm-topic", arm_topic],
+                condition=IfCondition(PythonExpression(["'", robot, "' == 'simulated'"])),
                 output="screen",
             ),
             ExecuteProcess(
-                cmd=["grabbergui", "serve", source, "--ros2", "/camera"]
-                + ["--frame-id", "xtion_rgb_optical_frame"]
-                + ["--calibration", LaunchConfiguration("calibration")],
+                cmd=[
+                    *("grabbergui", "serve", source, "--ros2", "/camera"),
+                    *("--frame-id", "xtion_rgb_optical_frame"),
+                    *("--calibration", LaunchConfiguration("calibration")),
+                ],
                 # Where a ROS driver serves the camera there is nothing to start.
                 condition=IfCondition(PythonExpression(["'", robot, "' == 'real' and '", source, "' != ''"])),
                 output="screen",

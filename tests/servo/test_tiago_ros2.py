@@ -418,12 +418,12 @@ def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys
     try:
         assert "TIAGo listens to" in simulation.stdout.readline()
         assert receive_calibration("/camera/image_raw").matrix == pytest.approx(desk.calibration().matrix)
-        chosen = options("servo", "--robot", "tiago", "--headless", "--seconds", "15")
-        chosen.report = tmp_path
+        so_long = ("--seconds", "30", "--until-reached")
+        chosen = options("servo", "--robot", "tiago", "--headless", *so_long, "--report", str(tmp_path))
         assert chosen.run(chosen) == 0
         report = json.loads((tmp_path / "report.json").read_text())
         assert report["reached"]
-        assert report["pictures"] > 100
+        assert report["pictures"] > 50
         assert "approaching" in capsys.readouterr().out
     finally:
         simulation.send_signal(signal.SIGINT)

@@ -12,7 +12,7 @@ from grabbergui.net.ros2.camera_info import read_camera_info
 from grabbergui.net.ros2.runtime import Ros2Node
 
 
-def receive_calibration(camera: str, timeout: float = 5.0) -> Calibration:
+def receive_calibration(camera: str, timeout: float = 15.0) -> Calibration:
     """Wait for one `sensor_msgs/CameraInfo` of a camera, named as itself or by its `image_raw`.
 
     Raises SourceNotFoundError where none comes within `timeout` seconds, UsageError where it is empty.
