@@ -214,3 +214,12 @@ def test_the_command_needs_a_source_or_something_to_print():
     chosen = options()
     with pytest.raises(UsageError, match="SOURCE"):
         chosen.run(chosen)
+
+
+def test_the_command_has_a_window_that_takes_a_picture_of_itself(tmp_path, qapp):
+    file = tmp_path / "window.png"
+    chosen = options("sim:board", "--screenshot", str(file), "--seconds", "2")
+    assert chosen.run(chosen) == 0
+    window = cv2.imread(str(file))
+    assert window.shape[1] > 1000
+    assert window.std() > 20
