@@ -30,6 +30,11 @@ def on_this_machine_only() -> None:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
+def rounds_text(rounds: int) -> str:
+    """What else a machine does can only cost pictures and time: of several rounds the best counts."""
+    return f", {rounds} rounds of all rows, of which each row's best counts" if rounds > 1 else ""
+
+
 def process(stack: ExitStack, target: Callable[..., None], *arguments: Any) -> Connection:
     """A process of its own that obeys its pipe, and ends with the stack."""
     ours, theirs = CONTEXT.Pipe()
@@ -99,6 +104,15 @@ class Run:
         self.sensor_cores = served.sensor_cpu / seconds
         self.milliseconds_per_frame = (served.cpu - served.sensor_cpu) / self.frames * 1e3
         "CPU that serving a frame took, the sensor's apart."
+
+    @property
+    def quality(self) -> tuple[float, float]:
+        """The more the better: the worst reader's share, then the shorter latency."""
+        deliveries = [delivery for delivery in (self.yarp, self.ros2) if delivery]
+        return (
+            min((delivery.share for delivery in deliveries), default=100.0),
+            -max((delivery.median or 0.0 for delivery in deliveries), default=0.0),
+        )
 
 
 def watch(server: Connection, yarp: list[Connection], ros2: list[Connection], seconds: float) -> Run:
