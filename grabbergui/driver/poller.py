@@ -10,7 +10,7 @@ from grabbergui.core.errors import GrabberError, TransportError
 
 log = logging.getLogger(__name__)
 
-POLL_PERIOD = 0.2
+POLL_PERIOD = 0.1
 """Seconds between looks at GenApi's polling times and at values under an automatic mode."""
 
 class Poller:

@@ -2,11 +2,14 @@
 
 import itertools
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 
 import pytest
 
 from grabbergui import sources
+from grabbergui.core.shared import SharedGrabber
+from grabbergui.models.feature_tree import FeatureTreeModel
+from grabbergui.models.feature_worker import FeatureWorker
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
@@ -21,12 +24,14 @@ TRIES = 5
 VALUES = itertools.cycle(tenth / 10 for tenth in range(1, 240))
 """Gains in dB, each another than the one before."""
 
-LOCAL = ("camera", "terminal", "YARP client", "YARP terminal")
-ROS2 = ("ROS 2 client", "ROS 2 parameter")
+LOCAL = ("camera", "window", "terminal", "YARP client", "YARP terminal")
+ROS2 = ("ROS 2 client", "ROS 2 service", "ROS 2 parameter")
+GAIN_REGISTER = 0x100404
+"""Of the simulated camera, in hundredths of a decibel."""
 
 
 class Way:
-    """One way to the camera's gain: writes it, and notes what it hears of it by itself."""
+    """One way to the gain: `write` returns when it is set, `heard` tells what was heard of it since."""
 
     def __init__(self, write, heard):
         self.write = write
@@ -75,10 +80,12 @@ def ways(camera):
         names = NameClient.find(address)
         stack.enter_context(YarpGrabberServer(camera, "/everywhere", names=names))
         terminal = Interpreter(camera)
+        window = stack.enter_context(closing(Window(camera)))
         remote = opened(f"yarp:/everywhere?nameserver={address}", stack)
         remote_terminal = Interpreter(remote)
         yield {
-            "camera": Way(lambda value: camera.write_feature("Gain", value), told_by(camera, stack)),
+            "camera": Way(lambda value: regulate(camera, value), lambda: register(camera)),
+            "window": Way(window.write, window.heard),
             "terminal": Way(lambda value: terminal.execute(f"set Gain {value}"), typed(terminal)),
             "YARP client": Way(lambda value: remote.write_feature("Gain", value), told_by(remote, stack)),
             "YARP terminal": Way(
@@ -92,6 +99,60 @@ def opened(uri, stack):
     grabber.open()
     stack.callback(grabber.close)
     return grabber
+
+
+def register(camera):
+    """What the camera itself has, past everything that remembers values."""
+    return int.from_bytes(camera.device.read(GAIN_REGISTER, 4), "big") / 100
+
+
+def regulate(camera, value):
+    """Let the camera's own regulation arrive at a value, of which nobody tells the host."""
+    for name, setting in (
+        ("GainAuto", "Off"),
+        ("AutoGainLowerLimit", 0.0),
+        ("AutoGainUpperLimit", value),
+        ("AutoGainLowerLimit", value),
+        ("GainAuto", "Continuous"),
+    ):
+        camera.write_feature(name, setting)
+    until(lambda: register(camera) == pytest.approx(value))
+
+
+def until(condition):
+    deadline = time.monotonic() + 10
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+class Window:
+    """What stands behind the window beside the servers: the model of its feature panel, and its thread."""
+
+    def __init__(self, camera):
+        self._grabber = SharedGrabber(camera)
+        self._grabber.open()
+        self._worker = FeatureWorker()
+        self._shown = []
+        self._model = FeatureTreeModel(self._grabber, self._worker)
+        self._model.feature_changed.connect(self._on_feature_changed)
+        self._model.watch(["Gain"])
+
+    def _on_feature_changed(self, feature):
+        if feature.name == "Gain":
+            self._shown.append(feature.value)
+
+    def write(self, value):
+        self._model.write("Gain", value)
+        until(lambda: self._shown and self._shown[-1] == pytest.approx(value))
+
+    def heard(self):
+        return self._shown[-1] if self._shown else None
+
+    def close(self):
+        self._model.close()
+        self._worker.close(5)
+        self._grabber.close()
 
 
 def typed(terminal):
@@ -115,8 +176,29 @@ def ros2_ways(camera):
         stack.callback(probe.close)
         yield {
             "ROS 2 client": Way(lambda value: remote.write_feature("Gain", value), told_by(remote, stack)),
+            "ROS 2 service": service_way(probe.node),
             "ROS 2 parameter": parameter_way(probe.node),
         }
+
+
+def answer(client, request):
+    future = client.call_async(request)
+    until(future.done)
+    return future.result()
+
+
+def service_way(node):
+    """As any ROS program does it, which must ask to know."""
+    from grabber_interfaces.srv import GetFeature, SetFeature
+
+    get = node.create_client(GetFeature, "/everywhere/get_feature")
+    put = node.create_client(SetFeature, "/everywhere/set_feature")
+    assert get.wait_for_service(10) and put.wait_for_service(10)
+
+    def write(value):
+        assert answer(put, SetFeature.Request(name="Gain", value=float(value))).success
+
+    return Way(write, lambda: answer(get, GetFeature.Request(name="Gain")).value)
 
 
 def parameter_way(node):
@@ -135,14 +217,8 @@ def parameter_way(node):
     node.create_subscription(ParameterEvent, "/parameter_events", on_event, 10)
 
     def write(value):
-        future = client.call_async(
-            SetParameters.Request(parameters=[Parameter("Gain", value=float(value)).to_parameter_msg()])
-        )
-        deadline = time.monotonic() + 10
-        while not future.done():
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
-        assert future.result().results[0].successful
+        parameters = [Parameter("Gain", value=float(value)).to_parameter_msg()]
+        assert answer(client, SetParameters.Request(parameters=parameters)).results[0].successful
 
     return Way(write, lambda: news.pop() if news else None)
 
