@@ -225,6 +225,7 @@ class Camera(FrameGrabber):
         self._fanout.clear()
         self._chunks = self._chunk_reader()
         self.device.open_stream(request, self._deliver)
+        preparation.forget_what_transport_set(self._opened())
         try:
             if self._access is Access.CONTROL:
                 self._lock_transport(locked=True)

@@ -13,6 +13,8 @@ log = logging.getLogger(__name__)
 
 MOST_BYTES_PER_PIXEL = 8
 "More than any format takes."
+_SET_BY_TRANSPORT = ("GevSCPSPacketSize", "GevSCPD", "GevSCDA", "GevSCPHostPort")
+"Features whose registers a transport writes by itself when it opens a stream."
 
 
 def run_free(nodes: CameraNodeMap, *, keep_trigger: bool) -> None:
@@ -37,6 +39,11 @@ def payload_size(nodes: CameraNodeMap) -> int:
         return pfnc.by_name(str(pixel_format)).image_bytes(width, height)
     except KeyError:
         return width * height * MOST_BYTES_PER_PIXEL
+
+
+def forget_what_transport_set(nodes: CameraNodeMap) -> None:
+    """Read anew, when somebody looks, what opening the stream changed beneath GenApi."""
+    nodes.invalidate(frozenset(name for name in _SET_BY_TRANSPORT if nodes.has(name)))
 
 
 def lock_transport(nodes: CameraNodeMap, *, locked: bool) -> None:

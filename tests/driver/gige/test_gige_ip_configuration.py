@@ -8,9 +8,11 @@ from contextlib import closing
 
 import pytest
 
+from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import Access
+from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.bootstrap import IpConfigurationBit
 from grabbergui.driver.gige.device import GigeDevice
@@ -41,6 +43,18 @@ def test_an_address_is_kept_and_forgotten(camera: GigeCamera, capsys: pytest.Cap
     assert memory.integer(gev.IP_CONFIGURATION) == 6
     assert main(["persistent-ip", source]) == 0
     assert capsys.readouterr().out.startswith("grabbergui Simulated camera (SIM001): ")
+
+
+def test_the_same_is_in_the_cameras_features(camera: GigeCamera) -> None:
+    with closing(sources.create(f"gige:{NET}.1")) as grabber:
+        grabber.open()
+        grabber.write_feature("GevPersistentIPAddress", 0x7F000063)
+        grabber.write_feature("GevPersistentSubnetMask", 0xFF000000)
+        grabber.write_feature("GevCurrentIPConfigurationPersistentIP", True)
+        assert isinstance(grabber, Camera)
+        configuration = read_configuration(grabber.device)
+    assert (configuration.persistent_ip, configuration.persistent_mask) == ("127.0.0.99", "255.0.0.0")
+    assert configuration.ways == 7
 
 
 def test_a_camera_that_keeps_its_address_has_it_after_a_restart() -> None:

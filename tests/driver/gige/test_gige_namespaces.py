@@ -171,10 +171,10 @@ def test_a_bad_network_costs_no_frame(network: Network, report: Callable[..., No
     if not netem:
         run("ip", "-n", network.host, "link", "del", network.device)
         network.join_badly()
-    network.start_camera("sim:?width=640&height=480&fps=20")
+    network.start_camera("sim:?width=640&height=480&fps=30")
     host = Host(network, f"gige:{CAMERA}?packet_size=1400")
     host.wait_for("frame")
-    time.sleep(float(os.environ.get("GRABBERGUI_NETNS_SECONDS", "6")))
+    time.sleep(float(os.environ.get("GRABBERGUI_NETNS_SECONDS", "4")))
     told = host.end()
     report(netem=netem, **told)
     asked = told["frames"] + told["incomplete"] + told["lost"]

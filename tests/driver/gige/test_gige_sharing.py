@@ -95,9 +95,11 @@ def test_the_camera_holds_the_pause_and_keeps_it(simulate: Callable[..., GigeCam
         for options, ticks in (("?packet_delay=20us", 20_000), ("", 20_000), ("?packet_delay=0", 0)):
             grabber = opened(stack, f"gige:{camera.address}{options}")
             frames = grabber.open_queue()
+            assert isinstance(grabber.feature("GevSCPD").value, int)
             grabber.start()
             assert frames.get(5).complete
             assert camera.control.memory.integer(gev.SCPD) == ticks
+            assert grabber.feature("GevSCPD").value == ticks, "GenApi's cache does not hide it"
             grabber.close()
 
 
