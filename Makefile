@@ -37,8 +37,9 @@ test: setup
 
 # The pictures in docs/, made by the program itself.
 screenshots: setup
-	$(BIN)/grabbergui gui --offscreen --theme light --duration 4 --screenshot docs/images/window.png
-	$(BIN)/grabbergui gui --offscreen --theme dark --duration 4 --screenshot docs/images/window-dark.png
+	for theme in light dark; do \
+	    GRABBERGUI_INTERFACES=none $(BIN)/grabbergui gui --offscreen --theme $$theme --script scripts/screenshots.py || exit 1; \
+	done
 
 # After a text has changed: resources/translations/*.ts anew, and the .qm that the program loads.
 translations: setup

@@ -7,8 +7,8 @@ from PyQt5.QtWidgets import QHBoxLayout, QScrollArea, QWidget
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.views.camera_tile import CameraTile
 
-TILE_WIDTH = 184
-TILE_HEIGHT = 132
+TILE_WIDTH = 204
+TILE_HEIGHT = 156
 
 
 class Gallery(QWidget):

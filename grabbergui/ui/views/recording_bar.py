@@ -86,6 +86,7 @@ class RecordingBar(QWidget):
             choice.setVisible(not recording)
         self.amountBox.setVisible(not recording and _LIMITS[self.limitBox.currentIndex()] is not None)
         self.playButton.setVisible(False)
+        self.progressLabel.clear()
 
     def setProgress(self, progress: RecordingProgress) -> None:
         """Length, size, what was lost, what is left."""

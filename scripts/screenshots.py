@@ -1,0 +1,143 @@
+"""Takes the pictures of the manual: each panel of the window, in the look that it runs in.
+
+    grabbergui gui --offscreen --theme dark --script scripts/screenshots.py
+
+They go to the folder that SCREENSHOTS names (docs/images); those of the dark look end in -dark.
+"""
+
+# ruff: noqa: F821  (`desk` is the window's)
+
+import os
+import tempfile
+from pathlib import Path
+
+from PyQt5.QtCore import QEvent, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent
+from PyQt5.QtWidgets import QApplication, QDockWidget, QWidget
+
+from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.widgets.drawing_tool import Purpose
+
+folder = Path(os.environ.get("SCREENSHOTS", "docs/images"))
+window, program = desk.window, desk.program
+dark = window.palette().window().color().lightness() < 128
+TOOLS_HEIGHT = 230
+
+
+def take(name: str, widget: QWidget | None = None) -> None:
+    """One picture, once what was asked for has been painted."""
+    desk.wait(0.2)
+    desk.screenshot(folder / f"{name}{'-dark' if dark else ''}.png", widget)
+
+
+def draw(purpose: Purpose, first: tuple[float, float], last: tuple[float, float]) -> None:
+    """A stroke of the mouse between two places, in shares of the picture."""
+    canvas = window.picture.canvas
+    width, height = canvas.pictureSize
+    begin, end = (canvas.frameToView(x * width, y * height).toPoint() for x, y in (first, last))
+    window.picture.draw(purpose)
+    viewport = canvas.viewport()
+    for kind, place in (
+        (QEvent.MouseButtonPress, begin),
+        (QEvent.MouseMove, (begin + end) / 2),
+        (QEvent.MouseMove, end),
+        (QEvent.MouseButtonRelease, end),
+    ):
+        held = Qt.NoButton if kind == QEvent.MouseButtonRelease else Qt.LeftButton
+        button = Qt.NoButton if kind == QEvent.MouseMove else Qt.LeftButton
+        QApplication.sendEvent(viewport, QMouseEvent(kind, QPointF(place), button, held, Qt.NoModifier))
+
+
+def tool(dock: QDockWidget | None) -> None:
+    """One panel below the picture, or none."""
+    for other in (window.histogramDock, window.focusDock, window.profileDock, window.valuesDock,
+                  window.changesDock, window.logDock):  # fmt: skip
+        other.setVisible(other is dock)
+    if dock is not None:
+        dock.raise_()
+        window.resizeDocks([dock], [TOOLS_HEIGHT], Qt.Vertical)
+    desk.wait(0.4)
+
+
+window.resize(1280, 800)
+program.preferences.snapshot_folder = Path(tempfile.mkdtemp())
+desk.open("sim:colour")
+desk.until(lambda: window.features.watched)
+desk.wait_for_frames(20)
+take("window")
+take("sources", window.sourcesDock)
+take("features", window.featuresDock)
+take("favourites", window.favourites)
+
+tool(window.histogramDock)
+desk.set("ExposureTime", 20000)
+window.actionClipping.trigger()
+desk.until(lambda: "%" in window.histogram.figuresLabel.text())
+take("clipping")
+window.actionClipping.trigger()
+desk.set("ExposureTime", 10000)
+desk.wait(0.5)
+take("histogram", window.histogramDock)
+
+tool(window.focusDock)
+draw(Purpose.FOCUS_REGION, (0.05, 0.2), (0.4, 0.75))
+desk.wait(1.2)
+take("focus", window.focusDock)
+
+tool(window.profileDock)
+draw(Purpose.PROFILE_LINE, (0.03, 0.9), (0.97, 0.9))
+desk.until(lambda: window.profile.plot.values("R") is not None)
+take("profile", window.profileDock)
+
+tool(window.changesDock)
+desk.set("Gain", 3)
+desk.set("ExposureTime", 8000)
+take("changes", window.changesDock)
+tool(window.logDock)
+take("log", window.logDock)
+tool(None)
+
+window.actionRegion.trigger()
+take("region", window.picture)
+window.picture.drawing.cancel()
+
+settings = Path(tempfile.mkdtemp()) / "settings.yaml"
+program.keeping.save(settings)
+desk.until(settings.exists)
+desk.set("Gain", 6)
+desk.set("ExposureTime", 12000)
+program.keeping.compare(settings)
+desk.until(lambda: program.keeping.report is not None)
+take("settings", program.keeping.report)
+program.keeping.report.close()
+desk.set("Gain", 0)
+desk.set("ExposureTime", 10000)
+
+shortcuts = ShortcutsDialog(window.menuBar(), window)
+shortcuts.show()
+take("shortcuts", shortcuts)
+shortcuts.close()
+
+bar = window.recordingBar
+bar.limitBox.setCurrentIndex(1)
+bar.amountBox.setValue(2)
+take("recording", bar)
+bar.recordButton.click()
+desk.wait(1.2)
+take("recording-runs", bar)
+desk.until(bar.playButton.isVisible)
+
+program.connection.connect_beside("sim:")
+program.connection.connect_beside("sim:scene")
+desk.until(lambda: len(window.gallery.tiles) == 3)
+desk.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
+window.messages.dismissAll()
+desk.wait(1)
+take("gallery")
+for source in program.connection.sources[1:]:
+    program.connection.close(source)
+
+bar.playButton.click()
+desk.until(window.picture.playbackBar.isVisible)
+desk.wait(1)
+take("playback", window.picture.playbackBar)
