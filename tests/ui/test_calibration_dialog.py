@@ -96,7 +96,7 @@ def stand(qtbot):
     made = Stand(qtbot)
     yield made
     made.dialog.reject()
-    assert set(threading.enumerate()) <= before, "a thread was left behind"
+    made.until(lambda: set(threading.enumerate()) <= before)
 
 
 # -- setters and signals ---------------------------------------------------------------------------

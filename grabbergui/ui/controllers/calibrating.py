@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QFileDialog
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
-from grabbergui.models.connection import Connection, LinkState
+from grabbergui.models.connection import Connection, LinkState, OpenSource
 from grabbergui.servo import board_sheet
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.ui.bridge import Bridge
@@ -57,9 +57,9 @@ class CalibratingController(QObject):
         self.model.open()
 
     def close(self) -> None:
-        """Let go of the source. May be called twice."""
+        """Let go of the source; the thread ends after the picture at hand. May be called twice."""
         self._bridge.close()
-        self.model.close()
+        self.model.close(0)
 
     def print_to(self, path: Path) -> None:
         """Save the board for printing."""
@@ -156,9 +156,10 @@ class CalibrationOpener(QObject):
         super().__init__(window)
         self._window, self._connection = window, connection
         self._controller: CalibratingController | None = None
+        self._source: OpenSource | None = None
         bridge = Bridge(self)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        bridge.bind(connection.closing, self.close)
+        bridge.bind(connection.closing, self._on_connection_closing)
         window.actionCalibrate.triggered.connect(self.open)
         window.closing.connect(self.close)
 
@@ -177,15 +178,20 @@ class CalibrationOpener(QObject):
             dialog = CalibrationDialog(self._window)
             dialog.closing.connect(self._on_dialog_closing)
             self._controller = CalibratingController(dialog, source.grabber)
+            self._source = source
             dialog.show()
 
-    def close(self, *_: object) -> None:
+    def close(self) -> None:
         """Close it where it is open."""
         if self.dialog is not None:
             self.dialog.reject()
 
     def _on_dialog_closing(self) -> None:
-        self._controller = None
+        self._controller = self._source = None
+
+    def _on_connection_closing(self, source: OpenSource) -> None:
+        if source is self._source:
+            self.close()
 
     def _on_connection_state_changed(self, state: LinkState, reason: str) -> None:
         self._window.actionCalibrate.setEnabled(state is LinkState.STREAMING)

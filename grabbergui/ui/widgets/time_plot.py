@@ -27,12 +27,18 @@ class TimePlot(pg.PlotWidget):
         self.getAxis("left").setWidth(44)
         self._lines: list[pg.PlotDataItem] = []
 
-    def setUp(self, title: str, names: Sequence[str], seconds: float, shows_time: bool = False) -> None:
-        """Say what is shown: a title with its unit, the curves' names (none where there is one), how long."""
+    def setUp(
+        self, title: str, names: Sequence[str], seconds: float, least: float, shows_time: bool = False
+    ) -> None:
+        """Say what is shown: a title with its unit, the curves' names (none where there is one), how long.
+
+        `least` is what the axis spans at least, so that noise about zero does not look like something.
+        """
         self._title = title
         self._names = tuple(names)
         self._lines = [self.plot(connect="finite") for _ in names or ("",)]
         self.setXRange(-seconds, 0, padding=0)
+        self.getViewBox().setLimits(minYRange=least)
         # A curve, not an endless line: so zero is always in view.
         self.plot([-seconds, 0], [0, 0], pen=pg.mkPen((128, 128, 128, 120), width=1))
         if not shows_time:
