@@ -6,6 +6,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QCommandLinkButton, QDialog, QDoubleSpinBox, QLabel, QPushButton, QWidget
 
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
+from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 
 
@@ -31,6 +32,7 @@ class CalibrationChoiceDialog(QDialog):
         self.titleLabel.setText(self.tr("{0} is not calibrated").format(camera))
         self.degreesBox.setValue(NOMINAL_FIELD_OF_VIEW)
         self.setProblem("")
+        icons.apply(self)
         self.calibrateButton.clicked.connect(lambda: self.calibrateRequested.emit())
         self.fileButton.clicked.connect(lambda: self.fileRequested.emit())
         self.nominalButton.clicked.connect(lambda: self.nominalRequested.emit(self.degreesBox.value()))
