@@ -10,7 +10,7 @@ import itertools
 import logging
 import math
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -65,6 +65,13 @@ class FeatureSet:
 
     def __len__(self) -> int:
         return len(self.settings)
+
+    def only(self, keys: Collection[SettingKey] | None) -> FeatureSet:
+        """Of these settings alone; None leaves all of them."""
+        if keys is None:
+            return self
+        settings = {key: value for key, value in self.settings.items() if key in keys}
+        return FeatureSet(settings, self.device, self.left_out)
 
     def selectors_of(self, name: str) -> tuple[str, ...]:
         """What selects a feature, as far as this set tells."""

@@ -1,5 +1,8 @@
 """Settings and recordings in the window, as a person would use them."""
 
+import threading
+import time
+
 import pytest
 from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
 from PyQt5.QtGui import QDragEnterEvent, QDropEvent
@@ -92,3 +95,154 @@ def test_a_recording_ends_with_its_camera(desk):
     desk.program.connection.disconnect()
     desk.until(lambda: not bar.recordButton.isChecked())
     assert not bar.recordButton.isEnabled()
+
+
+def tick(table, name, ticked):
+    (item,) = table.findItems(name, Qt.MatchExactly, 0)
+    item.setCheckState(0, Qt.Checked if ticked else Qt.Unchecked)
+
+
+def test_of_a_comparison_only_what_is_ticked_is_applied(desk, tmp_path):
+    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
+    keeping.compare(path)
+    desk.until(lambda: keeping.report)
+    tick(keeping.report.table, "Gamma", False)
+    desk.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
+    desk.until(lambda: desk.grabber.feature("Gain").value == 3)
+    desk.until(lambda: keeping.report and keeping.report.rollBackButton.isVisible())
+    assert desk.grabber.feature("Gamma").value == 1
+    assert rows(keeping.report) == {"Gain": "written"}
+
+
+def test_loading_is_one_step_to_undo(desk, tmp_path):
+    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
+    keeping.load(path)
+    desk.until(lambda: keeping.report)
+    keeping.report.close()
+    desk.until(lambda: desk.window.actionUndo.text() == "&Undo Loaded settings.yaml")
+    desk.window.actionUndo.trigger()
+    desk.until(lambda: desk.grabber.feature("Gain").value == 0 and desk.grabber.feature("Gamma").value == 1)
+
+
+def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkeypatch):
+    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    read, slow = desk.grabber.feature, threading.Event()
+
+    def slowly(name):
+        if not slow.is_set():
+            slow.wait(0.01)
+        return read(name)
+
+    monkeypatch.setattr(desk.grabber, "feature", slowly)
+    keeping.load(path)
+    desk.until(lambda: desk.window.tasks.rows)
+    row = desk.window.tasks.rows[0]
+    assert (row.titleLabel.text(), row.textLabel.text()) == ("Loading settings", "settings.yaml")
+    desk.until(lambda: row.bar.value() > 0)
+    desk.qtbot.mouseClick(row.cancelButton, Qt.LeftButton)
+    desk.until(lambda: keeping.report)
+    slow.set()
+    assert rows(keeping.report) == {"Gain": "cancelled"}
+    assert read("Gain").value == 0
+    assert not desk.window.tasks.isVisible()
+
+
+def test_saving_that_is_cancelled_leaves_no_file(desk, tmp_path, monkeypatch):
+    path = tmp_path / "settings.yaml"
+    read = desk.grabber.feature
+
+    def slowly(name):
+        time.sleep(0.005)
+        return read(name)
+
+    monkeypatch.setattr(desk.grabber, "feature", slowly)
+    desk.program.keeping.save(path)
+    desk.until(lambda: desk.window.tasks.rows)
+    desk.window.tasks.rows[0].cancelButton.click()
+    desk.until(lambda: not desk.window.tasks.rows)
+    assert not path.exists()
+
+
+def test_two_files_are_compared_and_the_difference_is_applied(desk, tmp_path):
+    keeping = desk.program.keeping
+    first, second = tmp_path / "day.yaml", tmp_path / "night.pfs"
+    for path, gain, gamma in ((first, 3.0, 2.0), (second, 9.0, 1.5)):
+        values = {SettingKey("Gain"): gain, SettingKey("Gamma"): gamma, SettingKey("Width"): 320}
+        feature_set_files.save(FeatureSet(values), path)
+    keeping.compare_files(first, second)
+    dialog = keeping.difference
+    table = dialog.table
+    items = [table.topLevelItem(index) for index in range(table.topLevelItemCount())]
+    assert [[item.text(column) for column in range(3)] for item in items] == [
+        ["Gain", "3", "9"], ["Gamma", "2", "1.5"],
+    ]  # fmt: skip
+    assert dialog.secondButton.text() == "Set as in night.pfs"
+    tick(table, "Gamma", False)
+    desk.qtbot.mouseClick(dialog.secondButton, Qt.LeftButton)
+    desk.until(lambda: desk.grabber.feature("Gain").value == 9)
+    desk.until(lambda: keeping.report)
+    assert desk.grabber.feature("Gamma").value == 1
+    assert keeping.difference is None
+    keeping.compare_files(first, tmp_path / "nothing.yaml")
+    desk.until(lambda: any("nothing.yaml" in text for text in desk.errors))
+
+
+def test_without_a_camera_files_are_compared_all_the_same(window_desk, tmp_path):
+    paths = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
+    for path in paths:
+        feature_set_files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
+    window_desk.program.keeping.compare_files(*paths)
+    dialog = window_desk.program.keeping.difference
+    assert "no difference" in dialog.headline.text()
+    assert not dialog.firstButton.isVisible()
+    dialog.close()
+    window_desk.program.keeping.load(paths[0])
+    assert any("connect to one first" in text for text in window_desk.errors)
+
+
+# -- the camera's own sets ---------------------------------------------------------------------------
+def sets_dialog(desk):
+    desk.until(desk.window.actionUserSets.isEnabled)
+    desk.window.actionUserSets.trigger()
+    desk.until(lambda: desk.program.user_sets.dialog)
+    return desk.program.user_sets.dialog
+
+
+def choose(desk, dialog, name):
+    (item,) = dialog.setList.findItems(name, Qt.MatchStartsWith)
+    where = dialog.setList.visualItemRect(item).center()
+    desk.qtbot.mouseClick(dialog.setList.viewport(), Qt.LeftButton, pos=where)
+    assert dialog.chosen.name == name
+
+
+def test_settings_are_kept_in_the_camera_and_come_back(desk):
+    desk.grabber.write_feature("Gain", 6.0)
+    dialog = sets_dialog(desk)
+    assert not dialog.saveButton.isEnabled(), "the factory's set is selected at first"
+    choose(desk, dialog, "UserSet1")
+    desk.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
+    desk.until(lambda: any("in the camera as UserSet1" in text for text in desk.errors))
+    desk.qtbot.mouseClick(dialog.startButton, Qt.LeftButton)
+    desk.until(lambda: desk.grabber.feature("UserSetDefault").value == "UserSet1")
+    desk.until(lambda: "starts with it" in dialog.setList.item(1).text())
+    desk.grabber.write_feature("Gain", 12.0)
+    choose(desk, dialog, "UserSet1")
+    desk.qtbot.mouseClick(dialog.loadButton, Qt.LeftButton)
+    desk.until(lambda: desk.grabber.feature("Gain").value == 6)
+    desk.until(lambda: any("1 settings are other" in text for text in desk.errors))
+    assert desk.grabber.streaming
+    desk.until(lambda: desk.window.actionUndo.text() == "&Undo UserSetLoad UserSet1")
+    desk.window.actionUndo.trigger()
+    desk.until(lambda: desk.grabber.feature("Gain").value == 12)
+    assert desk.program.user_sets.dialog is None
+
+
+def test_the_dialog_goes_with_its_camera(desk):
+    dialog = sets_dialog(desk)
+    assert dialog.isVisible()
+    desk.program.connection.disconnect()
+    desk.until(lambda: desk.program.user_sets.dialog is None)
+    assert not desk.window.actionUserSets.isEnabled()

@@ -46,6 +46,10 @@ class NotingGrabber(SharedGrabber):
         """The grabber itself: nothing done with it is noted."""
         return self._grabber
 
+    def selectors_of(self, name: str) -> tuple[str, ...]:
+        """What selects which instance of a feature is seen, outermost first. Any thread; asks no camera."""
+        return self._selectors.of(name)
+
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """See FrameGrabber."""
         feature = self._grabber.feature(name)

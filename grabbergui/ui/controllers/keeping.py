@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Collection
+from functools import partial
 from pathlib import Path
 
 from PyQt5.QtCore import QT_TRANSLATE_NOOP, QEvent, QObject, pyqtSignal
 from PyQt5.QtGui import QDropEvent
-from PyQt5.QtWidgets import QFileDialog, QWidget
+from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
 from grabbergui.models import feature_set_files
+from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.connection import Connection
-from grabbergui.models.feature_set import FeatureSet, Selectors, capture
+from grabbergui.models.feature_set import FeatureSet, Progress, Selectors, SettingKey, capture, compare
 from grabbergui.models.feature_set_loading import LoadReport, load_onto, roll_back
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.camera_work import CameraWork
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.settings_difference import SettingsDifference
 from grabbergui.ui.views.settings_report import SettingsReport
 
 SETTINGS_FILTER = QT_TRANSLATE_NOOP("KeepingController", "Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
@@ -31,18 +35,20 @@ class KeepingController(QObject):
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
 
-    def __init__(self, window: QWidget, connection: Connection) -> None:
+    def __init__(self, window: MainWindow, connection: Connection, work: CameraWork) -> None:
         super().__init__(window)
         self._window = window
         self._connection = connection
+        self._work = work
         self.report: SettingsReport | None = None
         "The dialog shown last."
-        self._bridge = Bridge(self)
+        self.difference: SettingsDifference | None = None
+        "The dialog that compares two files, while it is shown."
 
-    def accept_drops(self, window: QWidget) -> None:
-        """Take settings (loaded) and recordings (played) that are dragged onto a window."""
-        window.setAcceptDrops(True)
-        window.installEventFilter(self)
+    def accept_drops(self) -> None:
+        """Take settings (loaded) and recordings (played) that are dragged onto the window."""
+        self._window.setAcceptDrops(True)
+        self._window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
         """Of a window that accepts drops."""
@@ -60,11 +66,11 @@ class KeepingController(QObject):
         else:
             self.load(path)
 
-    # -- settings --------------------------------------------------------------------------------
+    # -- asking ----------------------------------------------------------------------------------
     def ask_save(self) -> None:
         """Let the user choose a file and save there."""
         chosen, _ = QFileDialog.getSaveFileName(
-            self._window, self.tr("Save settings"), "settings.yaml", SETTINGS_FILTER
+            self._window, self.tr("Save settings"), "settings.yaml", self.tr(SETTINGS_FILTER)
         )
         if chosen:
             self.save(Path(chosen))
@@ -79,38 +85,62 @@ class KeepingController(QObject):
         if path := self._asked(self.tr("Compare the camera with settings")):
             self.compare(path)
 
+    def ask_compare_files(self) -> None:
+        """Let the user choose two files and compare them with each other."""
+        if (first := self._asked(self.tr("First settings"))) and (
+            second := self._asked(self.tr("Second settings"))
+        ):
+            self.compare_files(first, second)
+
+    def _asked(self, title: str) -> Path | None:
+        chosen, _ = QFileDialog.getOpenFileName(self._window, title, "", self.tr(SETTINGS_FILTER))
+        return Path(chosen) if chosen else None
+
+    # -- the camera and a file -------------------------------------------------------------------
     def save(self, path: Path) -> None:
         """Save the camera's settings."""
 
-        def job(grabber: FrameGrabber) -> FeatureSet:
-            features = capture(grabber)
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> int:
+            features = capture(hands.plain, progress=progress, cancelled=cancelled)
+            if cancelled.is_set():
+                return 0  # half of the settings would pass for all of them
             feature_set_files.save(features, path)
-            return features
+            return len(features)
 
-        text = self.tr("Saved {0} settings to {1}")
-        self._on_camera(job, lambda features: self.noticed.emit(text.format(len(features), path)))
+        def saved(count: int) -> None:
+            if count:
+                self.noticed.emit(self.tr("Saved {0} settings to {1}").format(count, path))
 
-    def load(self, path: Path) -> None:
-        """Load settings and show what became of each."""
-        self._load(path, dry_run=False)
+        self._work.run(self.tr("Saving settings"), work, saved, text=path.name)
+
+    def load(self, path: Path, only: Collection[SettingKey] | None = None) -> None:
+        """Load settings, all or some of them, and show what became of each."""
+        title = self.tr("Loaded {0}").format(path.name)
+
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
+            features = feature_set_files.load(path, Selectors(hands).of)
+            return load_onto(hands, features.only(only), progress=progress, cancelled=cancelled)
+
+        show = partial(self._show, title, apply=path)
+        self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=path.name)
 
     def compare(self, path: Path) -> None:
         """Show what loading would change, and offer to."""
-        self._load(path, dry_run=True)
 
-    def _load(self, path: Path, *, dry_run: bool) -> None:
-        def job(grabber: FrameGrabber) -> LoadReport:
-            features = feature_set_files.load(path, Selectors(grabber).of)
-            return load_onto(grabber, features, dry_run=dry_run)
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
+            features = feature_set_files.load(path, Selectors(hands).of)
+            return load_onto(hands.plain, features, dry_run=True, progress=progress, cancelled=cancelled)
 
-        title = (self.tr("Camera and {0}") if dry_run else self.tr("Loaded {0}")).format(path.name)
-        self._on_camera(job, lambda report: self._show(title, report, path))
+        title = self.tr("Camera and {0}").format(path.name)
+        show = partial(self._show, title, apply=path)
+        self._work.run(self.tr("Comparing settings"), work, show, text=path.name)
 
-    def _show(self, title: str, report: LoadReport, path: Path) -> None:
+    def _show(self, title: str, report: LoadReport, apply: Path | None = None) -> None:
         dialog = SettingsReport(self._window)
         dialog.setReport(title, report)
-        dialog.applyRequested.connect(lambda: self.load(path))
-        dialog.rollBackRequested.connect(lambda: self._roll_back(report))
+        if apply is not None:
+            dialog.applyRequested.connect(partial(self.load, apply))
+        dialog.rollBackRequested.connect(lambda: self._roll_back(title, report))
         dialog.finished.connect(self._on_report_finished)
         self.report = dialog
         dialog.open()
@@ -118,31 +148,45 @@ class KeepingController(QObject):
     def _on_report_finished(self, _: int) -> None:
         self.report = None
 
-    def _roll_back(self, report: LoadReport) -> None:
-        self._on_camera(
-            lambda grabber: roll_back(grabber, report),
-            lambda after: self.noticed.emit(self.tr("Rolled back: {0}").format(after.summary())),
-        )
+    def _roll_back(self, title: str, report: LoadReport) -> None:
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
+            return roll_back(hands, report, progress=progress, cancelled=cancelled)
 
-    def _on_camera(self, job: Callable[[FrameGrabber], object], done: Callable[..., None]) -> None:
-        """Run a job on the camera's thread, then `done` with its result on this one."""
+        def done(after: LoadReport) -> None:
+            self.noticed.emit(self.tr("Rolled back: {0}").format(after.summary()))
+
+        name = self.tr("Rolled back: {0}").format(title)
+        self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title)
+
+    # -- two files -------------------------------------------------------------------------------
+    def compare_files(self, first: Path, second: Path) -> None:
+        """Show what two files differ in, and offer to set the camera as either says."""
         source = self._connection.source
-        if source is None or source.grabber is None:
-            self.failed.emit(self.tr("there is no camera; connect to one first"))
+        selectors_of = source.hands.selectors_of if source is not None and source.hands is not None else None
+        try:
+            one, other = (feature_set_files.load(path, selectors_of) for path in (first, second))
+        except GrabberError as error:
+            self.failed.emit(str(error))
             return
-        grabber = source.grabber
-        source.worker.submit(
-            lambda: job(grabber),
-            done=lambda result: self._bridge.call(lambda: done(result)),
-            failed=self._fail_later,
+        dialog = SettingsDifference(self._window)
+        dialog.setDifferences((first.name, second.name), compare(one, other), source is not None)
+        dialog.firstRequested.connect(partial(self._apply, first.name, one))
+        dialog.secondRequested.connect(partial(self._apply, second.name, other))
+        dialog.finished.connect(self._on_difference_finished)
+        self.difference = dialog
+        dialog.open()
+
+    def _on_difference_finished(self, _: int) -> None:
+        self.difference = None
+
+    def _apply(self, name: str, features: FeatureSet, only: list[SettingKey]) -> None:
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
+            return load_onto(hands, features.only(only), progress=progress, cancelled=cancelled)
+
+        title = self.tr("Loaded {0}").format(name)
+        self._work.run(
+            self.tr("Loading settings"), work, partial(self._show, title), undoable=title, text=name
         )
-
-    def _fail_later(self, error: GrabberError) -> None:
-        self._bridge.call(lambda: self.failed.emit(str(error)))
-
-    def _asked(self, title: str) -> Path | None:
-        chosen, _ = QFileDialog.getOpenFileName(self._window, title, "", self.tr(SETTINGS_FILTER))
-        return Path(chosen) if chosen else None
 
 
 def _dropped(event: QDropEvent) -> Path | None:

@@ -25,6 +25,7 @@ from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.calibrating import CalibrationOpener
+from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.feature_menu import FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
@@ -39,6 +40,7 @@ from grabbergui.ui.controllers.recording import RecordingController
 from grabbergui.ui.controllers.region import RegionController
 from grabbergui.ui.controllers.sources import SourcesController
 from grabbergui.ui.controllers.tuning import TuningController
+from grabbergui.ui.controllers.user_sets import UserSetsController
 from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
@@ -79,7 +81,9 @@ class MainController(QObject):
             window, self.connection, self.picture, self.snapshots, preferences
         )
         self.features = FeatureController(window.features, window.favourites, self)
-        self.keeping = KeepingController(window, self.connection)
+        self.work = CameraWork(window.tasks, self.connection)
+        self.keeping = KeepingController(window, self.connection, self.work)
+        self.user_sets = UserSetsController(window, self.connection, self.work)
         self.recording = RecordingController(window.recordingBar, self.connection, preferences)
         self.looking = LookingController(window, self.connection, self.picture)
         self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
@@ -141,20 +145,21 @@ class MainController(QObject):
         for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
             controller.failed.connect(window.messages.showError)
         self.keeping.failed.connect(window.messages.showError)
-        for teller in (self.keeping, self.changes, self.values, self.tuning):
+        for teller in (self.keeping, self.user_sets, self.changes, self.values, self.tuning):
             teller.noticed.connect(window.messages.showNotice)
-        for tuning in (self.changes, self.values, self.tuning):
+        for tuning in (self.work, self.changes, self.values, self.tuning):
             tuning.failed.connect(window.messages.showError)
         for player in (self.keeping, self.recording):
             player.playRequested.connect(self.sources.connect_to)
         self.recording.failed.connect(window.messages.showError)
         self.playback.failed.connect(window.messages.showError)
         self.recording.noticed.connect(window.messages.showNotice)
-        self.keeping.accept_drops(window)
+        self.keeping.accept_drops()
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
         window.actionSaveSettings.triggered.connect(self.keeping.ask_save)
         window.actionLoadSettings.triggered.connect(self.keeping.ask_load)
         window.actionCompareSettings.triggered.connect(self.keeping.ask_compare)
+        window.actionCompareFiles.triggered.connect(self.keeping.ask_compare_files)
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
         window.actionConnect.triggered.connect(window.sources.requestConnect)

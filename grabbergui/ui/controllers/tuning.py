@@ -90,7 +90,8 @@ class TuningController(QObject):
 
     def _on_progressed(self, share: float, text: str) -> None:
         if self._row is not None:
-            self._row.setProgress(share, text)
+            self._row.setShare(share)
+            self._row.setText(text)
 
     def _on_ended(self) -> None:
         if self._row is not None:

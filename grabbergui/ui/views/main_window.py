@@ -93,6 +93,8 @@ class MainWindow(QMainWindow):
     actionSaveSettings: QAction
     actionLoadSettings: QAction
     actionCompareSettings: QAction
+    actionCompareFiles: QAction
+    actionUserSets: QAction
     actionQuit: QAction
     actionPause: QAction
     actionStepBack: QAction

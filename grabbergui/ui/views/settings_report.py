@@ -16,12 +16,14 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.features import format_value
 from grabbergui.models.feature_set_loading import SETTLED, LoadReport, Outcome
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.checked_rows import checked_keys, make_checkable
 
 
 class SettingsReport(QDialog):
     """Lists settings; offers to apply what was only compared, or to roll back what was written."""
 
-    applyRequested = pyqtSignal()
+    applyRequested = pyqtSignal(list)
+    """The settings (list[SettingKey]) that are ticked."""
     rollBackRequested = pyqtSignal()
 
     headline: QLabel
@@ -52,6 +54,8 @@ class SettingsReport(QDialog):
             row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
             row.setToolTip(4, setting.reason)
             row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
+            if setting.outcome is Outcome.WOULD_WRITE:
+                make_checkable(row, setting.key)
             if setting.outcome not in SETTLED:
                 font = row.font(3)
                 font.setBold(True)
@@ -70,6 +74,7 @@ class SettingsReport(QDialog):
             Outcome.DIFFERENT: self.tr("different"),
             Outcome.LEFT_ALONE: self.tr("left alone"),
             Outcome.UNKNOWN: self.tr("unknown"),
+            Outcome.CANCELLED: self.tr("cancelled"),
         }.get(outcome, outcome.value)
 
     def _show_equal(self, shown: bool) -> None:
@@ -79,7 +84,7 @@ class SettingsReport(QDialog):
                 row.setHidden(bool(row.data(0, Qt.ItemDataRole.UserRole)) and not shown)
 
     def _on_apply_clicked(self) -> None:
-        self.applyRequested.emit()
+        self.applyRequested.emit(checked_keys(self.table))
         self.close()
 
     def _on_roll_back_clicked(self) -> None:

@@ -26,11 +26,15 @@ class TaskRow(QFrame):
         self.bar.setRange(0, 0)  # busy, until it is known how far it is
         self.cancelButton.clicked.connect(self._on_cancel_clicked)
 
-    def setProgress(self, share: float, text: str) -> None:
-        """How far it is (0 … 1), and where it stands."""
+    def setShare(self, share: float) -> None:
+        """How far it is, 0 … 1."""
         self.bar.setRange(0, 1000)
         self.bar.setValue(round(1000 * min(max(share, 0.0), 1.0)))
+
+    def setText(self, text: str) -> None:
+        """Where it stands."""
         self.textLabel.setText(text)
+        self.textLabel.setToolTip(text)
 
     def _on_cancel_clicked(self) -> None:
         self.cancelButton.setEnabled(False)

@@ -1,0 +1,96 @@
+"""Work on the camera that takes a while: its own thread does it, the window shows how far it is."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.undo_history import Step
+from grabbergui.models.connection import Connection
+from grabbergui.models.feature_set import Progress
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
+
+T = TypeVar("T")
+
+Work = Callable[[NotingGrabber, Progress, threading.Event], T]
+"""Does something with a camera, tells how far it is, and gives up once the event is set."""
+
+TELL = 0.05
+"""Seconds between two reports of how far it is: more often nobody sees."""
+
+
+class CameraWork(QObject):
+    """Runs work for whoever makes the calls, one after the other."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's error bar."""
+
+    def __init__(self, tasks: TaskStack, connection: Connection) -> None:
+        super().__init__(tasks)
+        self._tasks = tasks
+        self._connection = connection
+        self._bridge = Bridge(self)
+        self._under_way: set[threading.Event] = set()
+        # Not over the bridge: what is under way has to give up before the camera is closed.
+        connection.closing.connect(self._cancel_all, check_nargs=False)
+
+    def run(
+        self, title: str, work: Work[T], done: Callable[[T], None], *, undoable: str = "", text: str = ""
+    ) -> None:
+        """Show `title` while it is done, then call `done` here with the result.
+
+        With `undoable`, all that is written is one step of that name to undo. A failure is told by `failed`.
+        """
+        source = self._connection.source
+        if source is None or source.hands is None:
+            self.failed.emit(self.tr("there is no camera; connect to one first"))
+            return
+        hands, cancelled = source.hands, threading.Event()
+        row = self._tasks.begin(title)
+        row.setText(text)
+        row.cancelRequested.connect(cancelled.set)
+        self._under_way.add(cancelled)
+        progress = self._progress(row)
+
+        def job() -> T:
+            if not undoable:
+                return work(hands, progress, cancelled)
+            with hands.journal.within(Step(undoable)):
+                return work(hands, progress, cancelled)
+
+        def end(report: Callable[[], None]) -> None:
+            self._under_way.discard(cancelled)
+            self._tasks.end(row)
+            report()
+
+        def succeeded(result: T) -> None:
+            self._bridge.call(lambda: end(lambda: done(result)))
+
+        def gone_wrong(error: GrabberError) -> None:
+            self._bridge.call(lambda: end(lambda: self.failed.emit(str(error))))
+
+        if not source.worker.submit(job, done=succeeded, failed=gone_wrong):
+            end(lambda: None)
+
+    def _progress(self, row: TaskRow) -> Progress:
+        told = 0.0
+
+        def progress(done: int, of: int) -> None:
+            nonlocal told
+            now = time.monotonic()
+            if now - told >= TELL or done >= of:
+                told = now
+                self._bridge.call(lambda: row.setShare(done / max(of, 1)))
+
+        return progress
+
+    def _cancel_all(self, *_: object) -> None:
+        for cancelled in tuple(self._under_way):
+            cancelled.set()

@@ -1,0 +1,118 @@
+"""Joins the dialog of the camera's own sets to the camera."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import partial
+
+from PyQt5.QtCore import QObject, pyqtSignal
+
+from grabbergui.models import user_sets
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.feature_set import Progress
+from grabbergui.models.user_sets import UserSet
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.camera_work import CameraWork
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
+
+
+class UserSetsController(QObject):
+    """Its action can be used where the camera keeps sets."""
+
+    noticed = pyqtSignal(str)
+
+    def __init__(self, window: MainWindow, connection: Connection, work: CameraWork) -> None:
+        super().__init__(window)
+        self._window = window
+        self._connection = connection
+        self._work = work
+        self._possible = False
+        self.dialog: UserSetsDialog | None = None
+        "While it is shown."
+        self._bridge = bridge = Bridge(self)
+        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        window.actionUserSets.triggered.connect(self.show)
+        self._enable()
+
+    def show(self) -> None:
+        """Ask the camera for its sets, and show them."""
+        self._work.run(self.tr("Settings kept in the camera"), _read, self._show)
+
+    def _show(self, sets: list[UserSet]) -> None:
+        if self.dialog is None:
+            self.dialog = dialog = UserSetsDialog(self._window)
+            dialog.loadRequested.connect(self._load)
+            dialog.saveRequested.connect(self._save)
+            dialog.startRequested.connect(self._start_with)
+            dialog.finished.connect(self._on_dialog_finished)
+            dialog.open()
+        self.dialog.setSets(sets)
+
+    def _on_dialog_finished(self, _: int) -> None:
+        self.dialog = None
+
+    def _load(self, name: str) -> None:
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> int:
+            return user_sets.load(hands, name, progress=progress, cancelled=cancelled)
+
+        def done(changed: int) -> None:
+            self.noticed.emit(self.tr("Loaded {0}: {1} settings are other than before").format(name, changed))
+
+        if self.dialog is not None:
+            self.dialog.accept()
+        self._work.run(self.tr("Loading a set of the camera"), work, done, text=name)
+
+    def _save(self, name: str) -> None:
+        text = self.tr("Saved the present settings in the camera as {0}").format(name)
+        self._change(self.tr("Saving in the camera"), partial(user_sets.save, name=name), text)
+
+    def _start_with(self, name: str) -> None:
+        text = self.tr("The camera starts with {0} from its next power-on").format(name)
+        self._change(self.tr("Telling the camera"), partial(user_sets.start_with, name=name), text)
+
+    def _change(self, title: str, change: Callable[[NotingGrabber], None], text: str) -> None:
+        """Do something with a set, and show the sets as they are then."""
+
+        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> list[UserSet]:
+            change(hands)
+            return user_sets.user_sets(hands.plain)
+
+        def done(sets: list[UserSet]) -> None:
+            self.noticed.emit(text)
+            if self.dialog is not None:
+                self.dialog.setSets(sets)
+
+        self._work.run(title, work, done)
+
+    # -- whether it can be used --------------------------------------------------------------------
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        grabber = source.grabber
+        if grabber is None or source.read_only:
+            return
+
+        def told(possible: bool) -> None:
+            self._bridge.call(lambda: self._allow(source, possible))
+
+        source.worker.submit(lambda: user_sets.has_user_sets(grabber), done=told)
+
+    def _allow(self, source: OpenSource, possible: bool) -> None:
+        self._possible = possible and source is self._connection.source
+        self._enable()
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        if state in (LinkState.CLOSED, LinkState.OPENING):
+            self._possible = False
+            if self.dialog is not None:
+                self.dialog.reject()
+        self._enable()
+
+    def _enable(self) -> None:
+        self._window.actionUserSets.setEnabled(self._possible and self._connection.state.connected)
+
+
+def _read(hands: NotingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
+    return user_sets.user_sets(hands.plain)
