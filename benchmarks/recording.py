@@ -20,6 +20,7 @@ import numpy as np
 
 from benchmarks import _document
 from benchmarks._network_ends import cpu_seconds
+from benchmarks._network_runs import rounds_text
 from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui import sources
 from grabbergui.core.frame import Frame
@@ -33,8 +34,8 @@ from grabbergui.models.recording_writers import RecordingKind, create_writer
 
 METHOD = """Pictures of the simulated sensor with its noise (BayerRG8), written as fast as each kind of
 recording takes them into a folder {where}. CPU is of the whole process, all threads. Then the simulated
-camera's stream for {seconds:g} seconds, by the recorder of the window and of `grabbergui record`. *21
-frames a second* is what an 8.8 MP camera sends over USB3."""
+camera's stream for {seconds:g} seconds, by the recorder of the window and of `grabbergui record`{rounds}.
+*21 frames a second* is what an 8.8 MP camera sends over USB3."""
 READING = [
     "MCAP and TIFF are bounded by the disk: 8.8 MP at 21 frames a second are 186 MB/s.",
     "PNG is compressed on up to four cores, since one takes 8.8 MP some 55 ms; with fewer than two cores to "
@@ -77,6 +78,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks recording", description=__doc__)
     parser.add_argument("--frames", type=int, default=24, help="written as fast as it goes")
     parser.add_argument("--seconds", type=float, default=4.0, help="recorded of the camera")
+    parser.add_argument("--rounds", type=int, default=1, help="of all, of which the best counts")
     parser.add_argument("--folder", type=Path, help="where to write; it is left as it was")
     options = parser.parse_args(arguments)
     memory = Path("/dev/shm")
@@ -85,15 +87,16 @@ def measure(arguments: list[str] | None = None) -> Section:
     speeds: dict[tuple[str, RecordingKind], Speed] = {}
     for size, width, height in SIZES:
         frames = pictures(width, height)
-        for kind in NAMES:
-            speeds[size, kind] = written(kind, frames, options.frames, folder)
-            print(size, kind.value, speeds[size, kind], flush=True)
-    live = recorded(folder, options.seconds)
+        for kind in list(NAMES) * options.rounds:
+            speed = written(kind, frames, options.frames, folder)
+            speeds[size, kind] = max(speeds.get((size, kind), speed), speed, key=lambda one: one.rate)
+            print(size, kind.value, speed, flush=True)
+    live = recorded(folder, options.seconds, options.rounds)
     where = "in memory" if folder == memory else "on a disk"
     return Section(
         "Recording",
         "python -m benchmarks recording          # half a minute",
-        METHOD.format(where=where, seconds=options.seconds),
+        METHOD.format(where=where, seconds=options.seconds, rounds=rounds_text(options.rounds)),
         [_table(speeds), _live_table(live)],
         [_chart(speeds)],
         [_goal(kind, live[kind]) for kind in NAMES if kind is not RecordingKind.LOSSLESS],
@@ -107,7 +110,7 @@ def pictures(width: int, height: int, count: int = 6) -> list[Frame]:
     sensor, pixel_format = Sensor(), by_name("BayerRG8")
     left, top = (SENSOR_WIDTH - width) // 2, (SENSOR_HEIGHT - height) // 2
     optics = Optics(ratios=(1.6, 1.0, 1.3))
-    settings = FrameSettings(width, height, left, top, pixel_format, optics, 10_000.0, 6.0, 2.0)
+    settings = FrameSettings(width, height, left, top, pixel_format, optics, 5_000.0, 6.0, 2.0)
     frames = []
     for index in range(count):
         payload = np.empty(settings.image_bytes, np.uint8)
@@ -134,7 +137,7 @@ def written(kind: RecordingKind, frames: list[Frame], count: int, folder: Path) 
     return Speed(count / took, cpu / count, size / count)
 
 
-def recorded(folder: Path, seconds: float) -> dict[RecordingKind, RecordingProgress]:
+def recorded(folder: Path, seconds: float, rounds: int) -> dict[RecordingKind, RecordingProgress]:
     """The simulated camera's stream, 8.8 MP at its rate, by the recorder of window and command line."""
     _, width, height = SIZES[-1]
     uri = f"sim:?width={width}&height={height}&fps={CAMERA_RATE:g}&pixel_format=BayerRG8"
@@ -142,8 +145,8 @@ def recorded(folder: Path, seconds: float) -> dict[RecordingKind, RecordingProgr
     grabber.open()
     try:
         grabber.start()
-        found = {}
-        for kind in NAMES:
+        found: dict[RecordingKind, RecordingProgress] = {}
+        for kind in list(NAMES) * rounds:
             with tempfile.TemporaryDirectory(dir=folder, prefix="recording-benchmark-") as place:
                 path = Path(place) / NAMES[kind]
                 recorder = Recorder(grabber, create_writer(kind, path, grabber.info, CAMERA_RATE))
@@ -151,7 +154,8 @@ def recorded(folder: Path, seconds: float) -> dict[RecordingKind, RecordingProgr
                 time.sleep(seconds)
                 recorder.stop()
                 recorder.wait()
-            found[kind] = recorder.progress
+            progress = recorder.progress
+            found[kind] = min(found.get(kind, progress), progress, key=lambda one: one.dropped)
             print(kind.value, recorder.progress, flush=True)
             _require_room(folder)
     finally:
