@@ -3,268 +3,249 @@
 The simulated camera sends from a process of its own on the loopback; the receivers take turns, several short
 runs each, of which the median counts. Only ratios within one table mean something.
 
-    python -m benchmarks.gige_peers [--seconds 3] [--runs 3]
+    python -m benchmarks gige_peers [--seconds 4] [--runs 3] [--long 60]
 """
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import json
-import re
-import resource
-import shutil
 import statistics
-import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from importlib.util import find_spec
+from collections.abc import Callable
+from dataclasses import dataclass
 
-from grabbergui.core.errors import FrameTimeoutError
+from benchmarks import _document
+from benchmarks._gige_camera import GIGABIT, HEIGHT, WIDTH, Conditions, camera_process
+from benchmarks._gige_receivers import Receiver, Run, in_child, receivers, timed_receivers
+from benchmarks._results import Chart, Goal, Section, Table, machine
 
-ADDRESS = "127.0.79.9"
-WIDTH, HEIGHT = 4096, 1024
-PAYLOAD = WIDTH * HEIGHT
-GIGABIT = 125e6
+PACKET_SIZES = (1400, 8164)
 LOSSES = (0.001, 0.01, 0.05)
-ARAVIS = "arv-camera-test-0.8"
+REFERENCE = "Aravis"
+METHOD = """The simulated camera sends {width}×{height} Mono8 over the loopback from a process of its own.
+The receivers take turns, so that whatever else the machine does meets them all: this driver, Aravis 0.8
+(`arv-camera-test-0.8 --no-packet-socket -a`, which sizes its socket buffer to the picture) and
+viva-genicam, {runs} runs of {seconds:g} seconds each. Medians; CPU is the receiving process's, kernel
+included.
+
+The camera lets the kernel cut packets out of large sends (UDP segmentation), and this driver lets it join
+packets that follow each other (UDP_GRO): between the two they are never taken apart. A network card's
+packets are joined where its driver can; where nothing joins them, the rows *sent singly* tell."""
+READING = [
+    "*incomplete*: frames that began, or by their ids should have, and did not get complete. At full speed"
+    " the camera does not wait for a receiver.",
+    "Under loss, packets that are sent again are lost like any other.",
+    "*latency*: from the last payload packet's leaving the camera to the frame in the consumer's hands; of"
+    " Aravis through its Python binding. *memory*: the largest resident size, of ours with Python and NumPy.",
+]
 
 
 @dataclass(frozen=True)
-class Run:
-    """What one receiver got."""
+class Case:
+    """One comparison."""
 
-    complete: int
-    incomplete: int
-    seconds: float
-    cpu: float
-    "Seconds of the receiving process."
+    packet_size: int
+    conditions: Conditions
 
     @property
-    def frames_per_second(self) -> float:
-        return self.complete / self.seconds
-
-    @property
-    def cpu_per_gb(self) -> float:
-        return self.cpu / max(self.complete * PAYLOAD / 1e9, 1e-9)
-
-    @property
-    def share(self) -> float:
-        """Complete frames of all that were begun, in percent."""
-        return 100 * self.complete / max(self.complete + self.incomplete, 1)
+    def name(self) -> str:
+        rate = "125 MB/s" if self.conditions.bandwidth else "full speed"
+        return f"{self.packet_size} bytes, {rate}" + ("" if self.conditions.segmentation else ", sent singly")
 
 
-NOTHING = Run(0, 0, 1.0, 0.0)
+CASES = [
+    *(Case(size, Conditions(bandwidth)) for bandwidth in (GIGABIT, 0.0) for size in PACKET_SIZES),
+    Case(1400, Conditions(segmentation=False)),
+]
+Results = dict[str, list[Run]]
+"By receiver."
 
 
-# -- the camera, in a process of its own -------------------------------------------------------------
-def serve(bandwidth: float, loss: float) -> None:
-    """Be the camera until standard input ends."""
-    from grabbergui.driver.sim import registers as reg
-    from grabbergui.driver.sim.gige.faults import Faults
-    from grabbergui.driver.sim.gige.server import GigeCamera
-
-    camera = GigeCamera(
-        ADDRESS,
-        bandwidth=bandwidth,
-        faults=Faults(loss=loss),
-        power_on={
-            reg.WIDTH: WIDTH,
-            reg.HEIGHT: HEIGHT,
-            reg.FRAME_RATE_ENABLE: 0,
-            reg.EXPOSURE_TIME: 1000.0,
-            reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
-        },
-    )
-    print("ready", flush=True)
-    sys.stdin.read()
-    camera.close()
-
-
-@contextlib.contextmanager
-def camera_process(bandwidth: float, loss: float = 0.0) -> Iterator[None]:
-    """The camera, started anew so that every receiver meets it fresh."""
-    command = [sys.executable, "-m", "benchmarks.gige_peers", "--serve", str(bandwidth), str(loss)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None and process.stdin is not None
-        if process.stdout.readline().strip() != "ready":
-            raise SystemExit(f"the camera did not come up at {ADDRESS}; is another one there?")
-        yield
-        process.stdin.close()
-
-
-# -- receivers ---------------------------------------------------------------------------------------
-def receive_ours(packet_size: int, seconds: float) -> Run:
-    """In this process, counted from the first frame on."""
-    from grabbergui import sources
-
-    camera = sources.create(f"gige:{ADDRESS}?packet_size={packet_size}")
-    camera.open()
-    queue = camera.open_queue(4)
-    camera.start()
-    queue.get(10.0)
-    begun, cpu, before = time.monotonic(), time.process_time(), camera.statistics()
-    while time.monotonic() < begun + seconds:
-        with contextlib.suppress(FrameTimeoutError):
-            queue.get(0.5)
-    cpu, after = time.process_time() - cpu, camera.statistics()
-    took = time.monotonic() - begun
-    camera.close()
-    lost = after.incomplete - before.incomplete + after.lost - before.lost
-    return Run(after.frames - before.frames, lost, took, cpu)
-
-
-def receive_viva(packet_size: int, seconds: float) -> Run:
-    """viva-genicam in this process, counted from the first frame on."""
-    import viva_genicam
-
-    (info,) = [info for info in viva_genicam.discover(all=True) if str(info.ip) == ADDRESS]
-    with (
-        viva_genicam.connect_gige(info) as camera,
-        camera.stream(packet_size=packet_size, deliver_incomplete=True) as frames,
-    ):
-        frames.next_frame()
-        begun, cpu, counts = time.monotonic(), time.process_time(), [0, 0]
-        while time.monotonic() < begun + seconds:
-            frame = frames.next_frame(timeout_ms=500)
-            if frame is not None:
-                counts[bool(frame.is_complete)] += 1
-        return Run(counts[1], counts[0], time.monotonic() - begun, time.process_time() - cpu)
-
-
-def run_in_child(name: str, packet_size: int, seconds: float) -> Run:
-    """One of the above in a process of its own."""
-    command = [
-        sys.executable,
-        "-m",
-        "benchmarks.gige_peers",
-        "--receive",
-        name,
-        str(packet_size),
-        str(seconds),
-    ]
-    child = subprocess.run(command, capture_output=True, text=True, check=False)
-    if child.returncode:
-        raise SystemExit(f"{name} failed: {child.stderr.strip().splitlines()[-1:]}")
-    return Run(**json.loads(child.stdout.splitlines()[-1]))
-
-
-def run_aravis(packet_size: int, seconds: float) -> Run:
-    """arv-camera-test; its opening, measured apart, is subtracted."""
-    before = children_cpu()
-    subprocess.run(["arv-tool-0.8", "-a", ADDRESS, "control", "Width"], capture_output=True, check=False)
-    opened = children_cpu()
-    command = [ARAVIS, "-n", ADDRESS, "--no-packet-socket", "-a", "-i", str(packet_size)]
-    command += ["--duration", str(int(seconds) + 1)]
-    text = subprocess.run(command, capture_output=True, text=True, check=False, errors="replace").stdout
-    spent = children_cpu() - opened - (opened - before)
-    rates = [int(count) for count in re.findall(r"(\d+) frames?/s", text)]
-    counts = {
-        name: int(count) for name, count in re.findall(r"n_(completed_buffers|failures)\s*=\s*(\d+)", text)
-    }
-    complete, incomplete = counts.get("completed_buffers", 0), counts.get("failures", 0)
-    return Run(complete, incomplete, max(len(rates), 1), spent)
-
-
-def children_cpu() -> float:
-    """Seconds of CPU that ended child processes took."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
-
-
-def receivers() -> dict[str, Callable[[int, float], Run]]:
-    """Those that this machine has."""
-    found: dict[str, Callable[[int, float], Run]] = {"ours": lambda *a: run_in_child("ours", *a)}
-    if shutil.which(ARAVIS):
-        found["Aravis"] = run_aravis
-    if find_spec("viva_genicam"):
-        found["viva-genicam"] = lambda *a: run_in_child("viva", *a)
-    return found
-
-
-# -- tables ------------------------------------------------------------------------------------------
-def median_run(runs: list[Run]) -> Run:
-    """The medians of everything."""
-    fields = zip(*(asdict(run).values() for run in runs), strict=True)
-    return Run(*(statistics.median(values) for values in fields))
-
-
-def compare(
-    bandwidth: float, loss: float, packet_size: int, seconds: float, runs: int
-) -> dict[str, list[Run]]:
-    """Every receiver in turn, round after round, so that a busy moment meets all of them."""
-    results: dict[str, list[Run]] = {}
+def compare(case: Case, seconds: float, runs: int, found: dict[str, Receiver]) -> Results:
+    """Every receiver in turn, round after round."""
+    results: Results = {}
     for _ in range(runs):
-        for name, receive in receivers().items():
-            with camera_process(bandwidth, loss):
-                results.setdefault(name, []).append(receive(packet_size, seconds))
+        for name, receive in found.items():
+            run, _ = observe(case, seconds, receive)
+            results.setdefault(name, []).append(run)
     return results
 
 
-def spread(values: list[float]) -> str:
-    """The lowest and the highest: medians hide runs that went wrong."""
-    return f"{min(values):.1f} … {max(values):.1f}"
+def observe(case: Case, seconds: float, receive: Receiver) -> tuple[Run, list[float]]:
+    """One run, and by how much each frame came after its last packet had left, in seconds."""
+    with camera_process(case.conditions) as sent:
+        run = receive(case.packet_size, seconds)
+    delays = [at - sent[int(block)] for block, at in run.arrivals.items() if int(block) in sent]
+    return run, delays
 
 
-def ratio(value: float, reference: float) -> str:
-    """A value as a multiple of Aravis's, or a dash."""
-    return f"{value / reference:.2f}" if reference else "–"
+def median(runs: list[Run], figure: Callable[[Run], float]) -> float:
+    return statistics.median(figure(run) for run in runs)
 
 
-def main(arguments: list[str] | None = None) -> None:
+def rate(run: Run) -> float:
+    return run.frames_per_second
+
+
+def cost(run: Run) -> float:
+    return run.cpu_per_gb
+
+
+def ratio(results: Results, figure: Callable[[Run], float], name: str = "ours") -> float | None:
+    """A figure of one receiver as a multiple of Aravis's; None without Aravis."""
+    if REFERENCE not in results or name not in results:
+        return None
+    reference = median(results[REFERENCE], figure)
+    return median(results[name], figure) / reference if reference else None
+
+
+def share(runs: list[Run]) -> float:
+    """Complete frames of all that there should have been, in percent."""
+    complete, incomplete = sum(run.complete for run in runs), sum(run.incomplete for run in runs)
+    return 100 * complete / max(complete + incomplete, 1)
+
+
+# -- tables ------------------------------------------------------------------------------------------
+def rates_table(found: dict[Case, Results]) -> Table:
+    header = ["case", "receiver", "frames/s", "of the runs", "× Aravis", "incomplete", "CPU s/GB", "× Aravis"]
+    rows = []
+    for case, results in found.items():
+        for name, runs in results.items():
+            speeds = [run.frames_per_second for run in runs]
+            rows.append(
+                [
+                    case.name,
+                    name,
+                    f"{median(runs, rate):.1f}",
+                    f"{min(speeds):.1f} … {max(speeds):.1f}",
+                    _times(ratio(results, rate, name)),
+                    str(sum(run.incomplete for run in runs)),
+                    f"{median(runs, cost):.2f}",
+                    _times(ratio(results, cost, name)),
+                ]
+            )
+    return Table(header, rows, "How fast, and at what cost:")
+
+
+def loss_table(found: dict[float, Results]) -> Table:
+    rows = []
+    for loss, results in found.items():
+        for name, runs in results.items():
+            counts = [f"{median(runs, rate):.1f}", str(sum(run.incomplete for run in runs))]
+            cells = [f"{share(runs):.2f} %", f"{median(runs, cost):.2f}"]
+            rows.append([f"{100 * loss:g} %", name, *counts, *cells])
+    header = ["loss", "receiver", "frames/s", "incomplete, all runs", "complete, of all", "CPU s/GB"]
+    return Table(header, rows, "Packets lost on purpose, 1400 bytes at 125 MB/s:")
+
+
+def latency_table(seconds: float) -> Table:
+    rows = []
+    for size in PACKET_SIZES:
+        for name, receive in timed_receivers().items():
+            run, delays = observe(Case(size, Conditions()), seconds, receive)
+            if len(delays) > 1:
+                middle, late = 1e3 * statistics.median(delays), 1e3 * statistics.quantiles(delays, n=100)[98]
+                rows.append([str(size), name, f"{middle:.2f} ms", f"{late:.2f} ms", _megabytes(run)])
+    header = ["packet", "receiver", "latency, median", "99 of 100 within", "memory"]
+    return Table(header, rows, "How soon a frame is there, at 125 MB/s:")
+
+
+def long_runs(seconds: float) -> tuple[Table, list[Goal]]:
+    """Ours for a minute, alone and with the window painting."""
+    rows, goals = [], []
+    case = Case(1400, Conditions())
+    for label, name in (("alone", "ours"), ("window painting, the kernel's own buffer limit", "window")):
+        run, _ = observe(case, seconds, lambda *a, name=name: in_child(name, *a))
+        shown = f"{len(run.arrivals) / run.seconds:.1f}" if name == "window" else "–"
+        counts = [str(run.complete), str(run.incomplete), str(run.resent), shown]
+        rows.append([label, f"{run.seconds:.0f} s", *counts, f"{run.cpu / run.seconds:.2f}"])
+        asked = f"no frame lost in {seconds:g} s at 125 MB/s with 1400-byte packets, {label}"
+        goals.append(Goal(asked, f"{run.incomplete} of {run.complete + run.incomplete}", not run.incomplete))
+    header = ["this driver", "for", "frames", "lost", "packets sent again", "painted a second", "cores"]
+    return Table(header, rows, "For a while, 1400 bytes at 125 MB/s:"), goals
+
+
+def goals(found: dict[Case, Results], losses: dict[float, Results]) -> list[Goal]:
+    """What was asked for; nothing is said where there is no Aravis to compare with."""
+    made = []
+    for case, results in found.items():
+        times_cost, times_rate = ratio(results, cost), ratio(results, rate)
+        if times_cost is None or times_rate is None:
+            continue
+        if case.conditions.bandwidth:
+            asked = f"CPU per GB no more than Aravis's: {case.name}"
+            made.append(Goal(asked, f"{times_cost:.2f} times", times_cost <= 1))
+        else:
+            asked = f"complete frames, 1.5 times Aravis's: {case.name}"
+            made.append(Goal(asked, f"{times_rate:.2f} times", times_rate >= 1.5))
+    for loss, results in losses.items():
+        if loss <= 0.01:
+            complete = share(results["ours"])
+            asked = f"99.9 % of frames complete at {100 * loss:g} % loss"
+            made.append(Goal(asked, f"{complete:.2f} %", complete >= 99.9))
+    return made
+
+
+def _charts(found: dict[Case, Results]) -> list[Chart]:
+    groups = [case.name for case in found]
+    names = list(dict.fromkeys(name for results in found.values() for name in results))
+
+    def series(figure: Callable[[Run], float]) -> dict[str, list[float | None]]:
+        return {
+            name: [median(results[name], figure) if name in results else None for results in found.values()]
+            for name in names
+        }
+
+    return [
+        Chart("gige-cost", "CPU seconds a GB, less is better", "s/GB", groups, series(cost)),
+        Chart("gige-rate", "Complete frames a second", "frames/s", groups, series(rate)),
+    ]
+
+
+def _times(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f}"
+
+
+def _megabytes(run: Run) -> str:
+    return f"{run.memory / 1e6:.0f} MB"
+
+
+# -- the section -------------------------------------------------------------------------------------
+def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--seconds", type=float, default=3.0, help="of each run")
-    parser.add_argument("--runs", type=int, default=3, help="of each receiver; the median counts")
-    parser.add_argument("--serve", nargs=2, type=float, help=argparse.SUPPRESS)
-    parser.add_argument("--receive", nargs=3, help=argparse.SUPPRESS)
+    parser.add_argument("--seconds", type=float, default=4.0, help="of each run")
+    parser.add_argument("--runs", type=int, default=3, help="of each receiver")
+    parser.add_argument("--long", type=float, default=60.0, help="seconds of the long runs; 0: none")
     options = parser.parse_args(arguments)
-    if options.serve:
-        serve(*options.serve)
-        return
-    if options.receive:
-        name, packet_size, seconds = options.receive
-        receive = {"ours": receive_ours, "viva": receive_viva}[name]
-        print(json.dumps(asdict(receive(int(packet_size), float(seconds)))))
-        return
-    print(f"pictures of {WIDTH}x{HEIGHT} Mono8; medians of {options.runs} runs of {options.seconds:g} s\n")
-    print(
-        "| packet | rate | receiver | frames/s | × Aravis | of the runs | incomplete | CPU s/GB | × Aravis |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|")
-    for bandwidth in (GIGABIT, 0.0):
-        for packet_size in (1400, 8164):
-            found = compare(bandwidth, 0.0, packet_size, options.seconds, options.runs)
-            reference = median_run(found.get("Aravis", [NOTHING]))
-            for name, measured in found.items():
-                run = median_run(measured)
-                cells = (
-                    packet_size,
-                    "125 MB/s" if bandwidth else "full speed",
-                    name,
-                    f"{run.frames_per_second:.1f}",
-                    ratio(run.frames_per_second, reference.frames_per_second),
-                    spread([one.frames_per_second for one in measured]),
-                    f"{run.incomplete:g}",
-                    f"{run.cpu_per_gb:.2f}",
-                    ratio(run.cpu_per_gb, reference.cpu_per_gb),
-                )
-                print("|", " | ".join(map(str, cells)), "|", flush=True)
-    print("\n| loss | receiver | frames/s | incomplete, all runs | complete, of all |")
-    print("|---|---|---|---|---|")
+    before = machine()
+    found = {}
+    for case in CASES:
+        found[case] = compare(case, options.seconds, options.runs, receivers())
+        print(_document.table(rates_table({case: found[case]})), flush=True)
+    losses = {}
     for loss in LOSSES:
-        for name, measured in compare(GIGABIT, loss, 1400, options.seconds, options.runs).items():
-            columns = zip(*(asdict(run).values() for run in measured), strict=True)
-            total = Run(*(sum(column) for column in columns))
-            rate = f"{total.frames_per_second:.1f}"
-            print(
-                f"| {100 * loss:g} % | {name} | {rate} | {total.incomplete} | {total.share:.2f} % |",
-                flush=True,
-            )
+        case = Case(1400, Conditions(loss=loss))
+        losses[loss] = compare(case, options.seconds, options.runs, receivers())
+        print(_document.table(loss_table({loss: losses[loss]})), flush=True)
+    tables = [rates_table(found), loss_table(losses), latency_table(options.seconds)]
+    asked = goals(found, losses)
+    if options.long:
+        table, more = long_runs(options.long)
+        tables.append(table)
+        asked += more
+    return Section(
+        "GigE Vision",
+        "python -m benchmarks gige_peers          # ten minutes",
+        METHOD.format(width=WIDTH, height=HEIGHT, runs=options.runs, seconds=options.seconds),
+        tables,
+        _charts(found),
+        asked,
+        READING,
+        before,
+        lacking="" if all(REFERENCE in results for results in found.values()) else REFERENCE,
+    )
 
 
 if __name__ == "__main__":
-    main()
+    print(_document.markdown(measure()))

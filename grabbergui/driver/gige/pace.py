@@ -12,8 +12,9 @@ BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile."
 LEAST_SPAN = 0.0002
 "Seconds; over a shorter one no rate is measured."
-FALL = 0.1
-"Weight of a rate below the known one. Above it, it counts at once: a buffer must not run over."
+FALL = 0.02
+"""Weight of a rate below the known one. Above it, it counts at once: no buffer must run over, and a sender
+that stalled goes on as fast as before."""
 
 
 class Pace:

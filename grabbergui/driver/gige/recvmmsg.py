@@ -131,12 +131,13 @@ class BatchSource(DatagramSource):
         before = assembler.statistics.packets
         for _ in range(BATCHES):
             count = self._receive()
-            self._take(assembler, count, time.monotonic())
+            now = time.monotonic()
+            self._take(assembler, count, now)
             self._drained = count < self._slots
             if self._drained:
                 break
         packets = assembler.statistics.packets - before
-        self._pace.took(packets, time.monotonic(), more=assembler.expected() > 0)
+        self._pace.took(packets, now, more=assembler.expected() > 0)
 
     def _receive(self) -> int:
         self._control_lengths[: self._slots] = CONTROL.itemsize

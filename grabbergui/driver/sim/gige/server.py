@@ -48,12 +48,14 @@ class GigeCamera:
         faults: Faults | None = None,
         bandwidth: float = GIGABIT,
         segmentation: bool = True,
+        on_sent: Callable[[int], None] = lambda block_id: None,
     ) -> None:
         """Take the address and begin to answer. Raises SourceUnavailableError where it cannot be had.
 
         `bandwidth` (bytes per second) is what the camera's link carries: packets are spread over time and
         the frame rate is bounded as on such a link; 0 sends as fast as this machine can. Without
-        `segmentation` every packet is a send of its own.
+        `segmentation` every packet is a send of its own. `on_sent` is called with a block's id when its last
+        payload packet has left, on the stream's thread.
         """
         self.address = address
         self._power_on = dict(power_on or {})
@@ -66,6 +68,7 @@ class GigeCamera:
         self._faults = faults or Faults()
         self._bandwidth = bandwidth
         self._segmentation = segmentation
+        self._on_sent = on_sent
         self._flash: dict[Register, RegisterValue] = {}
         self._queue: list[tuple[float, int, Outgoing]] = []
         self._order = itertools.count()
@@ -115,7 +118,12 @@ class GigeCamera:
         if self._bandwidth:
             memory.set(gev.LINK_SPEED, max(int(self._bandwidth * 8 / 1e6), 1))
         self._stream = StreamSender(
-            self.model, self.address, self._faults, self._bandwidth, segmentation=self._segmentation
+            self.model,
+            self.address,
+            self._faults,
+            self._bandwidth,
+            segmentation=self._segmentation,
+            on_sent=self._on_sent,
         )
         memory.set(gev.SCSP, self._stream.port)
         self.control = ControlChannel(

@@ -7,6 +7,7 @@ import socket
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,8 +55,12 @@ class StreamSender:
         bandwidth: float = 0.0,
         *,
         segmentation: bool = True,
+        on_sent: Callable[[int], None] = lambda block_id: None,
     ) -> None:
-        """`segmentation`: let the kernel cut packets out of large sends, where it can."""
+        """`segmentation`: let the kernel cut packets out of large sends, where it can.
+
+        `on_sent` is called with a block's id when its last payload packet has left.
+        """
         self.sent_bytes = 0
         "Payload bytes of frames that left, faults and all."
         self._model = model
@@ -63,6 +68,7 @@ class StreamSender:
         self._packet_faults = PacketFaults(faults)
         self._bandwidth = bandwidth
         self._segmentation = segmentation
+        self._on_sent = on_sent
         self._settings = StreamSettings()
         self._batch: DatagramBatch | None = None
         self._kept: OrderedDict[int, Block] = OrderedDict()
@@ -202,6 +208,7 @@ class StreamSender:
                 # A link does not make up for lost time: after a late wake-up it goes on at its own pace.
                 due = max(due, time.monotonic() - _PACED_BATCH_S) + len(sizes[part]) * pause
                 time.sleep(max(due - time.monotonic(), 0))
+        self._on_sent(block.block_id)
         if trailer:
             self._send(block.trailer())
         block.sent = block.trailer_id + 1

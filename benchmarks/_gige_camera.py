@@ -1,0 +1,86 @@
+"""The simulated GigE Vision camera as a process of its own, fast, and telling when its frames left."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+ADDRESS = "127.0.79.9"
+WIDTH, HEIGHT = 4096, 1024
+"Few lines, so that the sensor's readout does not bound the rate: 465 frames/s."
+PAYLOAD = WIDTH * HEIGHT
+GIGABIT = 125e6
+"Bytes a second of the link."
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What the camera does."""
+
+    bandwidth: float = GIGABIT
+    "Bytes a second; 0 as fast as it goes."
+    loss: float = 0.0
+    segmentation: bool = True
+    "Whether the kernel cuts packets out of large sends. It makes the camera faster, as a camera's hardware."
+
+
+def serve(conditions: Conditions) -> None:
+    """Be the camera until standard input ends, then print when each block's last packet left."""
+    from grabbergui.driver.sim import registers as reg
+    from grabbergui.driver.sim.gige.faults import Faults
+    from grabbergui.driver.sim.gige.server import GigeCamera
+
+    sent: dict[int, float] = {}
+    camera = GigeCamera(
+        ADDRESS,
+        bandwidth=conditions.bandwidth,
+        faults=Faults(loss=conditions.loss),
+        segmentation=conditions.segmentation,
+        on_sent=lambda block_id: sent.__setitem__(block_id, time.monotonic()),
+        power_on={
+            reg.WIDTH: WIDTH,
+            reg.HEIGHT: HEIGHT,
+            reg.FRAME_RATE_ENABLE: 0,
+            reg.EXPOSURE_TIME: 1000.0,
+            reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
+        },
+    )
+    print("ready", flush=True)
+    sys.stdin.read()
+    camera.close()
+    print(json.dumps(sent), flush=True)
+
+
+@contextlib.contextmanager
+def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
+    """The camera, started anew so that every receiver meets it fresh.
+
+    Gives when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
+    """
+    command = [sys.executable, "-m", "benchmarks._gige_camera", str(conditions.bandwidth)]
+    command += [str(conditions.loss), str(int(conditions.segmentation))]
+    sent: dict[int, float] = {}
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdin is not None
+        if process.stdout.readline().strip() != "ready":
+            raise SystemExit(f"the camera did not come up at {ADDRESS}; is another one there?")
+        try:
+            yield sent
+        finally:
+            process.stdin.close()
+            sent |= {int(block_id): at for block_id, at in json.loads(process.stdout.read()).items()}
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("bandwidth", type=float)
+    parser.add_argument("loss", type=float)
+    parser.add_argument("segmentation", type=int)
+    chosen = parser.parse_args()
+    serve(Conditions(chosen.bandwidth, chosen.loss, bool(chosen.segmentation)))
