@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 from typing import Any
 
 from grabbergui.cli.opening import opened
-from grabbergui.core.errors import FeatureError, FrameTimeoutError, UsageError
+from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
@@ -185,12 +185,21 @@ def _await_clocks(cameras: list[FrameGrabber]) -> None:
 
 def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argparse.Namespace) -> int:
     """One action; nanoseconds between the earliest and the latest of its frames."""
+    from grabbergui.driver.gige.gvcp import Status
     from grabbergui.driver.gige.gvcp_messages import Action
     from grabbergui.driver.gige.network_commands import send_action
 
     at = None if options.no_ptp else _clock_of(cameras[0]) + int(options.ahead * 1e9)
     action = Action(options.device_key, options.group_key, options.group_mask, at)
-    send_action(action, {camera.info.address for camera in cameras})
+    try:
+        send_action(action, {camera.info.address for camera in cameras})
+    except DeviceStatusError as error:
+        if error.status == Status.ACTION_LATE:
+            raise DeviceStatusError(
+                f"the moment had passed before a camera heard of it; use more than --ahead {options.ahead:g}",
+                error.status,
+            ) from error
+        raise
     frames = [_frame_of(*pair, options.timeout) for pair in zip(cameras, queues, strict=True)]
     times = [frame.received_ns if options.no_ptp else frame.timestamp_ns for frame in frames]
     return max(times) - min(times)

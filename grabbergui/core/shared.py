@@ -24,16 +24,17 @@ class SharedGrabber(FrameGrabber):
 
     def open(self, access: Access = Access.CONTROL) -> None:
         """Listen to the grabber; it is open already."""
-        self._grabber.features_changed.connect(self.features_changed.emit)
+        # Not to `emit` itself: psygnal would try it with as many arguments as it takes to fail.
+        self._grabber.features_changed.connect(self._on_features_changed)
         self._grabber.connection_changed.connect(self._on_connection_changed)
-        self._grabber.noticed.connect(self.noticed.emit)
+        self._grabber.noticed.connect(self._on_noticed)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
     def close(self) -> None:
         """See FrameGrabber."""
-        self._grabber.features_changed.disconnect(self.features_changed.emit, missing_ok=True)
+        self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
-        self._grabber.noticed.disconnect(self.noticed.emit, missing_ok=True)
+        self._grabber.noticed.disconnect(self._on_noticed, missing_ok=True)
         for queue in self._queues:
             queue.close()
         self._queues.clear()
@@ -89,6 +90,12 @@ class SharedGrabber(FrameGrabber):
         queue = self._grabber.open_queue(depth)
         self._queues = [*(q for q in self._queues if not q.closed), queue]
         return queue
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        self.features_changed.emit(names)
+
+    def _on_noticed(self, message: str) -> None:
+        self.noticed.emit(message)
 
     def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
         self.info = self._grabber.info

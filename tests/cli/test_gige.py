@@ -30,11 +30,16 @@ def cameras():
 
 def test_cameras_on_ptp_expose_at_the_same_moment(cameras, capsys):
     sources = [f"gige:{address}" for address in ADDRESSES]
-    assert main(["trigger-group", "0x10", *sources, "-n", "2", "--json"]) == 0
+    assert main(["trigger-group", "0x10", *sources, "-n", "2", "--ahead", "1", "--json"]) == 0
     result = json.loads(capsys.readouterr().out)
     assert (result["cameras"], result["actions"], result["clock"]) == (2, 2, "PTP")
     assert len(result["spread_us"]) == 2
     assert result["largest_spread_us"] == max(result["spread_us"]) < 1000
+
+
+def test_too_late_an_action_says_what_to_do(cameras, capsys):
+    assert main(["trigger-group", "1", f"gige:{ADDRESSES[0]}", "--ahead", "-1"]) == 1
+    assert "use more than --ahead -1" in capsys.readouterr().err
 
 
 def test_without_ptp_the_action_is_taken_at_once(cameras, capsys):
