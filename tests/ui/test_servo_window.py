@@ -20,7 +20,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.overlay import Drawing, Stroke
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
@@ -43,7 +43,7 @@ def window(qtbot):
 
 
 def posture(**changes):
-    robot = SimTeo()
+    robot = SimRobot(teo.BODY)
     state = robot.state()
     board = geometry.pose(np.diag([1.0, -1.0, -1.0]), (0.6, -0.2, 0.3))
     made = Posture(
@@ -223,10 +223,12 @@ def test_an_orbit_sees_its_centre_in_the_middle_and_up_as_up():
 def test_a_line_is_cut_off_before_the_eye():
     orbit = Orbit()
     behind = np.array(orbit.centre) - 3 * orbit.distance * orbit.axes[2]
-    (part,) = orbit.line([orbit.centre, behind], 400, 300)
-    assert np.isfinite(part[0]).all()
-    assert part[1] >= NEAR
-    assert orbit.line([behind, behind], 400, 300) == []
+    for ends in ((orbit.centre, behind), (behind, orbit.centre)):
+        flat, depths = orbit.line(ends, 400, 300)
+        assert flat.shape == (1, 2, 2)
+        assert np.isfinite(flat).all()
+        assert depths[0] == pytest.approx((orbit.distance + NEAR) / 2)
+    assert len(orbit.line([behind, behind], 400, 300)[0]) == 0
 
 
 # -- a live run ------------------------------------------------------------------------------------
@@ -240,7 +242,7 @@ def calibration():
 def live(qtbot, window, calibration):
     """A pilot on the simulated robot, shown."""
     threads = set(threading.enumerate())
-    robot = SimTeo()
+    robot = SimRobot(teo.BODY)
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
     pilot = Pilot(

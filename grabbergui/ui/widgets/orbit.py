@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,17 +61,19 @@ class Orbit:
         flat: Points = seen[:, :2] / seen[:, 2:] * focal + (width / 2, height / 2)
         return flat
 
-    def line(self, points: ArrayLike, width: float, height: float) -> list[tuple[Points, float]]:
-        """The parts of a line that lie before the eye: (2, 2) pixels of each, and its depth in metres."""
-        seen = self.seen(points)
-        parts = []
-        for start, end in pairwise(seen):
-            if max(start[2], end[2]) <= NEAR:
-                continue
-            if start[2] < NEAR:
-                start = start + (end - start) * (NEAR - start[2]) / (end[2] - start[2])
-            elif end[2] < NEAR:
-                end = end + (start - end) * (NEAR - end[2]) / (start[2] - end[2])
-            both = np.array([start, end])
-            parts.append((self.flat(both, width, height), float(both[:, 2].mean())))
-        return parts
+    def segments(self, ends: ArrayLike, width: float, height: float) -> tuple[Points, Points]:
+        """The parts of lines (n, 2, 3) that lie before the eye: (m, 2, 2) pixels, (m,) depths in metres."""
+        seen = self.seen(np.asarray(ends, np.float64).reshape(-1, 3)).reshape(-1, 2, 3)
+        seen = seen[seen[:, :, 2].max(axis=1) > NEAR]
+        for this, other in ((0, 1), (1, 0)):
+            behind = seen[:, this, 2] < NEAR
+            start, end = seen[behind, this], seen[behind, other]
+            part = (NEAR - start[:, 2]) / (end[:, 2] - start[:, 2])
+            seen[behind, this] = start + (end - start) * part[:, None]
+        flat = self.flat(seen.reshape(-1, 3), width, height).reshape(-1, 2, 2)
+        return flat, seen[:, :, 2].mean(axis=1)
+
+    def line(self, points: ArrayLike, width: float, height: float) -> tuple[Points, Points]:
+        """The same of a line through points (n, 3)."""
+        array = np.asarray(points, np.float64)
+        return self.segments(np.stack((array[:-1], array[1:]), axis=1), width, height)

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from PyQt5.QtCore import QPointF, Qt
+from PyQt5.QtCore import QLineF, QPointF, Qt
 from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPalette, QPen, QPolygonF, QWheelEvent
 from PyQt5.QtWidgets import QWidget
 
@@ -94,14 +94,11 @@ class RobotView(QWidget):
         """Draw everything, what is farther away first."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        palette = self.palette()
-        painter.fillRect(self.rect(), palette.color(QPalette.ColorRole.Base))
-        self._ink = palette.color(QPalette.ColorRole.WindowText)
-        self._faint = palette.color(QPalette.ColorRole.Mid)
+        painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))
         self._floor(painter)
         posture = self._posture
         if posture is None:
-            painter.setPen(palette.color(QPalette.ColorRole.PlaceholderText))
+            painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
             painter.drawText(
                 self.rect(), Qt.AlignmentFlag.AlignCenter, self.tr("The robot has not answered yet")
             )
@@ -114,38 +111,36 @@ class RobotView(QWidget):
     # -- parts -----------------------------------------------------------------------------------
     def _floor(self, painter: QPainter) -> None:
         tiles = np.arange(-2, 7) * _TILE_M
-        low, high = float(tiles[0]), float(tiles[-1])
-        for tile in tiles:
-            x, y = float(tile), float(tile) - _ASIDE_M
-            across = [(x, low - _ASIDE_M, _FLOOR_M), (x, high - _ASIDE_M, _FLOOR_M)]
-            self._line(painter, across, self._faint, 1.0)
-            self._line(painter, [(low, y, _FLOOR_M), (high, y, _FLOOR_M)], self._faint, 1.0)
+        low, high = tiles[0], tiles[-1]
+        along = [((x, low - _ASIDE_M, _FLOOR_M), (x, high - _ASIDE_M, _FLOOR_M)) for x in tiles]
+        across = [((low, y - _ASIDE_M, _FLOOR_M), (high, y - _ASIDE_M, _FLOOR_M)) for y in tiles]
+        self._segments(painter, along + across, self._faint, 1.0)
 
     def _surroundings(self, painter: QPainter, posture: Posture) -> None:
-        low, high = posture.workspace
+        box = np.array(posture.workspace)
         corners = np.array(
-            [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+            [(box[x, 0], box[y, 1], box[z, 2]) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
         )
-        for start, end in _EDGES:
-            self._line(painter, corners[[start, end]], self._faint, 1.0, Qt.PenStyle.DashLine)
-        trail = QColor(*AXIS_COLOURS[2])
-        trail.setAlpha(150)
+        self._segments(painter, corners[np.array(_EDGES)], self._faint, 1.0, Qt.PenStyle.DashLine)
         if len(self._trail) > 1:
-            self._line(painter, np.array(self._trail), trail, 1.5)
+            way = QColor(*AXIS_COLOURS[2])
+            way.setAlpha(150)
+            self._line(painter, np.array(self._trail), way, 1.5)
 
     def _body(self, painter: QPainter, posture: Posture) -> None:
         parts: list[tuple[float, Points, bool]] = []
         for line in posture.skeleton:
-            drawn = self.orbit.line(line, self.width(), self.height())
-            parts += [(depth, part, index == len(drawn) - 1) for index, (part, depth) in enumerate(drawn)]
-        steel = QColor(self._ink)
+            flat, depths = self.orbit.line(line, self.width(), self.height())
+            last = len(flat) - 1
+            parts += [(float(depths[n]), part, n == last) for n, part in enumerate(flat)]
+        steel = self._ink
+        steel.setAlpha(235)
+        painter.setBrush(self.palette().color(QPalette.ColorRole.Highlight))
         for depth, part, last in sorted(parts, key=lambda part: -part[0]):
             thick = self._pixels(0.030, depth)
-            steel.setAlpha(235)
             painter.setPen(QPen(steel, thick, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap))
             painter.drawLine(QPointF(*part[0]), QPointF(*part[1]))
             painter.setPen(QPen(steel, 1.2))
-            painter.setBrush(self.palette().color(QPalette.ColorRole.Highlight))
             for end in part[: 1 if last else 2]:
                 painter.drawEllipse(QPointF(*end), 0.75 * thick, 0.75 * thick)
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -168,8 +163,7 @@ class RobotView(QWidget):
         glass = QColor(colour)
         glass.setAlpha(40)
         self._face(painter, corners, colour, glass)
-        for corner in corners:
-            self._line(painter, [camera[:3, 3], corner], colour, 1.2)
+        self._segments(painter, [(camera[:3, 3], corner) for corner in corners], colour, 1.2)
 
     def _marker(self, painter: QPainter, marker: Pose, size: float) -> None:
         for half, colour in ((0.8 * size, QColor("white")), (0.5 * size, QColor("black"))):
@@ -196,12 +190,17 @@ class RobotView(QWidget):
         style: Qt.PenStyle = Qt.PenStyle.SolidLine,
     ) -> None:
         origin = pose[:3, 3]
-        order = sorted(
-            range(3), key=lambda axis: -float(self.orbit.seen([origin + length * pose[:3, axis]])[0, 2])
-        )
-        for axis in order:
-            tip = origin + length * pose[:3, axis]
-            self._line(painter, [origin, tip], QColor(*AXIS_COLOURS[axis]), width, style)
+        tips = origin + length * pose[:3, :3].T
+        for axis in np.argsort(-self.orbit.seen(tips)[:, 2]):
+            self._line(painter, [origin, tips[axis]], QColor(*AXIS_COLOURS[axis]), width, style)
+
+    @property
+    def _ink(self) -> QColor:
+        return self.palette().color(QPalette.ColorRole.WindowText)
+
+    @property
+    def _faint(self) -> QColor:
+        return self.palette().color(QPalette.ColorRole.Mid)
 
     # -- lines -----------------------------------------------------------------------------------
     def _line(
@@ -212,9 +211,22 @@ class RobotView(QWidget):
         width: float,
         style: Qt.PenStyle = Qt.PenStyle.SolidLine,
     ) -> None:
+        array = np.asarray(points, np.float64)
+        self._segments(painter, np.stack((array[:-1], array[1:]), axis=1), colour, width, style)
+
+    def _segments(
+        self,
+        painter: QPainter,
+        ends: ArrayLike,
+        colour: QColor,
+        width: float,
+        style: Qt.PenStyle = Qt.PenStyle.SolidLine,
+    ) -> None:
         painter.setPen(QPen(colour, width, style, Qt.PenCapStyle.RoundCap))
-        for part, _ in self.orbit.line(points, self.width(), self.height()):
-            painter.drawLine(QPointF(*part[0]), QPointF(*part[1]))
+        flat, _ = self.orbit.segments(ends, self.width(), self.height())
+        lines = [QLineF(*line) for line in flat.reshape(-1, 4).tolist()]
+        if lines:
+            painter.drawLines(*lines)
 
     def _face(self, painter: QPainter, corners: Points, line: QColor, fill: QColor) -> None:
         seen = self.orbit.seen(corners)
