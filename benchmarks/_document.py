@@ -18,6 +18,18 @@ PREAMBLE = """# Benchmarks
 Figures are of one machine in one run: compare the rows of one table, not tables with each other. `make bench`
 measures everything again and rewrites this page; `python -m benchmarks NAME` does so for one of its sections.
 """
+ORDER = (
+    "GigE Vision",
+    "USB3 Vision",
+    "Both networks at once",
+    "The DDS profile",
+    "YARP ports",
+    "Painting",
+    "Recording",
+    "Converting pictures",
+    "The simulated sensor",
+)
+"""Sections in the order in which they are read; others follow."""
 _COLOURS = ("#3d7ea6", "#e08e45", "#6aa84f", "#a64d79", "#8c8c8c", "#c2b280", "#46627f")
 
 
@@ -27,13 +39,30 @@ def rewrite(document: Path = DOCUMENT, kept: Path = KEPT) -> None:
     drawing = find_spec("matplotlib") is not None
     if not drawing:
         print("The charts stay as they are: matplotlib is not installed (make setup).")
-    for path in sorted(kept.glob("*.json")):
-        section = Section.kept(path)
+    sections = [Section.kept(path) for path in sorted(kept.glob("*.json"))]
+    for section in sections:
         chapters[section.title] = markdown(section)
         for chart in section.charts if drawing else ():
             draw(chart, document.parent / IMAGES / f"{chart.name}.svg")
-    text = "\n".join([PREAMBLE, *(body.strip() + "\n" for body in chapters.values())])
+    titles = [title for title in ORDER if title in chapters]
+    titles += [title for title in chapters if title not in ORDER]
+    bodies = [chapters[title].strip() + "\n" for title in titles]
+    text = "\n".join([PREAMBLE, *_summary(sections, titles), *bodies])
     document.write_text(text, encoding="utf-8")
+
+
+def _summary(sections: list[Section], titles: list[str]) -> list[str]:
+    """How many of the goals are met, and each that is not."""
+    goals = [(section.title, goal) for section in sections for goal in section.goals]
+    if not goals:
+        return []
+    missed = [(title, goal) for title, goal in goals if not goal.met]
+    missed.sort(key=lambda one: titles.index(one[0]))
+    lines = [f"Of the {len(goals)} goals that the tables below judge, {len(goals) - len(missed)} are met."]
+    if missed:
+        lines[0] += " Not met:"
+        lines += ["", *(f"- {title}: {goal.asked}: {goal.measured}" for title, goal in missed)]
+    return ["\n".join(lines) + "\n"]
 
 
 def _chapters(text: str) -> dict[str, str]:

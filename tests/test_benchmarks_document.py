@@ -56,6 +56,7 @@ def test_only_measured_sections_are_replaced(tmp_path):
     assert text.startswith("# Benchmarks\n") and "old figures" not in text
     titles = [line for line in text.splitlines() if line.startswith("## ")]
     assert titles == ["## By hand", "## Speed", "## Last"]
+    assert "Of the 2 goals" in text and "1 are met. Not met:\n\n- Speed: no loss: 3 lost\n" in text
     assert "words\n" in text and text.endswith("more\n")
 
 
