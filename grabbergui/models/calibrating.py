@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
@@ -197,9 +197,11 @@ class CalibratingModel:
             try:
                 self._see(frame)
                 self._problem = ""
-            except GrabberError as error:
+            except UsageError as error:  # another size: the views so far are of no use
                 self._complain(str(error))
                 self._begin()
+            except GrabberError as error:
+                self._complain(str(error))
             except Exception as error:
                 # A damaged payload may be shorter than it claims; the next one may do.
                 log.exception("a picture could not be looked at")

@@ -12,7 +12,7 @@ import fakes
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.core.pfnc import by_name
+from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.driver.sim.rendered.board import MOVE_S, REST_S, BoardScene, holds
@@ -264,6 +264,19 @@ def test_a_damaged_picture_is_no_reason_to_end(stand, views):
     stand.grabber._fanout.put(short)
     stand.put(views[0], times=3)
     stand.until(lambda: stand.dialog.progress.value() == 1)
+
+
+def test_a_picture_in_an_unknown_format_is_told_and_costs_no_view(stand, views):
+    stand.click(stand.dialog.nextButton)
+    stand.put(views[0], times=3)
+    stand.until(lambda: stand.dialog.progress.value() == 1)
+    strange = frame(views[1])
+    strange.pixel_format = PixelFormat("Strange8", 0x81080001)
+    stand.grabber._fanout.put(strange)
+    stand.until(lambda: stand.dialog.messages.messages)
+    assert "Strange8" in stand.dialog.messages.messages[0]
+    stand.put(views[0], times=2)
+    assert stand.dialog.progress.value() == 1
 
 
 def test_begin_again_forgets(stand, views):
