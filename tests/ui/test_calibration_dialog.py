@@ -399,3 +399,4 @@ def test_the_window_opens_it_on_what_it_shows_and_closes_it_with_that(window_des
     window.actionCalibrate.trigger()
     window_desk.program.connection.disconnect()
     window_desk.until(lambda: opener.dialog is None and not window.actionCalibrate.isEnabled())
+    window_desk.until(lambda: "calibrating" not in {thread.name for thread in threading.enumerate()})
