@@ -24,7 +24,7 @@ from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.block_assembler import BlockAssembler
 from grabbergui.driver.gige.frame_builder import FrameBuilder
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
-from grabbergui.driver.gige.recvmmsg import IOVEC, MMSGHDR
+from grabbergui.driver.gige.message_slots import IOVEC, MMSGHDR
 from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.stream import make_pool, open_source
 from grabbergui.driver.gige.stream_receiver import StreamReceiver

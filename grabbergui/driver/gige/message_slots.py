@@ -1,0 +1,188 @@
+"""The memory that `recvmmsg` fills: a slot for each datagram, laid out as 64-bit Linux has its structures."""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import socket
+import sys
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.driver.gige.datagram_source import MAX_DATAGRAM
+
+SLOTS = 512
+"Datagrams a call, at most."
+BATCH_BYTES = 1 << 20
+"Of all slots together: so much fits into the processor's cache."
+USUAL_DATAGRAM = 1500
+SHORTEST_SLOT = 64
+SHRINK_AFTER = 64
+"Datagrams shorter than a slot, in a row, after which slots are made smaller."
+UDP_GRO = 104
+"Linux 5.0: option of a socket, and type of the control message that tells the length of joined packets."
+SOCKADDR_BYTES = 16
+FOREIGN = -1
+"Kind of a datagram that is not from our device. Other kinds: its length, and above that of joined packets."
+LENGTH_BITS = 20
+LENGTH_MASK = (1 << LENGTH_BITS) - 1
+
+IOVEC = np.dtype([("base", np.uint64), ("length", np.uint64)])
+MMSGHDR = np.dtype(
+    {
+        "names": ["name", "name_length", "iov", "iov_length", "control", "control_length", "received"],
+        "formats": [np.uint64, np.uint32, np.uint64, np.uint64, np.uint64, np.uint64, np.uint32],
+        "offsets": [0, 8, 16, 24, 32, 40, 56],
+        "itemsize": 64,
+    }
+)
+"`struct mmsghdr`; what is left out stays zero."
+CONTROL = np.dtype(
+    {
+        "names": ["length", "level", "type", "packet_length"],
+        "formats": [np.uint64, np.int32, np.int32, np.int32],
+        "offsets": [0, 8, 12, 16],
+        "itemsize": 24,
+    }
+)
+"`struct cmsghdr` with the number that UDP_GRO adds."
+
+
+def available() -> bool:
+    """Whether this system has such structures and the call."""
+    return sys.platform == "linux" and ctypes.sizeof(ctypes.c_void_p) == 8
+
+
+def join_packets(receiver: socket.socket) -> bool:
+    """Let the kernel join packets that come to a socket, as UDP_GRO does; whether it can."""
+    try:
+        receiver.setsockopt(socket.SOL_UDP, UDP_GRO, 1)
+    except OSError:
+        return False
+    return True
+
+
+class Stretch(NamedTuple):
+    """Neighbouring slots that hold datagrams of one kind."""
+
+    begin: int
+    end: int
+    length: int
+    "Bytes of each datagram; `FOREIGN` where they are not from our device."
+    packet_length: int
+    "Bytes of each packet in it, but the last, which may be shorter."
+
+
+class MessageSlots:
+    """Slots as long as the datagrams that come, so that these lie one after another without a gap."""
+
+    def __init__(self, receiver: socket.socket, device_ip: str) -> None:
+        self._socket = receiver
+        self._device_ip = int.from_bytes(socket.inet_aton(device_ip), "big")
+        self._call = ctypes.CDLL(None, use_errno=True).recvmmsg
+        self._data = np.zeros(BATCH_BYTES + MAX_DATAGRAM, np.uint8)
+        self._overflow = np.zeros((SLOTS, MAX_DATAGRAM), np.uint8)
+        "What a slot is too short for. Hardly ever touched, so it takes no memory."
+        self._names = np.zeros((SLOTS, SOCKADDR_BYTES), np.uint8)
+        self._sources = self._names[:, 4:8].view(">u4")[:, 0]
+        self._control = np.zeros(SLOTS, CONTROL)
+        self._packet_lengths = self._control["packet_length"]
+        self._iov = np.zeros((SLOTS, 2), IOVEC)
+        self._iov["base"][:, 1] = _addresses(self._overflow)
+        self._iov["length"][:, 1] = MAX_DATAGRAM
+        self._messages = np.zeros(SLOTS, MMSGHDR)
+        self._messages["name"] = _addresses(self._names)
+        self._messages["name_length"] = SOCKADDR_BYTES
+        self._messages["iov"] = _addresses(self._iov)
+        self._messages["iov_length"] = 2
+        self._messages["control"] = _addresses(self._control)
+        self._lengths = self._messages["received"]
+        self._control_lengths = self._messages["control_length"]
+        self._divide(USUAL_DATAGRAM)
+
+    def receive(self) -> int:
+        """Take datagrams that wait, without waiting for any; how many came. Raises OSError."""
+        self._control_lengths[: self.count] = CONTROL.itemsize
+        messages = ctypes.c_void_p(self._messages.ctypes.data)
+        received: int = self._call(self._socket.fileno(), messages, self.count, socket.MSG_DONTWAIT, None)
+        if received >= 0:
+            return received
+        code = ctypes.get_errno()
+        if code in (errno.EAGAIN, errno.EINTR, errno.ECONNREFUSED):
+            return 0
+        raise OSError(code, os.strerror(code))
+
+    def stretches(self, received: int) -> list[Stretch]:
+        """What came in the first `received` slots."""
+        kinds = self._lengths[:received].astype(np.int64)
+        joined = self._control_lengths[:received] != 0
+        if joined.any():
+            kinds |= self._packet_lengths[:received].astype(np.int64) * joined << LENGTH_BITS
+        foreign = self._sources[:received] != self._device_ip
+        if foreign.any():
+            kinds[foreign] = FOREIGN
+        breaks = ((kinds[1:] != kinds[:-1]).nonzero()[0] + 1).tolist()
+        found = []
+        for begin, end in zip([0, *breaks], [*breaks, received], strict=True):
+            kind = int(kinds[begin])
+            length, packet_length = kind & LENGTH_MASK, kind >> LENGTH_BITS
+            found.append(
+                Stretch(begin, end, FOREIGN, 0)
+                if kind == FOREIGN
+                else Stretch(begin, end, length, packet_length or length)
+            )
+        return found
+
+    def rows(self, stretch: Stretch) -> NDArray[np.uint8] | None:
+        """The packets of a stretch, one a row, where they lie so; they are not copied."""
+        begin, end, length, packet_length = stretch
+        slots = self._data[begin * self._pitch : end * self._pitch]
+        if length <= self._pitch and length == packet_length:
+            return slots.reshape(-1, self._pitch)[:, :length]
+        if length == self._pitch and length % packet_length == 0:
+            return slots.reshape(-1, packet_length)
+        return None
+
+    def datagram(self, slot: int, length: int) -> NDArray[np.uint8]:
+        """What a slot received, in one piece."""
+        begin = slot * self._pitch
+        if length <= self._pitch:
+            return self._data[begin : begin + length]
+        rest = self._overflow[slot, : length - self._pitch]
+        return np.concatenate([self._data[begin : begin + self._pitch], rest])
+
+    def fit(self, received: int) -> None:
+        """Make slots as long as datagrams are: at once where these grow, later where they shrink.
+
+        What the slots hold is no longer to be had afterwards.
+        """
+        longest = int(self._lengths[:received].max())
+        if longest > self._pitch:
+            self._divide(longest)
+        elif longest == self._pitch:
+            self._shorter = self._longest_shorter = 0
+        else:
+            self._shorter += received
+            self._longest_shorter = max(self._longest_shorter, longest)
+            if self._shorter > SHRINK_AFTER:
+                self._divide(max(self._longest_shorter, SHORTEST_SLOT))
+
+    def _divide(self, pitch: int) -> None:
+        """Make slots of `pitch` bytes."""
+        self._pitch = pitch
+        self.count = min(SLOTS, BATCH_BYTES // pitch)
+        "Slots in use."
+        self._shorter = self._longest_shorter = 0
+        begins = np.arange(SLOTS, dtype=np.uint64) * np.uint64(pitch)
+        self._iov["base"][:, 0] = self._data.ctypes.data + begins
+        self._iov["length"][:, 0] = pitch
+
+
+def _addresses(array: NDArray[Any]) -> NDArray[np.uint64]:
+    """Where each row of an array begins."""
+    steps = np.arange(len(array), dtype=np.uint64) * np.uint64(array.strides[0])
+    rows: NDArray[np.uint64] = array.ctypes.data + steps
+    return rows
