@@ -51,8 +51,24 @@ def _assemble(source: Input) -> None:
         _frames(_one_by_one(datagrams, stride, incomplete)),
         _frames(_by_rows(datagrams, stride, incomplete)),
     ]
-    if outcomes[0] != outcomes[1]:
+    # Of a block that goes on behind its announced end it is left open where it ends.
+    if outcomes[0] != outcomes[1] and not _goes_on(datagrams, stride):
         raise AssertionError(f"one by one: {outcomes[0]}\nby rows: {outcomes[1]}")
+
+
+def _goes_on(datagrams: list[bytes], stride: int) -> bool:
+    announced: dict[int, int] = {}
+    for datagram in datagrams:
+        header = refusing(gvsp.PacketHeader.decode, datagram)
+        if header is None:
+            continue
+        if header.format == gvsp.PacketFormat.LEADER:
+            leader = refusing(gvsp.Leader.decode, datagram[header.size :])
+            if leader is not None and leader.payload_bytes is not None:
+                announced[header.block_id] = -(-leader.payload_bytes // stride)
+        elif header.packet_id > announced.get(header.block_id, header.packet_id):
+            return True
+    return False
 
 
 def _assembler(stride: int, incomplete: bool) -> BlockAssembler:
