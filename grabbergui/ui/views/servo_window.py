@@ -79,7 +79,7 @@ class ServoWindow(QWidget):
         self.velocityPlot.setUp(self.tr("velocity of the hand, mm/s"), "xyz", CURVE_SECONDS, 20)
         self.turnPlot.setUp(self.tr("turning of the hand, °/s"), "xyz", CURVE_SECONDS, 5, shows_time=True)
         self.history.setColumnWidth(0, 76)
-        self.history.setColumnWidth(1, 176)
+        self.history.setColumnWidth(1, 196)
         self.stopButton.clicked.connect(lambda: self.stopPressed.emit())
         self.startButton.clicked.connect(lambda: self.startPressed.emit())
         self._boxes = (

@@ -79,7 +79,7 @@ class CoverageView(QWidget):
         for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
             nearer = 1 + slant_x * x + slant_y * y
             corners.append(QPointF(middle.x() + x * half_x * nearer, middle.y() + y * half_y * nearer))
-        line = QColor(_GREEN) if seen else self.palette().color(QPalette.ColorRole.Mid)
+        line = QColor(_GREEN) if seen else self.palette().color(QPalette.ColorRole.PlaceholderText)
         fill = QColor(_GREEN)
         fill.setAlpha(150)
         painter.setPen(QPen(line, 1.5))
