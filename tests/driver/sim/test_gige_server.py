@@ -13,7 +13,15 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.driver.gige.gvcp import Ack, CommandCode, PacketResend, ReadReg, WriteReg, encode_command
+from grabbergui.driver.gige.gvcp import (
+    Ack,
+    CommandCode,
+    PacketResend,
+    ReadReg,
+    Status,
+    WriteReg,
+    encode_command,
+)
 from grabbergui.driver.gige.gvcp_device import ForceIp, Identity, encode_discovery
 from grabbergui.driver.gige.gvcp_messages import Action
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
@@ -157,6 +165,24 @@ def test_lost_packets_come_again(stage):
             continue
     assert image(packets) == RAMP
     assert any(header.status == 0x0100 for header, _ in packets)
+
+
+def test_packets_that_did_not_leave_yet_are_not_sent_early(stage):
+    _, host = stage(bandwidth=16_384.0)
+    host.start()
+    header, _ = next(iter(host.packets()))
+    request = PacketResend(header.block_id, 10, 12)
+    host.control.sendto(request.encode(99), (host.address, 3956))
+    early = next(header for header, _ in host.packets() if header.status)
+    assert (early.status, early.packet_id) == (Status.PACKET_NOT_YET_AVAILABLE, 10)
+
+
+def test_whoever_asks_is_told_when_a_frame_has_left(stage):
+    sent = []
+    _, host = stage(on_sent=sent.append)
+    host.start()
+    blocks = [[header.block_id for header, _ in host.packets()][-1] for _ in range(3)]
+    assert sent[:3] == blocks, "before its trailer leaves"
 
 
 def test_packets_of_a_frame_long_gone_are_not_available(stage):
