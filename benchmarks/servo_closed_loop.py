@@ -61,12 +61,20 @@ def random_start(random, body):
         visible = sight[0] > 0.25 and facing > math.cos(math.radians(45)) and board[2, 1] > 0.6
         if (
             visible
-            and np.abs(control.off_centre(board[:3, 3], looking)).max() < math.radians(22)
+            and in_picture(board, looking)
             and math.degrees(abs(math.atan2(sight[1], sight[0]))) < 60
             and reach.inside(goal[:3, 3])
             and can_take(arm, goal, body.home)
         ):
             return board, person
+
+
+def in_picture(board, camera):
+    """Whether all of a board is seen, though the head may rest a little aside."""
+    half = 0.08
+    corners = ([x, y, 0.0, 1.0] for x in (-half, half) for y in (-half, half))
+    off = np.degrees([control.off_centre((board @ corner)[:3], camera) for corner in corners])
+    return bool((np.abs(off) < (28, 24)).all())
 
 
 def can_take(arm, goal, home):

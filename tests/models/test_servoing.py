@@ -14,14 +14,15 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.pilot import Pilot
-from grabbergui.servo.robots.sim_teo import SimTeo
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
 
 
 @pytest.fixture
 def pilot():
     """One that does not run: turns are told by hand."""
-    robot = SimTeo()
+    robot = SimRobot(teo.BODY)
     camera = desk.mounted_camera(robot, desk.things_for(Config().marker))
     return Pilot(camera, robot, lambda frame: desk.detector(Config(), desk.calibration()))
 

@@ -21,7 +21,7 @@ from grabbergui.servo import desk, geometry
 from grabbergui.servo.detection import MarkerDetection, Sighting
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
-from grabbergui.servo.robots import teo
+from grabbergui.servo.robots import teo, teo_yarp
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
@@ -127,7 +127,22 @@ def test_readings_arrive_as_they_are(robot, simulated):
     truth, seen = simulated.state(), robot.state()
     assert seen.head == pytest.approx(truth.head, abs=1e-9)
     assert seen.hand == pytest.approx(truth.hand, abs=1e-9)
+    wait_for(lambda: robot.state().arm is not None)
+    assert robot.state().arm == pytest.approx(truth.arm, abs=1e-9)
+    assert len(robot.skeleton(robot.state())) == 2
     assert time.monotonic() - seen.time < 0.5
+
+
+def test_a_robot_that_tells_no_angles_of_its_arm_will_do(names, simulated, monkeypatch):
+    monkeypatch.setattr(teo_yarp, "ARM_BOARD", "/anotherArm")
+    client = TeoOverYarp(names)
+    client.open()
+    try:
+        wait_for(lambda: client.state() is not None)
+        assert client.state().arm is None
+        assert len(client.skeleton(client.state())) == 1
+    finally:
+        client.close()
 
 
 def test_head_and_hand_move_as_told_and_stop(robot, simulated):

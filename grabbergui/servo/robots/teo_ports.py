@@ -15,7 +15,7 @@ from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.values import word
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.robots.teo_yarp import ARM, HEAD
+from grabbergui.servo.robots.teo_yarp import ARM, ARM_BOARD, HEAD
 
 log = logging.getLogger(__name__)
 
@@ -24,7 +24,7 @@ PERIOD = 0.01
 
 
 class TeoPorts:
-    """A control board for the head and a Cartesian controller for the right arm. Any thread."""
+    """A control board for the head, a Cartesian controller for the right arm and its encoders. Any thread."""
 
     def __init__(self, robot: SimRobot, names: NameClient, prefix: str = "/teoSim") -> None:
         self._robot = robot
@@ -32,6 +32,7 @@ class TeoPorts:
         self._moving = False
         self._head_state = OutputPort(f"{prefix}{HEAD}/state:o", names)
         self._arm_state = OutputPort(f"{prefix}{ARM}/state:o", names)
+        self._arm_encoders = OutputPort(f"{prefix}{ARM_BOARD}/state:o", names)
         self._ports = (
             RpcServer(f"{prefix}{HEAD}/rpc:i", self._head_request, names),
             RpcServer(f"{prefix}{HEAD}/command:i", self._head_command, names),
@@ -39,6 +40,7 @@ class TeoPorts:
             RpcServer(f"{prefix}{ARM}/rpc:s", self._arm_request, names),
             RpcServer(f"{prefix}{ARM}/command:i", self._arm_command, names),
             self._arm_state,
+            self._arm_encoders,
         )
         self._running = threading.Event()
         self._thread: threading.Thread | None = None
@@ -70,6 +72,8 @@ class TeoPorts:
             state = self._robot.state()
             self._head_state.write_bottle(messages.encoders(state.head))
             self._arm_state.write_bottle(self._status())
+            if state.arm is not None:
+                self._arm_encoders.write_bottle(messages.encoders(state.arm))
             time.sleep(PERIOD)
             if not self._running.is_set():
                 return

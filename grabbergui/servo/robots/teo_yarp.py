@@ -24,9 +24,12 @@ from grabbergui.servo.robots.robot import Robot, RobotState
 
 log = logging.getLogger(__name__)
 
-HEAD, ARM = "/head", "/rightArm/CartesianControl"
+HEAD, ARM_BOARD = "/head", "/rightArm"
+ARM = f"{ARM_BOARD}/CartesianControl"
 _STOP_TIMEOUT = 0.3
 _CARRIER = "fast_tcp"
+_ARM_FRESH = 0.3
+"Seconds that the arm's angles may be older than the head's."
 
 
 class TeoOverYarp(Robot):
@@ -39,6 +42,7 @@ class TeoOverYarp(Robot):
         self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
         self._head_state = InputPort(f"{local}{HEAD}/state:i", names)
         self._arm_state = InputPort(f"{local}{ARM}/state:i", names)
+        self._arm_encoders = InputPort(f"{local}{ARM_BOARD}/state:i", names)
         self._head_rpc = RpcClient(f"{remote}{HEAD}/rpc:i", names)
         self._arm_rpc = RpcClient(f"{remote}{ARM}/rpc:s", names)
         self._readings: dict[str, tuple[float, np.ndarray]] = {}
@@ -59,9 +63,11 @@ class TeoOverYarp(Robot):
         except GrabberError:
             self.close()
             raise
+        self._connect_arm_encoders()
         self._running.set()
         self._listen("head", self._head_state, lambda bottle: messages.read_encoders(bottle, 2))
         self._listen("hand", self._arm_state, messages.read_status)
+        self._listen("arm", self._arm_encoders, lambda bottle: messages.read_encoders(bottle, 6))
 
     def close(self) -> None:
         """See Robot."""
@@ -77,11 +83,12 @@ class TeoOverYarp(Robot):
         self._arm_rpc.close()
 
     def state(self) -> RobotState | None:
-        """See Robot; as old as the older of head and hand."""
-        head, hand = self._readings.get("head"), self._readings.get("hand")
+        """See Robot; as old as the older of head and hand. The arm's angles are for eyes and explanations."""
+        head, hand, arm = (self._readings.get(part) for part in ("head", "hand", "arm"))
         if head is None or hand is None:
             return None
-        return RobotState(min(head[0], hand[0]), head[1], hand[1])
+        fresh = arm is not None and head[0] - arm[0] < _ARM_FRESH
+        return RobotState(min(head[0], hand[0]), head[1], hand[1], arm[1] if arm and fresh else None)
 
     def move_head(self, velocity: Vector) -> None:
         """See Robot."""
@@ -117,7 +124,15 @@ class TeoOverYarp(Robot):
 
     @property
     def _ports(self) -> tuple[OutputPort | InputPort, ...]:
-        return self._head_commands, self._arm_commands, self._head_state, self._arm_state
+        inputs = self._head_state, self._arm_state, self._arm_encoders
+        return self._head_commands, self._arm_commands, *inputs
+
+    def _connect_arm_encoders(self) -> None:
+        """Nothing is moved by them, so a robot may do without."""
+        try:
+            self._arm_encoders.connect(f"{self._remote}{ARM_BOARD}/state:o", _CARRIER)
+        except GrabberError as error:
+            log.info("the arm's joints are not known: %s", error)
 
     def _set_mode(self, mode: Vocab) -> None:
         if self._mode != mode:
