@@ -90,8 +90,8 @@ class GigeDevice(Device):
         if found is None and not _is_ip(self.name):
             found = self._find(wanted)
         link = ControlLink(found.ip if found else self.name)
+        memory = DeviceMemory(link)
         try:
-            memory = DeviceMemory(link)
             self._identify(link, memory, found)
             holder = None
             if access is Access.CONTROL:
@@ -103,7 +103,7 @@ class GigeDevice(Device):
             controlling = access is Access.CONTROL
             link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
         except BaseException:
-            link.close()
+            self._let_go(link, memory)
             raise
         self._link, self._memory = link, memory
         self._stream = Stream(
@@ -128,11 +128,13 @@ class GigeDevice(Device):
             else:
                 messages.abandon()
         self._link = self._memory = self._stream = None
-        if link is None:
-            return
+        if link is not None and memory is not None:
+            self._let_go(link, memory)
+
+    def _let_go(self, link: ControlLink, memory: DeviceMemory) -> None:
         # The heart stops first: a released control must not look like a lost one.
         link.stop_heartbeat()
-        if memory is not None and memory.writable and link.lost is None:
+        if memory.writable and link.lost is None:
             try:
                 link.execute(WriteReg(((Register.CCP, 0),)), BRIEF)
             except GrabberError as error:

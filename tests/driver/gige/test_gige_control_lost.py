@@ -6,9 +6,12 @@ import os
 import queue
 from contextlib import closing
 
-from grabbergui.core.grabber import ConnectionState
+import pytest
+
+from grabbergui.core.errors import AckTimeoutError
+from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import WriteReg
@@ -29,3 +32,17 @@ def test_another_program_in_control_is_noticed_and_named() -> None:
             assert why.startswith(("another application, at 127.0.0.1", "the camera took our control back"))
             other.execute(WriteReg(((Register.CCP, 0),)))
             assert states.get(timeout=5)[0] is ConnectionState.OPEN, "it is ours again when the other leaves"
+
+
+def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.2")) as simulated:
+        device = GigeDevice(simulated.address)
+
+        def refuse(link: ControlLink, capability: Capability) -> None:
+            assert simulated.control.controlled
+            raise AckTimeoutError("no answer")
+
+        monkeypatch.setattr(device, "_holder", refuse)
+        with pytest.raises(AckTimeoutError):
+            device.open(Access.CONTROL)
+        assert not simulated.control.controlled
