@@ -7,11 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 import pyqtgraph as pg
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtWidgets import QLabel, QPushButton, QWidget
+from PyQt5.QtWidgets import QPushButton, QWidget
 
 from grabbergui.models.sharpness import HISTORY_SECONDS
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
+from grabbergui.ui.widgets.elided_label import ElidedLabel
 
 
 class FocusPanel(QWidget):
@@ -22,7 +23,7 @@ class FocusPanel(QWidget):
     wholeRequested = pyqtSignal()
     resetRequested = pyqtSignal()
 
-    scoreLabel: QLabel
+    scoreLabel: ElidedLabel
     regionButton: QPushButton
     wholeButton: QPushButton
     resetButton: QPushButton

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pyqtgraph as pg
 from PyQt5.QtCore import QSignalBlocker, pyqtSignal
-from PyQt5.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
+from PyQt5.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from grabbergui.models.histogram import Histogram
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
+from grabbergui.ui.widgets.elided_label import ElidedLabel
 
 
 class HistogramPanel(QWidget):
@@ -19,7 +20,7 @@ class HistogramPanel(QWidget):
     """What is to be shown as black and as white, as fractions of the sensor's range."""
     levelsReset = pyqtSignal()
 
-    figuresLabel: QLabel
+    figuresLabel: ElidedLabel
     logBox: QCheckBox
     fitButton: QPushButton
     resetButton: QPushButton

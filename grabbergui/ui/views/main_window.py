@@ -7,6 +7,7 @@ from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
     QAction,
     QActionGroup,
+    QApplication,
     QDockWidget,
     QMainWindow,
     QMenu,
@@ -18,6 +19,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.models.rendering import COLOUR_MAPS
 from grabbergui.ui import icons
+from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.theme import Theme
 from grabbergui.ui.views.changes_panel import ChangesPanel
@@ -34,6 +36,7 @@ from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.views.values_panel import ValuesPanel
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
+from grabbergui.ui.widgets.tab_order import give_focus
 from grabbergui.ui.widgets.task_stack import TaskStack
 
 TOOLS_HEIGHT = 210
@@ -147,6 +150,17 @@ class MainWindow(QMainWindow):
         """Say that it goes; nothing here waits."""
         self.closing.emit()
         super().closeEvent(event)
+
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        """The Tab key: through the panels from left to right, in each as one reads."""
+        cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
+        docks = self.findChildren(QDockWidget)
+        # Of docks that lie over each other Qt takes all for visible.
+        shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
+        tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
+        regions = [self.messages, self.tasks, self.sourcesDock, *cards, self.picture, self.gallery,
+                   self.recordingBar, *tools, self.featuresDock]  # fmt: skip
+        return give_focus(regions, QApplication.focusWidget(), forward=forward)
 
     def setTheme(self, theme: Theme) -> None:
         """Show which look is chosen."""

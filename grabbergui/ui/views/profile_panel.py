@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
+from PyQt5.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from grabbergui.models.line_profile import Line
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
+from grabbergui.ui.widgets.elided_label import ElidedLabel
 
 
 class ProfilePanel(QWidget):
@@ -21,7 +22,7 @@ class ProfilePanel(QWidget):
     rawToggled = pyqtSignal()
     """The sensor's own values are wanted, or the colours shown: see `rawBox`."""
 
-    lineLabel: QLabel
+    lineLabel: ElidedLabel
     rawBox: QCheckBox
     lineButton: QPushButton
     plot: ChannelPlot

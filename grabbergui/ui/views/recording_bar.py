@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from PyQt5.QtCore import QT_TRANSLATE_NOOP, pyqtSignal
-from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QLabel, QPushButton, QToolButton, QWidget
+from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QPushButton, QToolButton, QWidget
 
 from grabbergui.models.recorder import RecordingLimits, RecordingProgress
 from grabbergui.models.recording_writers import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.elided_label import ElidedLabel
 
 _KINDS = {
     RecordingKind.MCAP: QT_TRANSLATE_NOOP("RecordingBar", "ROS 2 messages (MCAP)"),
@@ -57,7 +58,7 @@ class RecordingBar(QWidget):
     limitBox: QComboBox
     amountBox: QDoubleSpinBox
     folderButton: QToolButton
-    progressLabel: QLabel
+    progressLabel: ElidedLabel
     playButton: QPushButton
 
     def __init__(self, parent: QWidget | None = None) -> None:

@@ -1,0 +1,243 @@
+"""The window for everybody: names to be read aloud, the Tab key, nothing cut off, sharp on any screen."""
+
+import os
+import subprocess
+import sys
+from itertools import pairwise
+
+import pytest
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtGui import QImage
+from PyQt5.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QDockWidget,
+    QGraphicsView,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QPlainTextEdit,
+    QScrollBar,
+    QTableView,
+    QToolBar,
+    QWidget,
+)
+
+from grabbergui.ui.language import speak
+from grabbergui.ui.widgets.elided_label import ElidedLabel
+from grabbergui.ui.widgets.tab_order import LINE, reading_order
+
+CONTROLS = (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QComboBox,
+    QGraphicsView,
+    QLineEdit,
+    QPlainTextEdit,
+)
+QTS_OWN = ("qt_", "ScrollLeftButton", "ScrollRightButton")
+"Beginnings of the names of parts that Qt makes and names itself."
+
+
+def full_of_panels(desk):
+    """The window with everything on show that it has."""
+    window = desk.window
+    desk.connect("sim:colour")
+    desk.watch()
+    desk.until(lambda: window.features.watched)
+    for dock in window.findChildren(QDockWidget):
+        dock.show()
+    desk.program.connection.connect_beside("sim:")
+    desk.until(lambda: len(window.gallery.tiles) == 2)
+    window.recordingBar.limitBox.setCurrentIndex(1)
+    window.actionPause.trigger()
+    desk.until(window.picture.pauseBar.isVisible)
+    window.features.levelBox.setCurrentIndex(2)
+    desk.until(lambda: settled(window), 20)
+    return window
+
+
+def settled(window):
+    """Whether every row on show has its controls."""
+    rows = window.features.rows
+    return all(
+        rows.rows(name) and all(row.editor is not None for row in rows.rows(name))
+        for name in window.features.watched
+    )
+
+
+def is_qts_own(widget):
+    corner = isinstance(widget, QAbstractButton) and isinstance(widget.parent(), QTableView)
+    return widget.objectName().startswith(QTS_OWN) or corner or isinstance(widget, (QScrollBar, QHeaderView))
+
+
+def controls(window):
+    """What a person can work, however deep it lies."""
+    for widget in window.findChildren(QWidget):
+        parts = isinstance(widget.parent(), (QAbstractSpinBox, QComboBox, QLineEdit))
+        inner = isinstance(widget.window(), QWidget) and widget.window() is not window
+        if isinstance(widget, CONTROLS) and not (parts or inner or is_qts_own(widget)):
+            yield widget
+
+
+def spoken_name(control, window):
+    """What a screen reader says of a control, by Qt's own rules."""
+    text = control.text() if isinstance(control, QAbstractButton) else ""
+    label = next((label for label in window.findChildren(QLabel) if label.buddy() is control), None)
+    return control.accessibleName() or text or (label.text() if label is not None else "")
+
+
+def test_every_control_has_a_name_to_be_read_aloud(window_desk):
+    window = full_of_panels(window_desk)
+    nameless = set()
+    for control in controls(window):
+        if not spoken_name(control, window):
+            name, of = control.objectName(), control.parent().objectName()
+            nameless.add(f"{type(control).__name__} {name} of {of}")
+    assert not nameless
+
+
+def test_the_tab_key_visits_every_control_once_and_comes_round(window_desk):
+    window = full_of_panels(window_desk)
+    window.activateWindow()
+    first = window.sources.addressEdit
+    first.setFocus()
+    visited = [first]
+    for _ in range(500):
+        window_desk.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+        now = QApplication.focusWidget()
+        if now is first:
+            break
+        assert now not in visited, f"Tab is caught between {visited[-1].objectName()} and {now.objectName()}"
+        visited.append(now)
+    else:
+        pytest.fail("Tab does not come round")
+    bar, tiles = window.recordingBar, window.gallery.tiles
+    for control in (window.sources.sourceList, window.sources.connectButton, window.features.filterEdit,
+                    window.features.levelBox, bar.recordButton, bar.kindBox, bar.limitBox, bar.amountBox,
+                    window.picture.canvas, window.picture.pauseBar.slider, *tiles):  # fmt: skip
+        assert control in visited, control.objectName()
+    assert not [w for w in visited if not w.isVisible()]
+    seen = [dock for dock in window.findChildren(QDockWidget) if any(dock.isAncestorOf(w) for w in visited)]
+    assert len(seen) == 3, "sources, features, and the one of the tools that lies on top"
+
+
+def test_the_tab_key_goes_as_one_reads(window_desk):
+    window = full_of_panels(window_desk)
+    for panel in (window.sources, window.recordingBar, window.features, *window.favourites.rows.rows("Gain")):
+        order = reading_order([panel])
+        places = [widget.mapTo(panel, QPoint(0, widget.height() // 2)) for widget in order]
+        assert len(order) >= 3
+        for before, after in pairwise(places):
+            lower = after.y() > before.y() - LINE
+            assert lower and (after.x() > before.x() or after.y() >= before.y() + LINE - 1)
+
+
+def test_back_tab_goes_the_same_way_back(window_desk):
+    window = full_of_panels(window_desk)
+    window.activateWindow()
+    window.sources.addressEdit.setFocus()
+    way = []
+    for _ in range(12):
+        way.append(QApplication.focusWidget())
+        window_desk.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Tab)
+    for expected in reversed(way):
+        window_desk.qtbot.keyClick(QApplication.focusWidget(), Qt.Key_Backtab)
+        assert QApplication.focusWidget() is expected
+
+
+def cut_off(window):
+    """Texts that do not fit the place they have."""
+    for widget in window.findChildren(QWidget):
+        if not widget.isVisible() or widget.window() is not window or is_qts_own(widget):
+            continue
+        where = f"{type(widget).__name__} {widget.objectName()}"
+        if isinstance(widget, QLabel) and not isinstance(widget, ElidedLabel) and widget.text():
+            if widget.wordWrap():
+                if widget.heightForWidth(widget.width()) > widget.height() + 2:
+                    yield where, widget.text()
+            elif widget.sizeHint().width() > widget.width() + 1:
+                yield where, widget.text()
+        elif isinstance(widget, (QAbstractButton, QCheckBox)) and widget.text():
+            elides = type(widget).__name__ == "_Header"  # a section's: it shortens its title itself
+            if widget.sizeHint().width() > widget.width() + 1 and not elides:
+                yield where, widget.text()
+
+
+@pytest.mark.parametrize("language", ["en", "es"])
+@pytest.mark.parametrize("size", [(1280, 800), (1366, 768)])
+def test_no_text_is_cut_off(qapp, request, language, size):
+    speak(qapp, language)
+    request.addfinalizer(lambda: speak(qapp, "en"))
+    desk = request.getfixturevalue("window_desk")
+    desk.window.resize(*size)
+    window = full_of_panels(desk)
+    assert (window.width(), window.height()) == size, "the window needs more room than it has"
+    cut = set()
+    docks = window.findChildren(QDockWidget)
+    for dock in docks:  # those that lie over each other, one after the other
+        dock.raise_()
+        desk.qtbot.wait(30)
+        once = set(cut_off(window))
+        desk.qtbot.wait(50)  # a figure that has just grown gets its room in the next turn
+        twice = {where for where, _ in cut_off(window)}
+        cut |= {(where, text) for where, text in once if where in twice}
+    assert not cut
+
+
+def test_the_tool_bar_has_room_for_all_of_its_buttons(window_desk):
+    bar = window_desk.window.findChild(QToolBar, "toolBar")
+    window_desk.qtbot.wait(50)
+    for action in bar.actions():
+        button = bar.widgetForAction(action)
+        assert button.isVisible(), action.text()
+
+
+@pytest.mark.parametrize("scale", ["1.5", "2"])
+def test_on_a_fine_screen_all_is_larger_and_sharp(tmp_path, scale):
+    script = tmp_path / "script.py"
+    script.write_text("""
+from PyQt5.QtGui import QImage
+desk.window.resize(1200, 760)
+desk.open("sim:?width=640&height=480&test_pattern=GreyHorizontalRamp")
+desk.until(lambda: desk.window.picture.canvas.pictureSize == (640, 480))
+desk.window.actionOneToOne.trigger()
+desk.wait_for_frames(5)
+desk.wait(0.5)
+canvas = desk.window.picture.canvas
+assert abs(canvas.zoom - 1) < 0.01, canvas.zoom
+desk.window.actionStop.trigger()
+desk.until(desk.window.actionStart.isEnabled)
+desk.wait(0.5)
+shown = canvas.grab().toImage().convertToFormat(QImage.Format_Grayscale8)
+raw = desk.program.picture.frame.raw()
+place = canvas.frameToView(320, 240)
+ratio = canvas.devicePixelRatioF()
+x, y = round(place.x() * ratio), round(place.y() * ratio)
+same = sum(
+    abs(shown.pixelColor(x + dx, y + dy).red() - int(raw[240 + dy, 320 + dx])) <= 2
+    for dx in range(-40, 40) for dy in range(-40, 40)
+)
+assert same == 6400, f"{same} of 6400 pixels are the frame's own"
+desk.screenshot("window.png")
+""")
+    environment = {**os.environ, "HOME": str(tmp_path), "QT_SCALE_FACTOR": scale}
+    environment.pop("QT_QPA_PLATFORM", None)
+    done = subprocess.run(
+        [sys.executable, "-m", "grabbergui", "gui", "--offscreen", "--script", str(script)],
+        capture_output=True,
+        text=True,
+        timeout=50,
+        env=environment,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 0, done.stderr
+    picture = QImage(str(tmp_path / "window.png"))
+    assert (picture.width(), picture.height()) == (1200 * float(scale), 760 * float(scale))
