@@ -16,7 +16,7 @@ from grabbergui.net.ros2.runtime import Ros2Node
 
 log = logging.getLogger(__name__)
 
-DISCOVERY_TIMEOUT = 3.0
+DISCOVERY_TIMEOUT = 5.0
 """Seconds that a topic has to appear."""
 WATCH_PERIOD = 0.1
 """Seconds between looks at what others changed, while anybody listens, and at whether it is still there."""

@@ -64,12 +64,10 @@ class Diagnostics:
 
     def _temperature(self) -> dict[str, float]:
         """Where the camera measures it: degrees Celsius, or what an old camera counts in."""
-        name = Role.TEMPERATURE.find(self._grabber.has_feature)
-        if name is None:
-            return {}
         try:
-            value = self._grabber.feature(name).value
-        except GrabberError as error:
-            log.debug("%s: %s", name, error)
+            name = Role.TEMPERATURE.find(self._grabber.has_feature)
+            value = self._grabber.feature(name).value if name else None
+        except GrabberError as error:  # the camera is lost, or closed before its server
+            log.debug("temperature: %s", error)
             return {}
         return {"temperature": float(value)} if isinstance(value, (int, float)) else {}

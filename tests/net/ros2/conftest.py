@@ -14,6 +14,37 @@ def domain():
     os.environ.update(own_domain())
 
 
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Others may have the machine's cores; what is to be found is found in the end."""
+    monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 20.0)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 20.0)
+
+
+@pytest.fixture
+def impatience(monkeypatch, patience):
+    """For what is not there."""
+    monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 1.0)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 1.0)
+
+
+@pytest.fixture
+def serve(camera, domain):
+    """Serves the camera, again and again if need be, and ends what is left."""
+    from grabbergui.net.ros2.server import Ros2GrabberServer
+
+    servers = []
+
+    def serve(name, **options):
+        servers.append(Ros2GrabberServer(camera, name, **options))
+        servers[-1].start()
+        return servers[-1]
+
+    yield serve
+    for server in servers:
+        server.stop()
+
+
 @pytest.fixture
 def camera():
     grabber = sources.create("sim:?width=320&height=240&fps=50&pixel_format=BayerRG8")
