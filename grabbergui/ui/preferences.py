@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from urllib.parse import quote
 
 from PyQt5.QtCore import QByteArray, QSettings, QStandardPaths
 
+from grabbergui.core.grabber import DeviceInfo
 from grabbergui.ui.theme import Theme
 
 MOST_RECENT = 10
 LAYOUT_VERSION = 2
 "Raised when docks change so much that an old layout makes no sense."
+
+
+def camera_model(info: DeviceInfo) -> str:
+    """The model of a camera, under which its preferences are kept; of what has none, its URI."""
+    return " ".join(part for part in (info.vendor, info.model) if part) or info.uri
 
 
 class Preferences:
@@ -46,6 +54,25 @@ class Preferences:
         """Remember both."""
         self._set("window/geometry", geometry)
         self._set("window/layout", layout)
+
+    def favourites_of(self, model: str) -> list[str] | None:
+        """Names of the features at hand, as they were chosen for a model of camera; None where none were."""
+        value = self._get(_of_model(model, "favourites"))
+        return [name for name in value.split(",") if name] if isinstance(value, str) else None
+
+    def keep_favourites(self, model: str, names: Sequence[str] | None) -> None:
+        """Remember them; None forgets what was chosen."""
+        # As one text: QSettings gives back an empty list as nothing at all.
+        self._set(_of_model(model, "favourites"), ",".join(names) if names is not None else None)
+
+    def layout_of(self, model: str) -> QByteArray | None:
+        """Where the docks were when a camera of this model was closed."""
+        value = self._get(_of_model(model, "layout"))
+        return value if isinstance(value, QByteArray) else None
+
+    def keep_layout_of(self, model: str, layout: QByteArray) -> None:
+        """Remember it."""
+        self._set(_of_model(model, "layout"), layout)
 
     @property
     def recent(self) -> list[str]:
@@ -105,7 +132,14 @@ class Preferences:
         return self._store.value(key) if self._store is not None else self._passing.get(key)
 
     def _set(self, key: str, value: object) -> None:
-        if self._store is not None:
-            self._store.setValue(key, value)
-        else:
+        if self._store is None:
             self._passing[key] = value
+        elif value is None:
+            self._store.remove(key)
+        else:
+            self._store.setValue(key, value)
+
+
+def _of_model(model: str, what: str) -> str:
+    """A key for a model, whose name may hold what QSettings takes for a path."""
+    return f"cameras/{quote(model, safe=' ')}/{what}"

@@ -8,6 +8,7 @@ from PyQt5.QtWidgets import QApplication, QMenu
 from grabbergui.core.features import FeatureDescription, format_value
 from grabbergui.models.connection import Connection
 from grabbergui.models.value_watch import PLOTTABLE
+from grabbergui.ui.controllers.favourites import FavouritesController
 from grabbergui.ui.views.main_window import MainWindow
 
 
@@ -16,8 +17,11 @@ class FeatureMenuController(QObject):
 
     plotRequested = pyqtSignal(FeatureDescription)
 
-    def __init__(self, window: MainWindow, connection: Connection) -> None:
+    def __init__(
+        self, window: MainWindow, connection: Connection, at_hand: FavouritesController
+    ) -> None:
         super().__init__(window)
+        self._favourites = at_hand
         self._window = window
         self._connection = connection
         self.menu: QMenu | None = None
@@ -34,7 +38,8 @@ class FeatureMenuController(QObject):
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         if description.kind in PLOTTABLE:
             menu.addAction(self.tr("&Plot over time"), lambda: self.plotRequested.emit(description))
-            menu.addSeparator()
+        self._add_favourites(menu, name)
+        menu.addSeparator()
         menu.addAction(self.tr("&Copy the name"), lambda: _copy(name))
         feature = source.features.feature(name)
         if feature is not None and feature.value is not None:
@@ -43,6 +48,23 @@ class FeatureMenuController(QObject):
         menu.aboutToHide.connect(self._on_menu_hidden)
         self.menu = menu
         menu.popup(where)
+
+    def _add_favourites(self, menu: QMenu, name: str) -> None:
+        at_hand = self._favourites
+        if name not in at_hand.names:
+            menu.addAction(self.tr("Keep at &hand"), lambda: at_hand.add(name))
+            return
+        place = at_hand.names.index(name)
+        menu.addSeparator()
+        menu.addAction(self.tr("&Remove from what is at hand"), lambda: at_hand.remove(name))
+        for text, steps, possible in (
+            (self.tr("Move to the &left"), -1, place > 0),
+            (self.tr("Move to the ri&ght"), 1, place + 1 < len(at_hand.names)),
+        ):
+            action = menu.addAction(text, lambda steps=steps: at_hand.move(name, steps))
+            if action is not None:
+                action.setEnabled(possible)
+        menu.addAction(self.tr("&Usual controls at hand"), at_hand.reset)
 
     def _on_menu_hidden(self) -> None:
         self.menu = None

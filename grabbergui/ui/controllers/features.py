@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -30,6 +31,8 @@ class FeatureController(QObject):
         self._panel = panel
         self._favourites = favourites
         self._model: FeatureTreeModel | None = None
+        self._chosen: tuple[str, ...] | None = None
+        "Favourites in place of those that suit any camera."
         self._bridge: Bridge | None = None
         # A thousand features may arrive at once, and each may need a new editor.
         self._pacer = Pacer(self)
@@ -48,15 +51,30 @@ class FeatureController(QObject):
         if self._model is not None:
             self._model.watch(())
         self._model = model
+        self._chosen = None
         if model is not None:
             self._bridge = Bridge(self)
             self._bridge.bind(model.feature_changed, self._on_model_feature_changed)
             self._bridge.bind(model.structure_changed, self._show_structure)
             self._bridge.bind(model.failed, self._on_model_failed)
         self._show_structure()
-        if model is not None:
-            for feature in model.known:
-                self._on_model_feature_changed(feature)
+        self._show_known()
+
+    @property
+    def favourites(self) -> tuple[str, ...]:
+        """Names of the features at hand, as far as the camera has them."""
+        model = self._model
+        if model is None:
+            return ()
+        names = self._chosen if self._chosen is not None else model.favourites
+        return tuple(name for name in names if model.description(name) is not None)
+
+    def show_favourites(self, names: Sequence[str] | None) -> None:
+        """Have these at hand until another source is shown; with None, those that suit any camera."""
+        self._chosen = tuple(names) if names is not None else None
+        self._fill_favourites()
+        self._watch()
+        self._show_known()
 
     def _show_structure(self) -> None:
         self._pacer.clear()
@@ -65,9 +83,18 @@ class FeatureController(QObject):
             self._favourites.setFavourites([])
             self._panel.setTree(None)
             return
-        self._favourites.setFavourites([self._favourite(model, name) for name in model.favourites])
-        self._panel.setTree(model.root, model.favourites)
+        self._fill_favourites()
+        self._panel.setTree(model.root, self.favourites)
         self._watch()
+
+    def _fill_favourites(self) -> None:
+        if (model := self._model) is not None:
+            self._favourites.setFavourites([self._favourite(model, name) for name in self.favourites])
+
+    def _show_known(self) -> None:
+        """What was read already need not be read again to be shown."""
+        for feature in self._model.known if self._model is not None else ():
+            self._on_model_feature_changed(feature)
 
     def _favourite(self, model: FeatureTreeModel, name: str) -> FeatureDescription:
         """A favourite under the name of what it is for, which is short and the same for every camera."""
@@ -83,7 +110,7 @@ class FeatureController(QObject):
 
     def _watch(self) -> None:
         if self._model is not None:
-            self._model.watch(self._panel.watched.union(self._model.favourites))
+            self._model.watch(self._panel.watched.union(self.favourites))
 
     def _on_model_feature_changed(self, feature: Feature) -> None:
         self._pacer.add(feature.name, partial(self._show, feature))

@@ -27,6 +27,7 @@ from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.calibrating import CalibrationOpener
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
+from grabbergui.ui.controllers.favourites import FavouritesController
 from grabbergui.ui.controllers.feature_menu import FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.gallery import GalleryController
@@ -93,7 +94,8 @@ class MainController(QObject):
         self.tuning = TuningController(window, self.connection, self.picture)
         self.changes = ChangesController(window, self.connection)
         self.values = ValuesController(window, self.connection)
-        self.feature_menu = FeatureMenuController(window, self.connection)
+        self.favourites = FavouritesController(window, self.connection, self.features, preferences)
+        self.feature_menu = FeatureMenuController(window, self.connection, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
         self.calibrating = CalibrationOpener(window, self.connection)
         self.log = LogController(window.log, self.log_book)
@@ -114,6 +116,7 @@ class MainController(QObject):
             return True
         self._down = True
         self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
+        self.favourites.keep_layout()
         self.features.set_model(None)
         deadline = time.monotonic() + CLOSE_TIME
         self.source_list.stop(0)  # a search under way ends while the rest is closed
@@ -147,7 +150,7 @@ class MainController(QObject):
         self.keeping.failed.connect(window.messages.showError)
         for teller in (self.keeping, self.user_sets, self.changes, self.values, self.tuning):
             teller.noticed.connect(window.messages.showNotice)
-        for tuning in (self.work, self.changes, self.values, self.tuning):
+        for tuning in (self.work, self.changes, self.values, self.tuning, self.favourites):
             tuning.failed.connect(window.messages.showError)
         for player in (self.keeping, self.recording):
             player.playRequested.connect(self.sources.connect_to)
@@ -183,6 +186,7 @@ class MainController(QObject):
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is self.connection.source and source.grabber is not None:
             self.features.set_model(source.features)
+            self.favourites.restore(source.grabber.info)
             self.window.setWindowTitle(f"{source.title} – grabbergui")
 
     def _on_connection_closing(self, _: OpenSource) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 
 from PyQt5.QtCore import QPoint, Qt, pyqtSignal
-from PyQt5.QtGui import QContextMenuEvent
+from PyQt5.QtGui import QContextMenuEvent, QMouseEvent
 from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
@@ -14,6 +14,7 @@ from grabbergui.models.feature_text import breakable, tooltip_html
 from grabbergui.ui.editors.auto_button import AutoButton
 from grabbergui.ui.editors.editor_choice import editor_class
 from grabbergui.ui.editors.feature_editor import FeatureEditor
+from grabbergui.ui.editors.row_drag import RowDrag
 from grabbergui.ui.editors.simple_editors import ReadingLabel
 
 log = logging.getLogger(__name__)
@@ -50,6 +51,8 @@ class FeatureRow(QWidget):
         self._label.setWordWrap(True)
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setSizePolicy(_column_policy())
+        self._label.setCursor(Qt.CursorShape.OpenHandCursor)
+        self._drag = RowDrag(self, self.name)
         self._cell = QWidget()
         self._cell.setSizePolicy(_column_policy())
         self._cell_line = QHBoxLayout(self._cell)
@@ -104,6 +107,16 @@ class FeatureRow(QWidget):
         self.auto.setFeature(feature)
         if self._feature is not None and self._feature.access is AccessMode.READ_ONLY:
             self.setFeature(self._feature)
+
+    def mousePressEvent(self, event: QMouseEvent | None) -> None:
+        """Perhaps the beginning of a drag."""
+        if event is not None:
+            self._drag.press(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Drag it to the favourites."""
+        if event is not None:
+            self._drag.move(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent | None) -> None:
         """Ask for the menu that all features have."""

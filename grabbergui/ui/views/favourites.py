@@ -4,18 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PyQt5.QtCore import QLine, QPoint, pyqtSignal
+from PyQt5.QtGui import (
+    QDragEnterEvent,
+    QDragLeaveEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QResizeEvent,
+)
+from PyQt5.QtWidgets import QGridLayout, QLabel, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.editors.feature_rows import FeatureRows
+from grabbergui.ui.editors.row_drag import dragged_feature
 from grabbergui.ui.loader import load_form
+
+CARD_WIDTH = 190
+"""Least width of one; as many stand in a line as there is room for."""
+MOST_WIDTH = 460
 
 
 class FavouritesStrip(QWidget):
-    """Some features side by side, larger than in the panel."""
+    """Some features side by side, larger than in the panel. Others can be dropped among them."""
 
-    cards: QHBoxLayout
+    dropped = pyqtSignal(str, int)
+    """The name of a feature, and before which of those shown it was dropped."""
+
+    cards: QGridLayout
     hintLabel: QLabel
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -23,25 +42,101 @@ class FavouritesStrip(QWidget):
         load_form("favourites", self)
         self.rows = FeatureRows(self)
         """Every row, with what people do in them as signals."""
-        self._shown: list[QWidget] = []
+        self._shown: list[FeatureRow] = []
+        self._columns = 1
+        self._place: int | None = None
+        "Before which card the hand is that drags a feature."
+        self.setAcceptDrops(True)
 
     def setFavourites(self, descriptions: Sequence[FeatureDescription]) -> None:
         """Show these features, left to right."""
         self.rows.clear()
-        for widget in self._shown:
-            self.cards.removeWidget(widget)
-            widget.hide()
-            widget.deleteLater()
-        self._shown = []
-        for description in descriptions:
-            card = self._card(description)
-            self.cards.insertWidget(len(self._shown), card, 1)
-            self._shown.append(card)
+        for row in self._shown:
+            self.cards.removeWidget(row)
+            row.hide()
+            row.deleteLater()
+        self._shown = [self._card(description) for description in descriptions]
+        self._arrange()
         self.hintLabel.setVisible(not descriptions)
 
     def setFeature(self, feature: Feature) -> None:
         """Show a feature that is among the favourites, or the automatic mode of one."""
         self.rows.setFeature(feature)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Put as many into a line as there is room for."""
+        super().resizeEvent(event)
+        if self._fitting() != self._columns:
+            self._arrange()
+
+    # -- dropping ----------------------------------------------------------------------------------
+    def dragEnterEvent(self, event: QDragEnterEvent | None) -> None:
+        """Take features."""
+        if event is not None and dragged_feature(event):
+            event.acceptProposedAction()
+
+    def dragMoveEvent(self, event: QDragMoveEvent | None) -> None:
+        """Show where it would be dropped."""
+        if event is not None and dragged_feature(event):
+            event.acceptProposedAction()
+            self._show_place(self.place_at(event.pos()))
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent | None) -> None:
+        """It is dropped elsewhere."""
+        self._show_place(None)
+
+    def dropEvent(self, event: QDropEvent | None) -> None:
+        """Tell what was dropped where."""
+        self._show_place(None)
+        if event is not None and (name := dragged_feature(event)):
+            event.acceptProposedAction()
+            self.dropped.emit(name, self.place_at(event.pos()))
+
+    def place_at(self, position: QPoint) -> int:
+        """Before which card a position is; one beyond the last is the end."""
+        for index, card in enumerate(self._shown):
+            box = card.geometry()
+            below = position.y() > box.bottom() + self.cards.verticalSpacing()
+            if not below and position.x() < box.center().x():
+                return index
+            last_of_line = (index + 1) % self._columns == 0
+            if not below and last_of_line:
+                return index + 1
+        return len(self._shown)
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Draw the place where something would be dropped."""
+        super().paintEvent(event)
+        if self._place is None or not self._shown:
+            return
+        at_end = self._place >= len(self._shown)
+        box = self._shown[-1 if at_end else self._place].geometry()
+        gap = self.cards.horizontalSpacing() // 2
+        x = box.right() + gap if at_end else max(1, box.left() - gap)
+        painter = QPainter(self)
+        painter.setPen(QPen(self.palette().highlight().color(), 2))
+        painter.drawLine(QLine(x, box.top(), x, box.bottom()))
+        painter.end()
+
+    def _show_place(self, place: int | None) -> None:
+        self._place = place
+        self.update()
+
+    # -- cards -------------------------------------------------------------------------------------
+    def _fitting(self) -> int:
+        """How many stand in a line."""
+        margins, gap = self.contentsMargins(), self.cards.horizontalSpacing()
+        room = self.width() - margins.left() - margins.right() + gap
+        return max(1, min(room // (CARD_WIDTH + gap), len(self._shown)))
+
+    def _arrange(self) -> None:
+        columns = self._fitting()
+        for column in range(max(columns, self._columns)):
+            self.cards.setColumnStretch(column, 1 if column < columns else 0)
+        self._columns = columns
+        for index, card in enumerate(self._shown):
+            self.cards.addWidget(card, index // columns, index % columns)
+        self.updateGeometry()
 
     def _card(self, description: FeatureDescription) -> FeatureRow:
         row = self.rows.make(description, self)
@@ -49,6 +144,7 @@ class FavouritesStrip(QWidget):
         font.setPointSizeF(font.pointSizeF() * 1.1)
         row.setFont(font)
         row.standBesideOthers()
-        row.setMinimumWidth(190)
-        row.setMaximumWidth(460)
+        row.setMinimumWidth(CARD_WIDTH)
+        row.setMaximumWidth(MOST_WIDTH)
+        row.show()
         return row

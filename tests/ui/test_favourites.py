@@ -1,0 +1,187 @@
+"""Controls at hand: dragged there, put in order, removed, and remembered for each model of camera."""
+
+import pytest
+from PyQt5.QtCore import QEvent, QPoint, QSettings, Qt
+from PyQt5.QtGui import QContextMenuEvent, QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.models import favourites
+from grabbergui.models.favourites import MOST
+from grabbergui.ui.preferences import Preferences, camera_model
+
+USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
+
+
+# -- the order ---------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("name", "index", "order"),
+    [("D", 0, "DABC"), ("D", 1, "ADBC"), ("D", 9, "ABCD"), ("D", -4, "DABC"),
+     ("A", 2, "BAC"), ("A", 3, "BCA"), ("A", 0, "ABC"), ("A", 1, "ABC"), ("C", 0, "CAB"), ("B", 3, "ACB")],
+)  # fmt: skip
+def test_a_name_is_placed_before_the_one_it_was_dropped_on(name, index, order):
+    assert favourites.placed(tuple("ABC"), name, index) == tuple(order)
+
+
+def test_names_are_moved_and_removed():
+    assert favourites.moved(tuple("ABC"), "A", 1) == tuple("BAC")
+    assert favourites.moved(tuple("ABC"), "A", -1) == tuple("ABC")
+    assert favourites.moved(tuple("ABC"), "X", 1) == tuple("ABC")
+    assert favourites.without(tuple("ABC"), "B") == tuple("AC")
+    full = tuple(f"F{n}" for n in range(MOST))
+    assert favourites.placed(full, "X", 0) == full
+    assert favourites.placed(full, "F3", 0)[0] == "F3"
+
+
+# -- in the window -----------------------------------------------------------------------------------
+@pytest.fixture
+def desk(window_desk):
+    window_desk.connect("sim:?width=320&height=240&fps=60")
+    window_desk.until(lambda: window_desk.window.favourites._shown[-1].x() > 100)  # they have their places
+    return window_desk
+
+
+def at_hand(desk):
+    """Names of the cards as they stand, line by line."""
+    strip = desk.window.favourites
+    cards = sorted(strip._shown, key=lambda card: (card.y(), card.x()))
+    return tuple(card.name for card in cards)
+
+
+def row(desk, name):
+    rows = desk.window.features.rows
+    desk.until(lambda: rows.rows(name) and rows.rows(name)[0].isVisible())
+    return rows.rows(name)[0]
+
+
+def drag(desk, monkeypatch, source, where):
+    """Press the mouse on a row's name, move it, and let go over the strip."""
+    strip = desk.window.favourites
+
+    def fly(flying, *_):
+        data, button = flying.mimeData(), Qt.LeftButton
+        for kind in (QDragEnterEvent, QDragMoveEvent):
+            event = kind(where, Qt.CopyAction, data, button, Qt.NoModifier)
+            QApplication.sendEvent(strip, event)
+            assert event.isAccepted()
+        assert strip._place is not None
+        strip.grab()
+        QApplication.sendEvent(strip, QDropEvent(where, Qt.CopyAction, data, button, Qt.NoModifier))
+        return Qt.CopyAction
+
+    monkeypatch.setattr(QDrag, "exec_", fly)
+    label = source._label
+    start = label.rect().center()
+    before = desk.program.favourites.names
+    desk.qtbot.mousePress(label, Qt.LeftButton, pos=start)
+    for way in (QPoint(3, 0), QPoint(QApplication.startDragDistance(), 0)):
+        assert desk.program.favourites.names == before
+        # Not over qtbot, whose moves have no button down.
+        event = QMouseEvent(QEvent.MouseMove, start + way, Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
+        QApplication.sendEvent(label, event)
+
+
+def menu_of(desk, widget):
+    where = widget.rect().center()
+    event = QContextMenuEvent(QContextMenuEvent.Mouse, where, widget.mapToGlobal(where))
+    QApplication.sendEvent(widget, event)
+    menu = desk.program.feature_menu.menu
+    desk.until(menu.isVisible)
+    return menu
+
+
+def choose(desk, widget, text):
+    menu = menu_of(desk, widget)
+    (action,) = (a for a in menu.actions() if a.text().replace("&", "") == text)
+    desk.qtbot.mouseClick(menu, Qt.LeftButton, pos=menu.actionGeometry(action).center())
+    desk.until(lambda: desk.program.feature_menu.menu is None)
+
+
+def test_a_control_is_dragged_among_the_favourites_and_works_there(desk, monkeypatch):
+    assert at_hand(desk) == USUAL
+    second = desk.window.favourites._shown[1].geometry()
+    drag(desk, monkeypatch, row(desk, "AcquisitionBurstFrameCount"), second.center() - QPoint(40, 0))
+    desk.until(lambda: at_hand(desk) == ("ExposureTime", "AcquisitionBurstFrameCount", *USUAL[1:]))
+    rows = desk.window.favourites.rows
+    desk.until(lambda: all(rows.rows(name)[0].editor is not None for name in at_hand(desk)))
+    field = rows.rows("AcquisitionBurstFrameCount")[0].editor.field
+    desk.until(field.isEnabled)
+    field.setFocus()
+    field.selectAll()
+    desk.qtbot.keyClicks(field, "3")
+    desk.qtbot.keyClick(field, Qt.Key_Return)
+    desk.until(lambda: desk.grabber.feature("AcquisitionBurstFrameCount").value == 3)
+    desk.grabber.write_feature("AcquisitionBurstFrameCount", 5)
+    desk.until(lambda: field.text() == "5")
+
+
+def test_favourites_are_put_in_another_order_by_dragging(desk, monkeypatch):
+    first, _, last = desk.window.favourites._shown
+    drag(desk, monkeypatch, first, last.geometry().center() + QPoint(40, 0))
+    desk.until(lambda: at_hand(desk) == ("Gain", "AcquisitionFrameRate", "ExposureTime"))
+
+
+def test_a_click_on_a_name_drags_nothing(desk):
+    label = desk.window.favourites._shown[0]._label
+    desk.qtbot.mouseClick(label, Qt.LeftButton)
+    assert at_hand(desk) == USUAL
+
+
+def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(desk):
+    choose(desk, row(desk, "TriggerMode"), "Keep at hand")
+    desk.until(lambda: at_hand(desk) == (*USUAL, "TriggerMode"))
+    choose(desk, desk.window.favourites._shown[3], "Move to the left")
+    desk.until(lambda: at_hand(desk) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
+    choose(desk, desk.window.favourites._shown[0], "Remove from what is at hand")
+    desk.until(lambda: at_hand(desk) == ("Gain", "TriggerMode", "AcquisitionFrameRate"))
+    choose(desk, desk.window.favourites._shown[0], "Usual controls at hand")
+    desk.until(lambda: at_hand(desk) == USUAL)
+
+
+def test_many_favourites_take_several_lines_and_too_many_are_refused(desk):
+    source = desk.program.connection.source
+    names = [d.name for d in source.features.root.descriptions() if d.name not in USUAL]
+    for name in names[: MOST - 3]:
+        desk.program.favourites.add(name)
+    desk.until(lambda: len(at_hand(desk)) == MOST)
+    strip = desk.window.favourites
+    desk.until(lambda: len({card.y() for card in strip._shown}) > 1)
+    assert all(card.geometry().right() <= strip.width() for card in strip._shown)
+    assert strip.place_at(strip._shown[3].geometry().center() + QPoint(-60, 0)) == 3
+    desk.program.favourites.add(names[MOST])
+    assert "no more than 12" in desk.errors[0]
+
+
+def test_a_model_of_camera_gets_its_favourites_and_its_layout_back(desk):
+    desk.program.favourites.add("TriggerMode")
+    desk.program.favourites.remove("Gain")
+    chosen = ("ExposureTime", "AcquisitionFrameRate", "TriggerMode")
+    desk.window.histogramDock.show()
+    desk.program.connection.disconnect()
+    desk.until(lambda: at_hand(desk) == ())
+    desk.window.histogramDock.hide()
+    desk.connect("sim:?width=64&height=64")
+    desk.until(lambda: at_hand(desk) == chosen)
+    assert desk.window.histogramDock.isVisible()
+
+
+def test_another_model_keeps_its_own(tmp_path):
+    store = Preferences(QSettings(str(tmp_path / "settings.ini"), QSettings.IniFormat))
+    one = camera_model(DeviceInfo("gige:1", vendor="Acme/Co", model="One & only"))
+    two = camera_model(DeviceInfo("gige:2", vendor="Acme/Co", model="Two"))
+    store.keep_favourites(one, ["Gain", "Gamma"])
+    store.keep_favourites(two, [])
+    store._store.sync()
+    again = Preferences(QSettings(str(tmp_path / "settings.ini"), QSettings.IniFormat))
+    assert again.favourites_of(one) == ["Gain", "Gamma"]
+    assert again.favourites_of(two) == []
+    assert again.favourites_of("Other") is None
+    again.keep_favourites(one, None)
+    assert again.favourites_of(one) is None
+    assert camera_model(DeviceInfo("ros2:/camera")) == "ros2:/camera"
+
+
+def test_what_this_camera_does_not_have_is_left_out(window_desk):
+    window_desk.preferences.keep_favourites("grabbergui Simulated camera", ["Nothing", "Gain"])
+    window_desk.connect("sim:?width=64&height=64")
+    window_desk.until(lambda: at_hand(window_desk) == ("Gain",))
