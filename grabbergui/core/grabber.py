@@ -67,6 +67,8 @@ class Access(Enum):
 
     CONTROL = "control"
     "Features can be written; others may read."
+    TAKE_OVER = "take over"
+    "Control, also from a program that offers it to whoever asks for it on purpose; granted as CONTROL."
     MONITOR = "monitor"
     "Only reading, beside whoever has control."
 

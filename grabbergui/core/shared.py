@@ -5,7 +5,7 @@ from __future__ import annotations
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
+from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber, StreamStatistics
 
 
 class SharedGrabber(FrameGrabber):
@@ -28,6 +28,7 @@ class SharedGrabber(FrameGrabber):
         self._grabber.features_changed.connect(self._on_features_changed)
         self._grabber.connection_changed.connect(self._on_connection_changed)
         self._grabber.noticed.connect(self._on_noticed)
+        self._grabber.event_received.connect(self._on_event)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
     def close(self) -> None:
@@ -35,6 +36,7 @@ class SharedGrabber(FrameGrabber):
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
         self._grabber.noticed.disconnect(self._on_noticed, missing_ok=True)
+        self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
         for queue in self._queues:
             queue.close()
         self._queues.clear()
@@ -96,6 +98,9 @@ class SharedGrabber(FrameGrabber):
 
     def _on_noticed(self, message: str) -> None:
         self.noticed.emit(message)
+
+    def _on_event(self, event: DeviceEvent) -> None:
+        self.event_received.emit(event)
 
     def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
         self.info = self._grabber.info

@@ -75,13 +75,16 @@ class Camera(FrameGrabber):
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
             self._hears_events = False
+            self.device.take_over = access is Access.TAKE_OVER
             try:
-                self._connect(access)
+                self._connect(Access.CONTROL if self.device.take_over else access)
             except BaseException:
                 self.device.close()
                 self._events.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
                 raise
+            # Once taken away again, control is not fought for.
+            self.device.take_over = False
             self._settings = SettingsMemory()
             self._closed.clear()
             self._poller = Poller(self._poll)

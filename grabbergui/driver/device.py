@@ -53,9 +53,12 @@ class Device(ABC):
     event_layout: DataLayout | None = None
     """Of the messages that `on_event` gets: one event each, its header included; None where it has none."""
 
+    take_over = False
+    """Whether `open` may take control from a program that offers it; most transports know no such offer."""
+
     @abstractmethod
     def open(self, access: Access) -> Access:
-        """Connect and return what was granted.
+        """Connect and return what was granted; CONTROL or MONITOR is asked for, see `take_over`.
 
         Raises SourceNotFoundError, AccessDeniedError (control asked for, held by another), TransportError.
         """

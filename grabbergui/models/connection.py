@@ -40,8 +40,10 @@ class LinkState(Enum):
 class OpenSource:
     """One source from being opened to being closed, and the one thread that calls it."""
 
-    def __init__(self, uri: SourceUri) -> None:
+    def __init__(self, uri: SourceUri, access: Access = Access.CONTROL) -> None:
         self.uri = uri
+        self.access = access
+        "What is asked for on opening."
         self.state = LinkState.OPENING
         "Where it stands."
         self.reason = ""
@@ -193,8 +195,10 @@ class Connection:
         for source in self._sources:
             self._end(source, "")
 
-    def _begin(self, uri: SourceUri, start: bool, *, at_hand: bool) -> None:
-        source = OpenSource(uri)
+    def _begin(
+        self, uri: SourceUri, start: bool, *, at_hand: bool, access: Access = Access.CONTROL
+    ) -> None:
+        source = OpenSource(uri, access)
         with self._lock:
             self._sources = (*self._sources, source)
             if at_hand:
@@ -214,9 +218,13 @@ class Connection:
             self.close(source)
 
     def take_control(self) -> None:
-        """Open a source that is open for reading only once more; it may have been given up meanwhile."""
+        """Open a source that is open for reading only once more, to control it.
+
+        The other program may have closed it meanwhile, or offer control to who asks on purpose, as ours do.
+        """
         if (source := self._source) is not None and source.read_only:
-            self.connect_to(str(source.uri))
+            self._end(source, "")
+            self._begin(source.uri, start=True, at_hand=True, access=Access.TAKE_OVER)
 
     def start(self) -> None:
         """Start streaming, on the source's own thread."""
@@ -259,7 +267,7 @@ class Connection:
         )
         grabber.noticed.connect(lambda text: self._pass_on(source, text), check_nargs=False)
         try:
-            grabber.open()
+            grabber.open(source.access)
         except AccessDeniedError as error:
             self._open_beside(source, grabber, error)
         hands = NotingGrabber(grabber, source.journal)

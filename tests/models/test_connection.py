@@ -216,7 +216,8 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     source.held = False
     bench.link.take_control()
     bench.until(S.STREAMING)
-    assert source.access is Access.CONTROL and not bench.link.source.read_only
+    assert not bench.link.source.read_only
+    assert source.access is Access.TAKE_OVER, "on purpose, so that it may be taken from one who offers it"
 
 
 def test_where_reading_is_refused_too_the_first_refusal_is_told(bench):

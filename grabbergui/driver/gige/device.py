@@ -40,6 +40,10 @@ from grabbergui.driver.gige.stream import Stream, tick_frequency
 
 log = logging.getLogger(__name__)
 
+SWITCHOVER_KEY = 0x4742
+"""Offers control to those who ask for it by this key: our own programs, when their user wants it. A program
+that asks without it is refused, so that none loses control by accident."""
+
 BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
 "For what a camera may leave unanswered: taking control from another, releasing it on the way out."
 
@@ -95,8 +99,9 @@ class GigeDevice(Device):
             self._identify(link, memory, found)
             holder = None
             if access is Access.CONTROL:
-                self._take_control(link)
+                self._take_control(link, memory.capability)
                 memory.writable = True
+                self._offer_control(link, memory.capability)
                 holder = self._holder(link, memory.capability)
             timeout_ms = link.read_register(Register.HEARTBEAT_TIMEOUT_MS)
             link.on_lost = self._on_link_lost
@@ -181,12 +186,15 @@ class GigeDevice(Device):
         found = discovery.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
 
-    def _take_control(self, link: ControlLink) -> None:
+    def _take_control(self, link: ControlLink, capability: Capability) -> None:
         privilege = link.read_register(Register.CCP)
         held = bool(privilege & (Control.CONTROL | Control.EXCLUSIVE))
+        asked: int = Control.CONTROL
+        if held and self.take_over and capability & Capability.SWITCHOVER:
+            asked |= SWITCHOVER_KEY << 16
         try:
             # Some devices do not answer what they refuse, so a held one is not asked for long.
-            link.execute(WriteReg(((Register.CCP, Control.CONTROL),)), BRIEF if held else None)
+            link.execute(WriteReg(((Register.CCP, asked),)), BRIEF if held else None)
         except DeviceStatusError as error:
             if error.status == Status.ACCESS_DENIED:
                 raise self._denied(link) from error
@@ -194,6 +202,15 @@ class GigeDevice(Device):
         except AckTimeoutError as error:
             link.read_register(Register.CCP)
             raise self._denied(link) from error
+
+    def _offer_control(self, link: ControlLink, capability: Capability) -> None:
+        if not capability & Capability.SWITCHOVER:
+            return
+        try:
+            link.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, SWITCHOVER_KEY),)))
+            link.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
+        except DeviceStatusError as error:
+            log.info("%s: control cannot be offered to others: %s", self.info.uri, error)
 
     @staticmethod
     def _holder(link: ControlLink, capability: Capability) -> Holder | None:

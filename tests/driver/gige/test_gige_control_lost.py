@@ -8,7 +8,7 @@ from contextlib import closing
 
 import pytest
 
-from grabbergui.core.errors import AckTimeoutError
+from grabbergui.core.errors import AccessDeniedError, AckTimeoutError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
@@ -46,3 +46,47 @@ def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.Monk
         with pytest.raises(AckTimeoutError):
             device.open(Access.CONTROL)
         assert not simulated.control.controlled
+
+
+def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.3")) as simulated:
+        first, second = (Camera(GigeDevice(simulated.address)) for _ in range(2))
+        states: queue.Queue[tuple[ConnectionState, str]] = queue.Queue()
+        with closing(first), closing(second):
+            first.open()
+            first.start()
+            first.connection_changed.connect(lambda state, why: states.put((state, why)))
+            with pytest.raises(AccessDeniedError):
+                second.open()
+            second.open(Access.TAKE_OVER)
+            assert second.access is Access.CONTROL
+            state, why = states.get(timeout=2)
+            assert state is ConnectionState.LOST and "another application" in why
+            frames = second.open_queue()
+            second.start()
+            assert frames.get(5).complete
+            assert second.write_feature("ExposureTime", 1500.0).value == 1500.0
+            # The first looks for the camera all the while, but does not take it back.
+            with pytest.raises(queue.Empty):
+                states.get(timeout=1.5)
+            assert second.write_feature("ExposureTime", 1600.0).value == 1600.0
+            second.close()
+            assert states.get(timeout=5)[0] is ConnectionState.OPEN
+
+
+def test_control_is_not_taken_from_one_who_does_not_offer_it() -> None:
+    address = f"127.81.{os.getpid() % 250 + 1}.4"
+    with (
+        closing(GigeCamera(address)),
+        closing(ControlLink(address)) as holder,
+        closing(Camera(GigeDevice(address))) as camera,
+    ):
+        holder.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
+        with pytest.raises(AccessDeniedError, match="another application"):
+            camera.open(Access.TAKE_OVER)
+        holder.execute(WriteReg(((Register.CONTROL_SWITCHOVER_KEY, 0x1234),)))
+        holder.execute(WriteReg(((Register.CCP, Control.CONTROL | Control.SWITCHOVER),)))
+        with pytest.raises(AccessDeniedError, match="another application"):
+            camera.open(Access.TAKE_OVER)
+        holder.execute(WriteReg(((Register.CCP, 0),)))
+        camera.open(Access.TAKE_OVER)

@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from grabbergui import sources
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
+from grabbergui.core.shared import SharedGrabber
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
 from grabbergui.driver.gige.bootstrap import Register
@@ -263,3 +264,16 @@ def test_events_of_a_camera_that_others_wrote(viva_camera: Any) -> None:
         assert numbers == sorted(set(numbers))
         assert isinstance(camera.device, GigeDevice) and camera.device._messages is not None
         assert camera.device._messages.inbox.ignored == 0
+
+
+def test_a_second_handle_hears_events_too() -> None:
+    camera = sources.create("sim:?width=64&height=48")
+    camera.open()
+    with closing(camera), closing(SharedGrabber(camera)) as handle:
+        handle.open()
+        told: queue.Queue[DeviceEvent] = queue.Queue()
+        handle.event_received.connect(lambda event: told.put(event))
+        camera.write_feature("EventSelector", "Test")
+        camera.write_feature("EventNotification", "On")
+        camera.execute("TestEventGenerate")
+        assert told.get(timeout=5).name == "Test"

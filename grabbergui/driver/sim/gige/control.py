@@ -183,7 +183,8 @@ class ControlChannel:
     def release(self) -> None:
         """End control as the device does on time-out: streams and messages stop too."""
         self._controller = None
-        for register in (gev.CCP, gev.PRIMARY_IP, gev.PRIMARY_PORT, gev.SCP, gev.MCP):
+        closed = (gev.CCP, gev.SWITCHOVER_KEY, gev.PRIMARY_IP, gev.PRIMARY_PORT, gev.SCP, gev.MCP)
+        for register in closed:
             self.memory.set(register, 0)
         self._unheard.clear()
         self.model.stop()
@@ -348,7 +349,7 @@ class ControlChannel:
 
     def _take_control(self, value: RegisterValue) -> RegisterValue:
         wanted = int(value)
-        if self._controller not in (None, self._source):
+        if self._controller not in (None, self._source) and not self._is_offered(wanted):
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "another application has control")
         if not wanted & _ON_CONTROL:
             self.release()
@@ -357,6 +358,12 @@ class ControlChannel:
         self.memory.set(gev.PRIMARY_IP, _number(self._source[0]))
         self.memory.set(gev.PRIMARY_PORT, self._source[1])
         return wanted & (_ON_CONTROL | Control.SWITCHOVER)
+
+    def _is_offered(self, wanted: int) -> bool:
+        """Whether whoever has control offers it to those who ask so."""
+        memory = self.memory
+        offered = memory.integer(gev.CCP) & Control.SWITCHOVER
+        return bool(offered and wanted & _ON_CONTROL and wanted >> 16 == memory.integer(gev.SWITCHOVER_KEY))
 
     def _set_packet_size(self, value: RegisterValue) -> RegisterValue:
         size = min(int(value) & bootstrap.PACKET_SIZE_MASK, self.largest_packet) & ~3

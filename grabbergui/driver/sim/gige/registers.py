@@ -39,6 +39,7 @@ _CAPABILITY = (
     | Capability.HEARTBEAT_DISABLE
     | Capability.SERIAL_NUMBER
     | Capability.USER_NAME
+    | Capability.SWITCHOVER
     | 0x00100000  # unconditional action
     | 0x00440000  # extended status codes
     | Capability.LINK_SPEED
@@ -83,6 +84,7 @@ TIMESTAMP_LOW = _register("latched timestamp low", _R.TIMESTAMP_LOW)
 GVCP_CONFIGURATION = _register("GVCP configuration", _R.GVCP_CONFIGURATION, writable=True)
 IEEE1588_STATUS = _register("IEEE 1588 status", 0x096C)
 GVSP_CONFIGURATION = _register("GVSP configuration", _R.GVSP_CONFIGURATION, writable=True)
+SWITCHOVER_KEY = _register("control switchover key", _R.CONTROL_SWITCHOVER_KEY, writable=True, high=0xFFFF)
 CCP = _register("CCP", _R.CCP, writable=True)
 PRIMARY_PORT = _register("primary application port", _R.PRIMARY_APPLICATION_PORT)
 PRIMARY_IP = _register("primary application IP", _R.PRIMARY_APPLICATION_IP)
@@ -131,6 +133,7 @@ _REGISTERS = (
     GVCP_CONFIGURATION,
     IEEE1588_STATUS,
     _register("pending timeout", _R.PENDING_TIMEOUT_MS, 1000),
+    SWITCHOVER_KEY,
     GVSP_CONFIGURATION,
     CCP,
     PRIMARY_PORT,
