@@ -23,6 +23,7 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.geometry import Pose, pose, quaternion_from_rotation
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.ros2_packages import PUBLISHER, require_packages
 from grabbergui.servo.state_machine import State
 
 log = logging.getLogger(__name__)
@@ -47,6 +48,7 @@ class Ros2Publisher:
 
     def open(self) -> None:
         """Join the network and follow the pilot. Raises SourceUnavailableError without ROS 2."""
+        require_packages(*PUBLISHER)
         namespace, node_name = self._name
         self._ros = Ros2Node(node_name, namespace)
         from diagnostic_msgs.msg import DiagnosticStatus

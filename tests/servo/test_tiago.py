@@ -3,13 +3,14 @@
 import itertools
 import json
 import math
+import sys
 
 import numpy as np
 import pytest
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import desk, geometry
+from grabbergui.servo import desk, geometry, ros2_packages
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
@@ -179,6 +180,28 @@ def test_the_command_takes_it_by_name(tmp_path, capsys):
 
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "pinocchio", None)
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
     with pytest.raises(SourceUnavailableError, match=r"pip install 'grabbergui\[servo\]'"):
         load_urdf(tiago.shipped_urdf())
+
+
+def test_without_ros_every_way_to_it_says_what_to_do(body, monkeypatch):
+    from grabbergui.servo.publisher_ros2 import Ros2Publisher
+    from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
+    from grabbergui.servo.robots.tiago_topics import TiagoTopics
+
+    monkeypatch.setitem(sys.modules, "rclpy", None)
+    for opened in (
+        TiagoOverRos2(body).open,
+        Ros2Publisher(None).open,
+        lambda: TiagoTopics(SimRobot(body)),
+    ):
+        with pytest.raises(SourceUnavailableError, match="make setup-ros2"):
+            opened()
+
+
+def test_a_message_package_that_is_missing_is_named(monkeypatch):
+    monkeypatch.setattr(ros2_packages, "require_ros2", lambda: None)
+    monkeypatch.setitem(sys.modules, "trajectory_msgs", None)
+    with pytest.raises(SourceUnavailableError, match="the ROS 2 package trajectory_msgs is not installed"):
+        ros2_packages.require_packages("trajectory_msgs.msg")

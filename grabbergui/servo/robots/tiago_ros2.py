@@ -15,6 +15,7 @@ from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Body, Robot, RobotState
+from grabbergui.servo.ros2_packages import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
 
@@ -60,6 +61,7 @@ class TiagoOverRos2(Robot):
 
     def open(self) -> None:
         """See Robot. Raises SourceNotFoundError where no joint states come."""
+        require_packages(*ROBOT)
         from geometry_msgs.msg import TwistStamped
         from sensor_msgs.msg import JointState
         from trajectory_msgs.msg import JointTrajectory

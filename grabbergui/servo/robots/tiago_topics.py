@@ -12,6 +12,7 @@ from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_ros2 import Topics
+from grabbergui.servo.ros2_packages import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
 
@@ -25,6 +26,7 @@ class TiagoTopics:
     def __init__(self, robot: SimRobot, topics: Topics | None = None, node_name: str = "tiago") -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2."""
         topics = topics or Topics()
+        require_packages(*ROBOT)
         self._robot = robot
         self._topics = topics
         self._ros = Ros2Node(node_name)
