@@ -28,6 +28,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )
+    parser.add_argument("--theme", choices=("auto", "light", "dark"), default="auto", help="of the window")
     parser.add_argument(
         "--print", type=Path, metavar="FILE", dest="sheet", help="only save the board, as .pdf or .png"
     )
@@ -85,13 +86,15 @@ def _run(options: argparse.Namespace) -> int:
 def _show(options: argparse.Namespace) -> int:
     """The same in a window, which asks where to save."""
     try:
+        from grabbergui.ui.theme import Theme
         from grabbergui.ui.views import calibration_run
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
     with opened(options.source) as grabber:
         grabber.start()
         seconds = options.seconds if options.screenshot else None
-        saved = calibration_run.run(grabber, settings(options), options.screenshot, seconds)
+        theme = Theme(options.theme)
+        saved = calibration_run.run(grabber, settings(options), options.screenshot, seconds, theme)
     if saved is not None:
         print(f"saved as {saved}")
     return 0

@@ -8,8 +8,10 @@ import select
 import statistics
 import sys
 import time
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +47,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )
+    parser.add_argument("--theme", choices=("auto", "light", "dark"), default="auto", help="of the window")
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
     parser.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20)")
@@ -99,7 +102,7 @@ def _follow(
         if recorder is not None:
             recorder.add(turn, frame, pilot.loop.sighting)
 
-    window = None if options.headless else _window()
+    window = None if options.headless else _window(options)
     pilot.turned.connect(turned)
     pilot.failed.connect(outcome.fail)
     pilot.start()
@@ -111,7 +114,7 @@ def _follow(
 
     try:
         if window is not None:
-            window(pilot, calibration, options.seconds, options.screenshot)
+            window(pilot, calibration)
         while options.headless and not over():
             if _typed(0.1, pilot) == "q":
                 break
@@ -130,12 +133,14 @@ def _follow(
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
 
 
-def _window() -> Any:
+def _window(options: argparse.Namespace) -> Callable[[Pilot, CalibrationFor], None]:
     try:
+        from grabbergui.ui.theme import Theme
         from grabbergui.ui.views import servo_run
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
-    return servo_run.run
+    theme = Theme(options.theme)
+    return partial(servo_run.run, seconds=options.seconds, screenshot=options.screenshot, theme=theme)
 
 
 class _Outcome:

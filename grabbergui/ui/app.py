@@ -169,6 +169,13 @@ def application() -> QApplication:
     return app
 
 
+def look(theme: Theme, screenshot: bool = False) -> Theme:
+    """The look of a window: AUTO is that of the user's preferences, or light in a screenshot."""
+    if theme is not Theme.AUTO:
+        return theme
+    return Theme.LIGHT if screenshot else Preferences.of_user().theme
+
+
 @contextmanager
 def _guarded(window: MainWindow) -> Iterator[None]:
     """Log what nobody caught, on any thread, and show it in the error bar instead of ending."""

@@ -10,10 +10,9 @@ from PyQt5.QtWidgets import QDialog
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.servo.calibration_choice import CalibrationChoice
-from grabbergui.ui.app import application
+from grabbergui.ui.app import application, look
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
@@ -24,7 +23,7 @@ def run(
     settings: BoardSettings | None = None,
     screenshot: Path | None = None,
     seconds: float | None = None,
-    theme: Theme | None = None,
+    theme: Theme = Theme.AUTO,
 ) -> Path | None:
     """Show it until it is closed, and return the file of the calibration that was saved last, if any.
 
@@ -32,7 +31,7 @@ def run(
     `screenshot` it saves its own picture then.
     """
     app = application()
-    dress(app, theme or (Theme.LIGHT if screenshot else Preferences.of_user().theme))
+    dress(app, look(theme, screenshot is not None))
     dialog = CalibrationDialog()
     saved: list[Path] = []
     controller = CalibratingController(dialog, grabber, saved.append, settings)
@@ -52,13 +51,13 @@ def run(
     return saved[-1] if saved else None
 
 
-def choose(grabber: FrameGrabber, theme: Theme | None = None) -> CalibrationChoice | None:
+def choose(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> CalibrationChoice | None:
     """Say that a camera is not calibrated and ask what to do; None where nothing was chosen.
 
     The source must stream, so that it can be calibrated at once.
     """
     app = application()
-    dress(app, theme or Preferences.of_user().theme)
+    dress(app, look(theme))
     dialog = CalibrationChoiceDialog(grabber.info.title)
     chooser = CalibrationChooser(dialog, grabber)
     dialog.exec_()

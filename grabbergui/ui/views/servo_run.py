@@ -10,9 +10,8 @@ from PyQt5.QtCore import QTimer
 
 from grabbergui.servo.calibration_choice import CalibrationFor
 from grabbergui.servo.pilot import Pilot
-from grabbergui.ui.app import application
+from grabbergui.ui.app import application, look
 from grabbergui.ui.controllers.servoing import ServoController
-from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.servo_window import ServoWindow
 
@@ -25,16 +24,15 @@ def run(
     calibration: CalibrationFor,
     seconds: float | None,
     screenshot: Path | None = None,
-    theme: Theme | None = None,
+    theme: Theme = Theme.AUTO,
 ) -> None:
     """Show a running pilot until the window is closed or the time is up.
 
     A loop that ended by an error is shown with its reason, and may be started again. With `screenshot` the
-    window's own picture is saved before it closes. `theme` is that of the user's preferences if not given,
-    light in a screenshot.
+    window's own picture is saved before it closes. Of `theme`, see `app.look`.
     """
     app = application()
-    dress(app, theme or (Theme.LIGHT if screenshot else Preferences.of_user().theme))
+    dress(app, look(theme, screenshot is not None))
     window = ServoWindow()
     controller = ServoController(window, pilot, calibration)
 
