@@ -8,6 +8,7 @@ import json
 import os
 import re
 import shutil
+import socket
 import subprocess
 import sys
 import tempfile
@@ -93,7 +94,10 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     from grabbergui.ui.preferences import Preferences
     from grabbergui.ui.views.main_window import MainWindow
 
-    stream_socket.MIN_BUFFER_BYTES = stream_socket.MAX_BUFFER_BYTES = STOCK_RECEIVE_BUFFER
+    def grant_little(receiver: socket.socket, wanted: int) -> None:
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, min(wanted, STOCK_RECEIVE_BUFFER))
+
+    stream_socket._grow_buffer = grant_little
     app = application()
     window = MainWindow()
     program = MainController(window, Preferences(None))

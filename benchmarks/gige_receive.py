@@ -22,11 +22,13 @@ import numpy as np
 from grabbergui.core.frame import Frame
 from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.block_assembler import BlockAssembler
+from grabbergui.driver.gige.datagram_source import PlainSource
 from grabbergui.driver.gige.frame_builder import FrameBuilder
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
 from grabbergui.driver.gige.message_slots import IOVEC, MMSGHDR
+from grabbergui.driver.gige.recvmmsg import BatchSource
 from grabbergui.driver.gige.resend import ResendPolicy
-from grabbergui.driver.gige.stream import make_pool, open_source
+from grabbergui.driver.gige.stream import make_pool
 from grabbergui.driver.gige.stream_receiver import StreamReceiver
 from grabbergui.driver.gige.stream_socket import buffer_bytes, open_stream_socket
 
@@ -114,7 +116,7 @@ def measure(packet_size: int, rate: float, seconds: float, *, batched: bool) -> 
     assembler = BlockAssembler(
         gvsp.payload_stride(packet_size), PAYLOAD, make_pool(PAYLOAD).take, ResendPolicy(enabled=False)
     )
-    source = open_source(receiver, DEVICE, batched=batched)
+    source = BatchSource(receiver, DEVICE) if batched else PlainSource(receiver, DEVICE)
     frames: list[int] = []
 
     def take(frame: Frame) -> None:

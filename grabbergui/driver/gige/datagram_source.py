@@ -21,6 +21,9 @@ class DatagramSource(ABC):
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Wait at most `timeout` seconds for a datagram, then take what is there. Raises OSError."""
 
+    def close(self) -> None:  # noqa: B027 - most have nothing to let go
+        """Let go of what the source opened itself."""
+
 
 class PlainSource(DatagramSource):
     """A system call for each datagram: runs everywhere."""

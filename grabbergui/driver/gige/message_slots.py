@@ -79,8 +79,7 @@ class Stretch(NamedTuple):
 class MessageSlots:
     """Slots as long as the datagrams that come, so that these lie one after another without a gap."""
 
-    def __init__(self, receiver: socket.socket, device_ip: str) -> None:
-        self._socket = receiver
+    def __init__(self, device_ip: str) -> None:
         self._device_ip = int.from_bytes(socket.inet_aton(device_ip), "big")
         self._call = ctypes.CDLL(None, use_errno=True).recvmmsg
         self._data = np.zeros(BATCH_BYTES + MAX_DATAGRAM, np.uint8)
@@ -103,11 +102,11 @@ class MessageSlots:
         self._control_lengths = self._messages["control_length"]
         self._divide(USUAL_DATAGRAM)
 
-    def receive(self) -> int:
-        """Take datagrams that wait, without waiting for any; how many came. Raises OSError."""
+    def receive(self, descriptor: int) -> int:
+        """Take datagrams that wait at a socket, without waiting for any; how many came. Raises OSError."""
         self._control_lengths[: self.count] = CONTROL.itemsize
         messages = ctypes.c_void_p(self._messages.ctypes.data)
-        received: int = self._call(self._socket.fileno(), messages, self.count, socket.MSG_DONTWAIT, None)
+        received: int = self._call(descriptor, messages, self.count, socket.MSG_DONTWAIT, None)
         if received >= 0:
             return received
         code = ctypes.get_errno()

@@ -10,6 +10,7 @@ from __future__ import annotations
 import select
 import socket
 import time
+from collections.abc import Sequence
 
 from grabbergui.driver.gige.block_assembler import BlockAssembler
 from grabbergui.driver.gige.datagram_source import DatagramSource
@@ -31,37 +32,66 @@ BATCHES = 8
 
 
 class BatchSource(DatagramSource):
-    """Feeds an assembler from a socket by batches. One thread."""
+    """Feeds an assembler from a socket, or from several at one port, by batches. One thread."""
 
-    def __init__(self, receiver: socket.socket, device_ip: str) -> None:
-        join_packets(receiver)
-        self._slots = MessageSlots(receiver, device_ip)
-        self._pace = Pace(buffer_bytes(receiver), SLOTS * BATCHES)
+    def __init__(
+        self, receiver: socket.socket, device_ip: str, more: Sequence[socket.socket] = ()
+    ) -> None:
+        """`more` are further sockets at the same port, which become the source's own."""
+        self._more = more
+        sockets = [receiver, *more]
+        self._descriptors = [each.fileno() for each in sockets]
         self._poll = select.poll()
-        self._poll.register(receiver, select.POLLIN)
+        for each in sockets:
+            join_packets(each)
+            self._poll.register(each, select.POLLIN)
+        self._slots = MessageSlots(device_ip)
+        self._pace = Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES)
         self._drained = True
-        "Whether the socket was empty when it was last looked at."
+        "Whether the sockets were empty when they were last looked at."
+        self._newest = 0
+        "Which socket the last packets came from."
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """See DatagramSource."""
-        if self._drained:
-            pause = self._pace.pause(assembler.expected(), assembler.stride)
-            if pause:
-                time.sleep(pause)
-            else:
-                self._poll.poll(1000 * timeout)
         before = assembler.statistics.packets
-        for _ in range(BATCHES):
-            slots = self._slots.count
-            received = self._slots.receive()
-            now = time.monotonic()
-            if received:
-                self._take(assembler, received, now)
-            self._drained = received < slots
-            if self._drained:
-                break
+        pause = self._pace.pause(assembler.expected(), assembler.stride) if self._drained else 0.0
+        if pause:
+            time.sleep(pause)
+        waiting = self._waiting(timeout if self._drained and not pause else 0.0)
+        now = time.monotonic()
+        self._drained = True
+        for index in waiting:
+            now = self._drain(index, assembler)
         packets = assembler.statistics.packets - before
         self._pace.took(packets, now, more=assembler.expected() > 0)
+
+    def close(self) -> None:
+        """Close the further sockets."""
+        for each in self._more:
+            each.close()
+
+    def _waiting(self, timeout: float) -> list[int]:
+        """Which sockets to read, in the order in which packets are given to them; some may be empty."""
+        count = len(self._descriptors)
+        if count == 1 and not timeout:
+            return [0]
+        ready = [self._descriptors.index(descriptor) for descriptor, _ in self._poll.poll(1000 * timeout)]
+        return sorted(ready, key=lambda index: (index - self._newest) % count)
+
+    def _drain(self, index: int, assembler: BlockAssembler) -> float:
+        """Take what waits at one socket; when it was last looked at."""
+        for _ in range(BATCHES):
+            slots = self._slots.count
+            received = self._slots.receive(self._descriptors[index])
+            now = time.monotonic()
+            if received:
+                self._newest = index
+                self._take(assembler, received, now)
+            if received < slots:
+                return now
+        self._drained = False
+        return now
 
     def _take(self, assembler: BlockAssembler, received: int, now: float) -> None:
         """Give a batch to the assembler, stretches of equally long datagrams at once."""

@@ -27,6 +27,7 @@ from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.memory import DeviceMemory
 from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
 from grabbergui.driver.gige.resend import ResendPolicy
+from grabbergui.driver.gige.socket_group import widen
 from grabbergui.driver.gige.stream_receiver import StreamReceiver
 from grabbergui.driver.gige.stream_socket import (
     buffer_bytes,
@@ -35,6 +36,7 @@ from grabbergui.driver.gige.stream_socket import (
     kernel_bytes,
     listening_address,
     open_stream_socket,
+    wanted_bytes,
 )
 
 log = logging.getLogger(__name__)
@@ -105,7 +107,7 @@ class Stream:
                 deliver_incomplete=request.deliver_incomplete,
             )
             builder = FrameBuilder(tick_frequency, big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS))
-            source = open_source(receiver, self._device_ip, batched=self._batched)
+            source = self._open_source(receiver, request.payload_size)
             self._receiver = StreamReceiver(receiver, self._device_ip, assembler, builder, deliver, source)
         except BaseException:
             receiver.close()
@@ -183,6 +185,14 @@ class Stream:
             except OSError as error:
                 log.debug("opening the firewall: %s", error)
 
+    def _open_source(self, receiver: socket.socket, payload_size: int) -> DatagramSource:
+        if not self._batched or not recvmmsg.available():
+            return PlainSource(receiver, self._device_ip)
+        # What is sent to a group comes to each of its sockets.
+        alone = self._memory.writable and not self._multicast
+        more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
+        return recvmmsg.BatchSource(receiver, self._device_ip, more)
+
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
         """What was asked for, as far as the camera can and the memory reaches."""
         can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
@@ -195,13 +205,6 @@ class Stream:
             max_blocks=max_blocks,
             max_unanswered=max(min(self._resend.max_unanswered, burst), 1),
         )
-
-
-def open_source(receiver: socket.socket, device_ip: str, *, batched: bool = True) -> DatagramSource:
-    """The fastest way that this system has; without `batched` the plain one."""
-    if batched and recvmmsg.available():
-        return recvmmsg.BatchSource(receiver, device_ip)
-    return PlainSource(receiver, device_ip)
 
 
 def make_pool(payload_size: int) -> BufferPool:

@@ -53,6 +53,7 @@ class StreamReceiver:
         self._stopping = True
         if self._thread is not threading.current_thread():
             self._thread.join()
+        self._source.close()
         self._socket.close()
 
     def statistics(self) -> StreamStatistics:

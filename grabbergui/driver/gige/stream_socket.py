@@ -37,14 +37,17 @@ def open_stream_socket(
     try:
         if shared:
             receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        _grow_buffer(
-            receiver, min(max(KERNEL_OVERHEAD * 2 * payload_size, MIN_BUFFER_BYTES), MAX_BUFFER_BYTES)
-        )
+        _grow_buffer(receiver, wanted_bytes(payload_size))
         receiver.bind((local_address, port))
     except OSError as error:
         receiver.close()
         raise TransportError(f"no socket for pictures on {local_address}: {error}") from error
     return receiver
+
+
+def wanted_bytes(payload_size: int) -> int:
+    """The buffer that two payloads take."""
+    return min(max(KERNEL_OVERHEAD * 2 * payload_size, MIN_BUFFER_BYTES), MAX_BUFFER_BYTES)
 
 
 def listening_address(group: str) -> str:
