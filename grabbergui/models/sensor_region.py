@@ -8,6 +8,7 @@ from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
+from grabbergui.models.stream_pause import stream_paused
 
 _AXES = (("Width", "OffsetX"), ("Height", "OffsetY"))
 
@@ -76,15 +77,9 @@ def _full(grabber: FrameGrabber, axis: tuple[str, str]) -> None:
 
 
 def _paused(grabber: FrameGrabber, change: Callable[[tuple[str, str]], None]) -> Region:
-    streaming = grabber.streaming
-    if streaming:
-        grabber.stop()  # once, not for each of four writes
-    try:
+    with stream_paused(grabber):  # once, not for each of four writes
         for axis in _AXES:
             change(axis)
-    finally:
-        if streaming:
-            grabber.start(keep_trigger=True)
     x, y, width, height = (
         _number(grabber.feature(name).value) for name in ("OffsetX", "OffsetY", "Width", "Height")
     )

@@ -5,6 +5,8 @@ from PyQt5.QtCore import QItemSelectionModel, Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import FeatureError
+from grabbergui.core.region import Region
+from grabbergui.ui.widgets.drawing_tool import Purpose
 
 
 @pytest.fixture
@@ -149,3 +151,16 @@ def test_another_source_has_changes_of_its_own_and_those_of_a_closed_one_stay_to
     desk.connect("sim:?width=640&height=480")
     desk.until(lambda: shown(desk) == [])
     assert not desk.window.actionUndo.isEnabled()
+
+
+def test_a_region_of_the_sensor_is_one_step(desk):
+    desk.until(desk.window.actionRegion.isEnabled)
+    desk.watch()
+    names = ("Width", "Height", "OffsetX", "OffsetY")
+    before = [value(desk, name) for name in names]
+    desk.program.region._on_region_drawn(Purpose.SENSOR_REGION, Region(100, 50, 64, 48))
+    desk.until(lambda: desk.window.actionUndo.text() == "&Undo Region of the sensor")
+    assert (value(desk, "Width"), value(desk, "Height")) == (64, 48)
+    desk.window.actionUndo.trigger()
+    desk.until(lambda: [value(desk, name) for name in names] == before)
+    desk.until(lambda: desk.grabber.streaming)

@@ -10,6 +10,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.models import sensor_region
+from grabbergui.models.changes.undo_history import Step
 from grabbergui.models.connection import Connection, LinkState, OpenSource
 from grabbergui.models.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
@@ -46,9 +47,13 @@ class RegionController(QObject):
 
     def _change(self, change: Callable[[FrameGrabber], Region]) -> None:
         source = self._connection.source
-        if source is None or source.grabber is None:
+        if source is None or source.hands is None:
             return
-        grabber = source.grabber
+        hands, step = source.hands, Step(self.tr("Region of the sensor"))
+
+        def job() -> Region:
+            with hands.journal.within(step):
+                return change(hands)
 
         def failed(error: GrabberError) -> None:
             text = self.tr("the region could not be changed: {0}").format(error)
@@ -56,7 +61,7 @@ class RegionController(QObject):
 
         # The picture is another now: whatever was zoomed into may be gone.
         source.worker.submit(
-            lambda: change(grabber),
+            job,
             done=lambda _: self._bridge.call(self._window.picture.canvas.fit),
             failed=failed,
         )
