@@ -15,6 +15,7 @@ from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.reverting import write_values
 from grabbergui.models.changes.undo_history import Direction, Step
 from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.language import translate
 from grabbergui.models.tuning.light import Light, measure
 
 T = TypeVar("T")
@@ -95,7 +96,9 @@ class TuningBench:
             except FrameTimeoutError:
                 if self._frames.closed:
                     break
-        raise FrameTimeoutError("no frame came to measure; start the camera, or its trigger, first")
+        raise FrameTimeoutError(
+            translate("Tuning", "no frame came to measure; start the camera, or its trigger, first")
+        )
 
     def _call(self, job: Callable[[NotingGrabber], T]) -> T:
         answers: queue.Queue[tuple[T | None, GrabberError | None]] = queue.Queue()

@@ -8,6 +8,7 @@ from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.regulation import regulating
 from grabbergui.core.sfnc import AUTO_ONCE, Role
+from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knobs import automatic_once
 
@@ -35,7 +36,8 @@ def let_camera(bench: TuningBench, role: Role) -> str:
     while regulating(bench.call(lambda grabber: grabber.feature(auto))):
         seconds = time.monotonic() - begun
         if seconds > PATIENCE:
-            raise TuningError(f"{auto} was not done within {PATIENCE:g} s; does the camera send frames?")
-        bench.say(seconds / PATIENCE, f"{auto} at work")
+            text = translate("Tuning", "{0} was not done within {1:g} s; does the camera send frames?")
+            raise TuningError(text.format(auto, PATIENCE))
+        bench.say(seconds / PATIENCE, translate("Tuning", "{0} at work").format(auto))
         bench.wait(LOOK)
-    return f"{auto} is done"
+    return translate("Tuning", "{0} is done").format(auto)

@@ -9,6 +9,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.feature_text import value_text
+from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knob_search import Law, light_factor
 from grabbergui.models.tuning.knobs import Knob, hand_over
@@ -35,16 +36,20 @@ def expose(bench: TuningBench, region: Region | None, target: float = TARGET) ->
         raise FeatureNotFoundError(f"{bench.title} has neither exposure time nor gain to set", "ExposureTime")
     light = bench.light(region)
     for turn in range(MOST_TURNS):
-        bench.say(turn / MOST_TURNS, f"{light.mean:.0%} of white, aim {target:.0%} · {_standing(knobs)}")
+        text = translate("Tuning", "{0:.0%} of white, aim {1:.0%} · {2}")
+        bench.say(turn / MOST_TURNS, text.format(light.mean, target, _standing(knobs)))
         if abs(light.mean - target) <= TOLERANCE:
-            return f"Exposed: {light.mean:.0%} of white with {_standing(knobs)}"
+            text = translate("Tuning", "Exposed: {0:.0%} of white with {1}")
+            return text.format(light.mean, _standing(knobs))
         if not _turn(bench, knobs, light_factor(light.mean, light.saturated, target)):
             return _at_the_end(light, target, knobs)
         light = bench.light(region)
-    raise TuningError(
-        f"the light did not settle within {MOST_TURNS} steps (it is at {light.mean:.0%} of white); "
-        "is the scene moving, or the lamp flickering?"
+    text = translate(
+        "Tuning",
+        "the light did not settle within {0} steps (it is at {1:.0%} of white);"
+        " is the scene moving, or the lamp flickering?",
     )
+    raise TuningError(text.format(MOST_TURNS, light.mean))
 
 
 def _knobs(grabber: FrameGrabber) -> list[Knob]:
@@ -81,11 +86,18 @@ def _turn(bench: TuningBench, knobs: list[Knob], factor: float) -> bool:
 
 
 def _at_the_end(light: Light, target: float, knobs: list[Knob]) -> str:
-    dark = light.mean < target
-    extreme = "bright" if dark else "dark"
-    advice = "more light, or a lower frame rate, would help" if dark else "less light would help"
-    reached = f"{light.mean:.0%} of white instead of {target:.0%}"
-    return f"As {extreme} as it gets: {reached}, with {_standing(knobs)}; {advice}"
+    if light.mean < target:
+        text = translate(
+            "Tuning",
+            "As bright as it gets: {0:.0%} of white instead of {1:.0%}, with {2};"
+            " more light, or a lower frame rate, would help",
+        )
+    else:
+        text = translate(
+            "Tuning",
+            "As dark as it gets: {0:.0%} of white instead of {1:.0%}, with {2}; less light would help",
+        )
+    return text.format(light.mean, target, _standing(knobs))
 
 
 def _standing(knobs: list[Knob]) -> str:

@@ -12,6 +12,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
 from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningCancelledError
 
 log = logging.getLogger(__name__)
@@ -81,10 +82,13 @@ class OnePush:
         if not isinstance(error, GrabberError):
             log.exception("%s failed", name)
             error = GrabberError(f"internal error, see the log: {error}")
-        why = "cancelled" if isinstance(error, TuningCancelledError) else str(error)
+        cancelled = isinstance(error, TuningCancelledError)
+        why = translate("Tuning", "cancelled") if cancelled else str(error)
         try:
             problems = bench.restore()
         except GrabberError as failure:
             problems = [str(failure)]
-        text = f"{name}: {why}"
-        return f"{text}; not all is as it was: {'; '.join(problems)}" if problems else text
+        if not problems:
+            return f"{name}: {why}"
+        text = translate("Tuning", "{0}: {1}; not all is as it was: {2}")
+        return text.format(name, why, "; ".join(problems))

@@ -9,6 +9,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.feature_set import Selectors
 from grabbergui.models.feature_text import number_text
+from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knob_search import Law
 from grabbergui.models.tuning.knobs import Knob, hand_over
@@ -36,16 +37,19 @@ def balance(bench: TuningBench, region: Region | None) -> str:
     light = _usable(bench.light(region))
     for turn in range(MOST_TURNS):
         off = {channel: light.channels["G"] / max(light.channels[channel], 1e-6) for channel in COLOURS}
-        bench.say(turn / MOST_TURNS, f"red {1 / off['R']:.0%}, blue {1 / off['B']:.0%} of green")
+        text = translate("Tuning", "red {0:.0%}, blue {1:.0%} of green")
+        bench.say(turn / MOST_TURNS, text.format(1 / off["R"], 1 / off["B"]))
         wanted = {channel: factor for channel, factor in off.items() if abs(factor - 1) > TOLERANCE}
         if not wanted:
-            return f"Balanced: {_standing(knobs)}"
+            return translate("Tuning", "Balanced: {0}").format(_standing(knobs))
         if not _turn(bench, knobs, wanted):
-            return f"As grey as it gets, with {_standing(knobs)}; another light would help"
+            text = translate("Tuning", "As grey as it gets, with {0}; another light would help")
+            return text.format(_standing(knobs))
         light = _usable(bench.light(region))
-    raise TuningError(
-        f"the colour did not settle within {MOST_TURNS} steps; is the scene moving, or the lamp flickering?"
+    text = translate(
+        "Tuning", "the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?"
     )
+    raise TuningError(text.format(MOST_TURNS))
 
 
 def _knobs(grabber: FrameGrabber) -> dict[str, Knob]:
@@ -71,12 +75,19 @@ def _knobs(grabber: FrameGrabber) -> dict[str, Knob]:
 
 def _usable(light: Light) -> Light:
     if not light.coloured:
-        raise TuningError("there is no colour in this pixel format; choose an RGB or a Bayer format first")
+        raise TuningError(
+            translate(
+                "Tuning", "there is no colour in this pixel format; choose an RGB or a Bayer format first"
+            )
+        )
     if light.saturated > MOST_SATURATED:
-        lost = f"{light.saturated:.0%} of the region is saturated and has lost its colour"
-        raise TuningError(f"{lost}; set the exposure first")
+        text = translate(
+            "Tuning", "{0:.0%} of the region is saturated and has lost its colour; set the exposure first"
+        )
+        raise TuningError(text.format(light.saturated))
     if light.mean < DARKEST:
-        raise TuningError(f"the region is too dark ({light.mean:.1%} of white); set the exposure first")
+        text = translate("Tuning", "the region is too dark ({0:.1%} of white); set the exposure first")
+        raise TuningError(text.format(light.mean))
     return light
 
 
@@ -103,5 +114,5 @@ def _turn(bench: TuningBench, knobs: dict[str, Knob], wanted: dict[str, float]) 
 
 
 def _standing(knobs: dict[str, Knob]) -> str:
-    values = {COLOURS[channel].lower(): knob.search.value for channel, knob in knobs.items()}
-    return ", ".join(f"{colour} {number_text(value, 4)}" for colour, value in values.items())
+    red, blue = (number_text(knobs[channel].search.value, 4) for channel in COLOURS)
+    return translate("Tuning", "red {0}, blue {1}").format(red, blue)
