@@ -136,7 +136,7 @@ def bodies(names):
 
 
 def measure(arguments=None):
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_closed_loop")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks servo_closed_loop")
     parser.add_argument("--robot", nargs="+", choices=("teo", "tiago"), default=["teo", "tiago"])
     parser.add_argument("--starts", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
@@ -153,7 +153,7 @@ def measure(arguments=None):
     rows.append(["limits violated", *(str(sum(r["violations"] for r in found[name])) for name in found)])
     return Section(
         "Servoing, closed loop",
-        "python -m benchmarks.servo_closed_loop    # about five minutes",
+        "python -m benchmarks servo_closed_loop    # about five minutes on an idle core",
         METHOD,
         [Table(["", *(f"{name}, simulated" for name in found)], rows)],
         goals=goals(found, reached),

@@ -123,11 +123,12 @@ class CommandGate:
 
     def expire(self, now: float) -> bool:
         """Stop a moving robot that heard nothing for too long; whether that was so. For a watchdog."""
-        if not self._moving or now - self._last_word <= self._config.safety.command_timeout:
+        silent = now - self._last_word
+        if not self._moving or silent <= self._config.safety.command_timeout:
             return False
         self._robot.stop()
         self._moving = False
-        log.warning("no command for %.0f ms: stopped", 1e3 * (now - self._last_word))
+        log.warning("no command for %.0f ms: stopped", 1e3 * silent)
         return True
 
     def _rest(self) -> None:
