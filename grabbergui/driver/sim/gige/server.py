@@ -63,7 +63,7 @@ class GigeCamera:
         if bandwidth:
             self._power_on[reg.DEVICE_LINK_SPEED] = int(bandwidth)
             self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT_MODE, 1)
-            self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT, int(bandwidth * _PAYLOAD_SHARE))
+            self._power_on.setdefault(reg.LINK_THROUGHPUT_LIMIT, max(int(bandwidth * _PAYLOAD_SHARE), 1))
         self._scene = scene
         self._faults = faults or Faults()
         self._bandwidth = bandwidth
