@@ -8,6 +8,7 @@ import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication
+from test_accessibility import controls, spoken_name
 
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage
@@ -25,6 +26,7 @@ from grabbergui.servo.state_machine import State
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
 from grabbergui.ui.widgets.message_stack import MessageBar
@@ -229,6 +231,17 @@ def test_a_line_is_cut_off_before_the_eye():
         assert np.isfinite(flat).all()
         assert depths[0] == pytest.approx((orbit.distance + NEAR) / 2)
     assert len(orbit.line([behind, behind], 400, 300)[0]) == 0
+
+
+@pytest.mark.parametrize(
+    "make", [ServoWindow, CalibrationDialog, lambda: CalibrationChoiceDialog("Left eye")], ids=str
+)
+def test_every_control_has_a_name_to_be_read_aloud(qtbot, make):
+    made = make()
+    made.setAttribute(Qt.WA_DeleteOnClose, False)
+    qtbot.addWidget(made)
+    nameless = [control.objectName() for control in controls(made) if not spoken_name(control, made)]
+    assert not nameless
 
 
 # -- a live run ------------------------------------------------------------------------------------
