@@ -4,77 +4,77 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="92"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="159"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="159"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="176"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="176"/>
         <source>The picture goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="186"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="187"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="187"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="253"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="253"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="255"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="255"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="257"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="257"/>
         <source>Waiting for a frame, {0:.0f} s</source>
         <translation>Esperando una imagen, {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="259"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="259"/>
         <source>Stalled for {0:.0f} s</source>
         <translation>Detenida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="262"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="262"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="263"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="263"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="264"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="264"/>
         <source>Connection lost</source>
         <translation>Conexión perdida</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="265"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="265"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/acquisition.py" line="267"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="267"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
@@ -82,17 +82,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/editors/auto_button.py" line="37"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="37"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/editors/auto_button.py" line="37"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="37"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/editors/auto_button.py" line="43"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="43"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -102,102 +102,102 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="269"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="269"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="270"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="271"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="271"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="272"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="272"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="279"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="281"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="282"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
@@ -205,27 +205,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/calibrating.py" line="69"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="69"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/calibrating.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/calibrating.py" line="114"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="114"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/calibrating.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="122"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/calibrating.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="142"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -233,67 +233,67 @@ It {1}.</source>
 <context>
     <name>CalibrationChoiceDialog</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="6"/>
         <source>The camera is not calibrated</source>
         <translation>La cámara no está calibrada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="16"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="16"/>
         <source>Where things are is computed from how the lens draws them. Without a calibration nothing moves.</source>
         <translation>El lugar de las cosas se calcula según las dibuja el objetivo. Sin calibración nada se mueve.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="19"/>
         <source>&amp;Calibrate it now</source>
         <translation>&amp;Calibrarla ahora</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="20"/>
         <source>With a printed board; takes about two minutes.</source>
         <translation>Con un tablero impreso; lleva unos dos minutos.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="24"/>
         <source>&amp;Open a calibration…</source>
         <translation>&amp;Abrir una calibración…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="25"/>
         <source>A camera_info file, of this camera with this lens and focus.</source>
         <translation>Un archivo camera_info de esta cámara, con este objetivo y este enfoque.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="31"/>
         <source>&amp;Assume a field of view</source>
         <translation>&amp;Suponer un campo de visión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="32"/>
         <source>Directions are about right, distances rough.</source>
         <translation>Las direcciones son casi exactas; las distancias, aproximadas.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="36"/>
         <source>Field of view</source>
         <translation>Campo de visión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="37"/>
         <source>What the width of the picture sees</source>
         <translation>Lo que abarca el ancho de la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="38"/>
         <source>°</source>
         <translation>°</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration_choice.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/calibration_choice.ui" line="52"/>
         <source>Cancel</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_choice_dialog.py" line="32"/>
+        <location filename="../../grabbergui/ui/views/calibration_choice_dialog.py" line="32"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -301,7 +301,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/choosing_calibration.py" line="56"/>
+        <location filename="../../grabbergui/ui/controllers/choosing_calibration.py" line="56"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -309,245 +309,255 @@ It {1}.</source>
 <context>
     <name>CalibrationDialog</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="6"/>
         <source>Calibrate the camera</source>
         <translation>Calibrar la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="31"/>
         <source>● waiting for a picture</source>
         <translation>● esperando una imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="60"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="61"/>
         <source>Which board do you hold? A ChArUco board may reach out of the picture and so gets at the corners; of a chessboard all must be seen.</source>
         <translation>¿Qué tablero se muestra? Un tablero ChArUco puede salirse de la imagen y así llega a las esquinas; un tablero de ajedrez debe verse entero.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="64"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="65"/>
         <source>&amp;Board</source>
         <translation>&amp;Tablero</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="66"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="67"/>
         <source>ChArUco</source>
         <translation>ChArUco</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="68"/>
         <source>Chessboard</source>
         <translation>Tablero de ajedrez</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="69"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="70"/>
         <source>Fields a&amp;cross</source>
         <translation>Casillas a lo a&amp;ncho</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="72"/>
         <source>Fields &amp;down</source>
         <translation>Casillas a lo a&amp;lto</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="74"/>
         <source>Edge of a &amp;field</source>
         <translation>Lado de una &amp;casilla</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="74"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="75"/>
         <source>As measured on the paper: distances are as right as this</source>
         <translation>Medido sobre el papel: las distancias serán tan exactas como esta medida</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="76"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="77"/>
         <source> mm</source>
         <translation> mm</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="75"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="76"/>
         <source>Edge of a &amp;marker</source>
         <translation>Lado de un &amp;marcador</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="77"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="78"/>
         <source>D&amp;ictionary</source>
         <translation>&amp;Diccionario</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="82"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="83"/>
         <source>Save the board for &amp;printing…</source>
         <translation>Guardar el tablero para im&amp;primirlo…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="83"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="84"/>
         <source>PDF or PNG at true scale; print at 100 %, and measure the rule</source>
         <translation>PDF o PNG a escala real; imprímalo al 100 % y mida la regla</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="88"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="89"/>
         <source>Print it at 100 %, check the rule, and glue it onto something flat and stiff: paper that bends spoils the result.</source>
         <translation>Imprímalo al 100 %, compruebe la regla y péguelo sobre algo plano y rígido: un papel que se dobla estropea el resultado.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="100"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="101"/>
         <source>Hold the board still for a moment, then elsewhere: near and far, in every corner of the picture, tilted every way. Views are taken by themselves.</source>
         <translation>Mantenga quieto el tablero un momento y muévalo a otro lugar: cerca y lejos, en cada esquina de la imagen, inclinado de todas las maneras. Las vistas se toman solas.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="108"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="109"/>
         <source>%v of %m views</source>
         <translation>%v de %m vistas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="115"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="118"/>
         <source>&amp;Begin again</source>
         <translation>&amp;Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="116"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="119"/>
         <source>Forget the views taken so far</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="131"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="134"/>
         <source>Untick a view to leave it out; choose one to see it, its errors enlarged</source>
         <translation>Desmarque una vista para excluirla; elija una para verla con sus errores ampliados</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="134"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="137"/>
         <source>View</source>
         <translation>Vista</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="135"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="138"/>
         <source>Corners</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="139"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="142"/>
         <source>Take &amp;more views</source>
         <translation>Tomar &amp;más vistas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="147"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="150"/>
         <source>Bac&amp;k</source>
         <translation>&amp;Atrás</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="149"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="152"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/calibration.ui" line="150"/>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="153"/>
         <source>&amp;Next</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="171"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="275"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="180"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="180"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="221"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="221"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/calibration_dialog.py" line="233"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="233"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="21"/>
+        <source>Live picture</source>
+        <translation>Imagen en vivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/calibration.ui" line="114"/>
+        <source>Tilts and distances that were seen</source>
+        <translation>Inclinaciones y distancias vistas</translation>
     </message>
 </context>
 <context>
     <name>CameraTile</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/camera_tile.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="29"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/camera_tile.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="30"/>
         <source>Let this source go</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/camera_tile.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/camera_tile.py" line="41"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/camera_tile.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/camera_tile.py" line="49"/>
         <source>This source is at hand</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/camera_tile.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/camera_tile.py" line="49"/>
         <source>Take this source to hand</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -555,7 +565,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/camera_work.py" line="53"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="53"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -563,52 +573,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="34"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="34"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="35"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="35"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="36"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="36"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/change_table.py" line="75"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="75"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -616,32 +626,32 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/changes.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/changes.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/changes.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/changes.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/changes.py" line="126"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="126"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/changes.py" line="128"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="128"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -649,72 +659,72 @@ It {1}.</source>
 <context>
     <name>ChangesPanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="17"/>
         <source>Whose changes to show</source>
         <translation>De quién son los cambios que se muestran</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="18"/>
         <source>Whose changes</source>
         <translation>Cambios de quién</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="19"/>
         <source>Everybody’s changes</source>
         <translation>Cambios de todos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="20"/>
         <source>The operator’s changes</source>
         <translation>Cambios del operador</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="31"/>
         <source>Copy what is selected, or else all that is shown, as something that makes the changes again</source>
         <translation>Copiar lo seleccionado, o si no todo lo mostrado, como algo que repite los cambios</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="32"/>
         <source>Copy as</source>
         <translation>Copiar como</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="37"/>
         <source>Save what is selected, or else all that is shown: a Python program, a shell script or a table</source>
         <translation>Guardar lo seleccionado, o si no todo lo mostrado: programa de Python, script de shell o tabla</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="38"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="43"/>
         <source>Forget the list; what can be undone stays</source>
         <translation>Olvidar la lista; lo que se puede deshacer se conserva</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="44"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/changes_panel.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="51"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -722,7 +732,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/editors/simple_editors.py" line="39"/>
+        <location filename="../../grabbergui/ui/editors/simple_editors.py" line="39"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -730,27 +740,27 @@ It {1}.</source>
 <context>
     <name>CoverageView</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/coverage_view.py" line="52"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="52"/>
         <source>Tilts</source>
         <translation>Inclinaciones</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/coverage_view.py" line="54"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="54"/>
         <source>Distances</source>
         <translation>Distancias</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/coverage_view.py" line="60"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="60"/>
         <source>far</source>
         <translation>lejos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/coverage_view.py" line="60"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="60"/>
         <source>between</source>
         <translation>en medio</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/coverage_view.py" line="60"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="60"/>
         <source>near</source>
         <translation>cerca</translation>
     </message>
@@ -758,12 +768,12 @@ It {1}.</source>
 <context>
     <name>CurveRow</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/curve_row.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/curve_row.ui" line="29"/>
         <source>Plot it no longer</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/curve_row.py" line="42"/>
+        <location filename="../../grabbergui/ui/widgets/curve_row.py" line="42"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -771,102 +781,102 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="109"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="109"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="109"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="109"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="116"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
         <source>The picture is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="116"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="131"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="131"/>
         <source>{0} waits for a trigger (source: {1}).</source>
         <translation>{0} espera un disparo (fuente: {1}).</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="131"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="131"/>
         <source>Send one (TriggerSoftware), or set TriggerMode to Off.</source>
         <translation>Envíe uno (TriggerSoftware) o ponga TriggerMode en Off.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="139"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="139"/>
         <source>No frame for {0:.0f} s, after {1} that came.</source>
         <translation>Ninguna imagen desde hace {0:.0f} s, tras {1} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="139"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="139"/>
         <source>Look at the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="149"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="149"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="151"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="151"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="162"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="162"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="174"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="174"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="177"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="177"/>
         <source>Stop and start again; look at the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="179"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="179"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="181"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="181"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="184"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="184"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="188"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="188"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/diagnosis.py" line="190"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="190"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
@@ -874,7 +884,7 @@ It {1}.</source>
 <context>
     <name>FavouritesController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/favourites.py" line="58"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="58"/>
         <source>no more than {0} controls can be at hand; remove one first</source>
         <translation>no puede haber más de {0} controles a mano; quite uno antes</translation>
     </message>
@@ -882,12 +892,12 @@ It {1}.</source>
 <context>
     <name>FavouritesStrip</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/favourites.ui" line="8"/>
+        <location filename="../../grabbergui/ui/forms/favourites.ui" line="8"/>
         <source>Favourites</source>
         <translation>Favoritos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/favourites.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/favourites.ui" line="18"/>
         <source>Exposure, gain and frame rate appear here where the camera has them.</source>
         <translation>Aquí aparecen exposición, ganancia y frecuencia, si la cámara las tiene.</translation>
     </message>
@@ -895,17 +905,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/features.py" line="102"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="102"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/features.py" line="103"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="103"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/features.py" line="104"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="104"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -913,42 +923,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="40"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="40"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="43"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="43"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="47"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="47"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="55"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="55"/>
         <source>Keep at &amp;hand</source>
         <translation>Tener a &amp;mano</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="59"/>
         <source>&amp;Remove from what is at hand</source>
         <translation>&amp;Quitar de lo que está a mano</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="60"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="60"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="60"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="60"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/feature_menu.py" line="67"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="67"/>
         <source>&amp;Usual controls at hand</source>
         <translation>Controles &amp;habituales a mano</translation>
     </message>
@@ -956,67 +966,67 @@ It {1}.</source>
 <context>
     <name>FeaturePanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="20"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="43"/>
         <source>Show the features whose name or help has these words</source>
         <translation>Mostrar los parámetros cuyo nombre o ayuda contiene estas palabras</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="46"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="46"/>
         <source>Filter features</source>
         <translation>Filtrar parámetros</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="49"/>
         <source>Filter features…</source>
         <translation>Filtrar parámetros…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="59"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="59"/>
         <source>How many features to show</source>
         <translation>Cuántos parámetros mostrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="62"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="62"/>
         <source>Visibility</source>
         <translation>Nivel</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="66"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="66"/>
         <source>Beginner</source>
         <translation>Básico</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="71"/>
         <source>Expert</source>
         <translation>Experto</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/feature_panel.ui" line="76"/>
+        <location filename="../../grabbergui/ui/forms/feature_panel.ui" line="76"/>
         <source>Guru</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/feature_panel.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="93"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/feature_panel.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="114"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/feature_panel.py" line="119"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="119"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/feature_panel.py" line="120"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="120"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
@@ -1024,57 +1034,57 @@ It {1}.</source>
 <context>
     <name>FocusPanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="17"/>
         <source>Sharpness</source>
         <translation>Nitidez</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="30"/>
         <source>Draw the region that is to be sharp</source>
         <translation>Dibujar la región que debe ser nítida</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="31"/>
         <source>Choose region</source>
         <translation>Elegir región</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="36"/>
         <source>Score the whole picture</source>
         <translation>Valorar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="37"/>
         <source>Whole picture</source>
         <translation>Toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="42"/>
         <source>Forget the best score</source>
         <translation>Olvidar el mejor valor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="43"/>
         <source>Begin anew</source>
         <translation>Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/focus_panel.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="50"/>
         <source>Sharpness over time</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/focus_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="40"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/focus_panel.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="53"/>
         <source>sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/focus_panel.py" line="59"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="59"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
     </message>
@@ -1082,7 +1092,7 @@ It {1}.</source>
 <context>
     <name>Gallery</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/gallery.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/gallery.ui" line="6"/>
         <source>Open sources</source>
         <translation>Fuentes abiertas</translation>
     </message>
@@ -1090,22 +1100,22 @@ It {1}.</source>
 <context>
     <name>GalleryController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/gallery.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="70"/>
         <source>{0:.0f} fps</source>
         <translation>{0:.0f} im/s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/gallery.py" line="72"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="72"/>
         <source>connecting</source>
         <translation>conectando</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/gallery.py" line="73"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="73"/>
         <source>stopped</source>
         <translation>parada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/gallery.py" line="74"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="74"/>
         <source>lost</source>
         <translation>perdida</translation>
     </message>
@@ -1113,47 +1123,47 @@ It {1}.</source>
 <context>
     <name>HistogramPanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="17"/>
         <source>Mean, saturated and black</source>
         <translation>Media, saturado y negro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="50"/>
         <source>Counts on a logarithmic scale</source>
         <translation>Recuento en escala logarítmica</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="51"/>
         <source>&amp;Log</source>
         <translation>&amp;Log.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="44"/>
         <source>Show the sensor’s whole range again</source>
         <translation>Mostrar de nuevo todo el rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="45"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="45"/>
         <source>Whole range</source>
         <translation>Todo el rango</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="24"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/histogram_panel.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="53"/>
         <source>mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
         <source>Show from black to white what 99 % of the picture is made of; the camera and what is saved stay as they are</source>
         <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/histogram_panel.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="39"/>
         <source>Fit levels</source>
         <translation>Ajustar niveles</translation>
     </message>
@@ -1161,72 +1171,72 @@ It {1}.</source>
 <context>
     <name>KeepingController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="27"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="27"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="72"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="72"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="80"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="80"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="85"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="85"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="112"/>
         <source>Saved {0} settings to {1}</source>
         <translation>{0} ajustes guardados en {1}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="134"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="186"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="158"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="158"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="90"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="90"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="114"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="114"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="187"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="136"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/keeping.py" line="159"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="159"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
@@ -1234,52 +1244,52 @@ It {1}.</source>
 <context>
     <name>LogPanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="17"/>
         <source>The least serious entries to show</source>
         <translation>Las entradas menos graves que se muestran</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="18"/>
         <source>Least level</source>
         <translation>Nivel mínimo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="19"/>
         <source>Everything</source>
         <translation>Todo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="20"/>
         <source>Warnings and errors</source>
         <translation>Avisos y errores</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="21"/>
         <source>Errors</source>
         <translation>Errores</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="32"/>
         <source>Copy what is shown</source>
         <translation>Copiar lo que se muestra</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="33"/>
         <source>Copy</source>
         <translation>Copiar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="38"/>
         <source>Forget all entries</source>
         <translation>Olvidar todas las entradas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="39"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/log_panel.ui" line="46"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="46"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
@@ -1287,27 +1297,27 @@ It {1}.</source>
 <context>
     <name>MainController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/main.py" line="202"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="202"/>
         <source>For reading only: {0}. Values follow here but cannot be changed.</source>
         <translation>Solo lectura: {0}. Aquí se siguen los valores, pero no se pueden cambiar.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/main.py" line="202"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="202"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/main.py" line="220"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="220"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/main.py" line="237"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="237"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/main.py" line="237"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="237"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -1315,727 +1325,727 @@ It {1}.</source>
 <context>
     <name>MainWindow</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="6"/>
         <source>grabbergui</source>
         <translation>grabbergui</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="29"/>
         <source>&amp;Camera</source>
         <translation>&amp;Cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="52"/>
         <source>&amp;Edit</source>
         <translation>&amp;Editar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="57"/>
         <source>&amp;Picture</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="71"/>
         <source>&amp;View</source>
         <translation>&amp;Ver</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
         <source>&amp;Theme</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="106"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="106"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="115"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="115"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="128"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="128"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="153"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="153"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="159"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="159"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="165"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="165"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="172"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="172"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="179"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="186"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="193"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="200"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="207"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="208"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="208"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="209"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="209"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="213"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="213"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="214"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="215"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="219"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="220"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="225"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="225"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="226"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="231"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="231"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="232"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="237"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="238"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="238"/>
         <source>Take the next of the open sources to hand</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="239"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="242"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="243"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="244"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="248"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="254"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="255"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
         <source>Save the newest frame at full resolution: PNG, or TIFF for more than 8 bits</source>
         <translation>Guardar la última imagen a resolución completa: PNG, o TIFF para más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="256"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="260"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="261"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="268"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="269"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="269"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="273"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="274"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="277"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="277"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="278"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="282"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="282"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="283"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="295"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="295"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="296"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="300"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="301"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="307"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="308"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="312"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="313"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="313"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="314"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="318"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="319"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="320"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="325"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="326"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="331"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="332"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="332"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="333"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="338"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="338"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="339"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="339"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="344"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
         <source>Draw the part of the sensor that the camera is to send</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="345"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="350"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
         <source>Let the camera send the whole sensor again</source>
         <translation>Que la cámara envíe de nuevo todo el sensor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="351"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="377"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
         <source>&amp;Clipping</source>
         <translation>&amp;Recorte</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="390"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="391"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="404"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="412"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="417"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="418"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="421"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="422"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="426"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="431"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="435"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="435"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="436"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="440"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="441"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="445"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="449"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="453"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="457"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="461"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/main_window.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="194"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="79"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
         <source>Orie&amp;ntation</source>
         <translation>&amp;Orientación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="88"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="88"/>
         <source>Colours of gre&amp;y pictures</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="265"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="272"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="356"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="357"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="362"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="363"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="286"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="287"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="290"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="291"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/main_window.ui" line="292"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
@@ -2043,12 +2053,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/measuring.py" line="107"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="107"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/measuring.py" line="137"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="137"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -2056,12 +2066,12 @@ It {1}.</source>
 <context>
     <name>MessageBar</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/message_bar.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="34"/>
         <source>Dismiss</source>
         <translation>Descartar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/message_bar.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="33"/>
         <source>Dismiss this message</source>
         <translation>Descartar este mensaje</translation>
     </message>
@@ -2069,32 +2079,32 @@ It {1}.</source>
 <context>
     <name>PauseBar</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/pause_bar.ui" line="14"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="14"/>
         <source>Frame that is shown</source>
         <translation>Imagen mostrada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/pause_bar.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="21"/>
         <source>Step through the last frames (, and .)</source>
         <translation>Recorrer las últimas imágenes (, y .)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/pause_bar.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="22"/>
         <source>Frame to show</source>
         <translation>Imagen que mostrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/pause_bar.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="31"/>
         <source>Show the live picture again (P)</source>
         <translation>Volver a la imagen en directo (P)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/pause_bar.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="32"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/pause_bar.py" line="34"/>
+        <location filename="../../grabbergui/ui/widgets/pause_bar.py" line="34"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -2102,7 +2112,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/pausing.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/pausing.py" line="59"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -2110,32 +2120,32 @@ It {1}.</source>
 <context>
     <name>PictureNote</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_note.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/picture_note.ui" line="30"/>
         <source>The way of a picture, and where it stops</source>
         <translation>El camino de una imagen, y dónde se detiene</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/picture_note.py" line="39"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="39"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/picture_note.py" line="40"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="40"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/picture_note.py" line="41"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="41"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/picture_note.py" line="42"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="42"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/picture_note.py" line="43"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="43"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -2143,72 +2153,72 @@ It {1}.</source>
 <context>
     <name>PictureView</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="18"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="35"/>
         <source>Pixel under the cursor and the sensor&apos;s value there</source>
         <translation>Píxel bajo el cursor y el valor del sensor en él</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="36"/>
         <source>Pixel under the cursor</source>
         <translation>Píxel bajo el cursor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="49"/>
         <source>What to do</source>
         <translation>Qué hacer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="56"/>
         <source>Samples of the whole frame at the ends of the sensor’s range</source>
         <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="57"/>
         <source>Saturated and black</source>
         <translation>Saturado y negro</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="64"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="64"/>
         <source>Screen pixels for each pixel of the picture</source>
         <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/picture_view.ui" line="65"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="65"/>
         <source>Zoom</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/picture_view.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="76"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/picture_view.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="77"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/picture_view.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="78"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/picture_view.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="109"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/picture_view.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="79"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/picture_view.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="80"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
@@ -2216,87 +2226,87 @@ It {1}.</source>
 <context>
     <name>PlaybackBar</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="6"/>
         <source>Playback</source>
         <translation>Reproducción</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="15"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="15"/>
         <source>Back</source>
         <translation>Atrás</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="16"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="16"/>
         <source>One frame back (,)</source>
         <translation>Una imagen atrás (,)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="17"/>
         <source>One frame back</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/playback_bar.py" line="50"/>
+        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="50"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="25"/>
         <source>Play, or hold the picture (P)</source>
         <translation>Reproducir o congelar la imagen (P)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="33"/>
         <source>Forward</source>
         <translation>Adelante</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="34"/>
         <source>One frame forward (.)</source>
         <translation>Una imagen adelante (.)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="35"/>
         <source>One frame forward</source>
         <translation>Una imagen adelante</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="42"/>
         <source>Where the recording plays</source>
         <translation>Por dónde va la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="43"/>
         <source>Position in the recording</source>
         <translation>Posición en la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="52"/>
         <source>Time and frame in the recording</source>
         <translation>Tiempo e imagen en la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="59"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="59"/>
         <source>How fast it plays; 1 is as fast as it was recorded</source>
         <translation>A qué velocidad se reproduce; 1 es la velocidad a la que se grabó</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="60"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="60"/>
         <source>Speed</source>
         <translation>Velocidad</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="67"/>
         <source>Loop</source>
         <translation>Bucle</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/playback_bar.ui" line="66"/>
+        <location filename="../../grabbergui/ui/forms/playback_bar.ui" line="66"/>
         <source>Begin again at the end</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/playback_bar.py" line="50"/>
+        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="50"/>
         <source>Hold</source>
         <translation>Congelar</translation>
     </message>
@@ -2304,42 +2314,42 @@ It {1}.</source>
 <context>
     <name>ProfilePanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/profile_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="17"/>
         <source>Line</source>
         <translation>Línea</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/profile_panel.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="36"/>
         <source>Draw the line whose values are shown</source>
         <translation>Dibujar la línea cuyos valores se muestran</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/profile_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="37"/>
         <source>Draw line</source>
         <translation>Dibujar línea</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/profile_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="44"/>
         <source>Values along the line</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/profile_panel.py" line="33"/>
+        <location filename="../../grabbergui/ui/views/profile_panel.py" line="33"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/profile_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/profile_panel.py" line="41"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/profile_panel.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="30"/>
         <source>The sensor’s own values, of a Bayer pattern each under the colour of its filter; or else the colours shown, in 8 bits</source>
         <translation>Los valores propios del sensor, en un patrón Bayer cada uno bajo el color de su filtro; si no, los colores mostrados, en 8 bits</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/profile_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/profile_panel.ui" line="31"/>
         <source>&amp;Raw values</source>
         <translation>Valores en &amp;bruto</translation>
     </message>
@@ -2347,142 +2357,142 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="84"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="15"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="15"/>
         <source>Record every frame from now on; again to stop</source>
         <translation>Grabar cada imagen desde ahora; otra vez para parar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="24"/>
         <source>What the recording is made of</source>
         <translation>En qué consiste la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="25"/>
         <source>Kind of recording</source>
         <translation>Tipo de grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="31"/>
         <source>When the recording ends by itself</source>
         <translation>Cuándo acaba sola la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="32"/>
         <source>End of the recording</source>
         <translation>Final de la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="33"/>
         <source>Until stopped</source>
         <translation>Hasta pararla</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="34"/>
         <source>For a time</source>
         <translation>Durante un tiempo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="35"/>
         <source>So many frames</source>
         <translation>Tantas imágenes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="36"/>
         <source>Up to a size</source>
         <translation>Hasta un tamaño</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="41"/>
         <source>How much is recorded at most</source>
         <translation>Cuánto se graba como máximo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="42"/>
         <source>Length of the recording</source>
         <translation>Duración de la grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="50"/>
         <source>Folder</source>
         <translation>Carpeta</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="51"/>
         <source>Choose where recordings go</source>
         <translation>Elegir dónde se guardan las grabaciones</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="52"/>
         <source>Folder of recordings</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="67"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="68"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="68"/>
         <source>Play the last recording in place of the camera</source>
         <translation>Reproducir la última grabación en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/recording_bar.ui" line="69"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="69"/>
         <source>Play the last recording</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="17"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="17"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="18"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="18"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="19"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="19"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="20"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="20"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="21"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="21"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="84"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="95"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="98"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="100"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/recording_bar.py" line="117"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="117"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
@@ -2490,17 +2500,17 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/recording.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="113"/>
         <source>The recording ended: {0}</source>
         <translation>La grabación ha acabado: {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/recording.py" line="115"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="115"/>
         <source>Recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/recording.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="124"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
@@ -2508,12 +2518,12 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/region.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/region.py" line="59"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/region.py" line="52"/>
+        <location filename="../../grabbergui/ui/controllers/region.py" line="52"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
@@ -2521,12 +2531,12 @@ It {1}.</source>
 <context>
     <name>RobotView</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/robot_view.py" line="41"/>
+        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="41"/>
         <source>Drag to turn, wheel to go nearer, double-click to go back</source>
         <translation>Arrastrar para girar, rueda para acercarse, doble clic para volver</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/robot_view.py" line="102"/>
+        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="102"/>
         <source>The robot has not answered yet</source>
         <translation>El robot todavía no ha respondido</translation>
     </message>
@@ -2534,17 +2544,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/servoing.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="112"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/servoing.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="112"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/servoing.py" line="143"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="143"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -2552,175 +2562,185 @@ It {1}.</source>
 <context>
     <name>ServoWindow</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="6"/>
         <source>Visual servoing</source>
         <translation>Control visual</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="22"/>
         <source>The states of the loop; the present one is lit</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="30"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
         <source>Let the robot move again</source>
         <translation>Permitir que el robot se mueva de nuevo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="37"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="38"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="66"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="67"/>
         <source>History of states</source>
         <translation>Historial de estados</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="72"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="73"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="74"/>
         <source>State</source>
         <translation>Estado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="74"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="75"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="80"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="81"/>
         <source>&amp;Head gain</source>
         <translation>Ganancia de la &amp;cabeza</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="83"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="84"/>
         <source>Speed of the head for each radian off centre</source>
         <translation>Velocidad de la cabeza por cada radián de desviación</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="99"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="100"/>
         <source> /s</source>
         <translation> /s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="88"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="89"/>
         <source>Head at &amp;most</source>
         <translation>Cabeza como &amp;máximo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="91"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="92"/>
         <source> °/s</source>
         <translation> °/s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="95"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="96"/>
         <source>&amp;Arm gain</source>
         <translation>Ganancia del &amp;brazo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="98"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="99"/>
         <source>Speed of the hand for each metre and radian of error</source>
         <translation>Velocidad de la mano por cada metro y radián de error</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="103"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="104"/>
         <source>Hand at mos&amp;t</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="106"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="107"/>
         <source> mm/s</source>
         <translation> mm/s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="110"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="111"/>
         <source>&amp;Rate</source>
         <translation>&amp;Frecuencia</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="113"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="114"/>
         <source>Commands per second</source>
         <translation>Órdenes por segundo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/servo.ui" line="114"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
         <source> Hz</source>
         <translation> Hz</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/servo_window.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
         <source>hand to goal, mm</source>
         <translation>mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/servo_window.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
         <source>hand to goal, °</source>
         <translation>mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/servo_window.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
         <source>velocity of the hand, mm/s</source>
         <translation>velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/servo_window.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
         <source>turning of the hand, °/s</source>
         <translation>giro de la mano, °/s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="56"/>
+        <source>Live picture</source>
+        <translation>Imagen en vivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="132"/>
+        <source>The robot in space</source>
+        <translation>El robot en el espacio</translation>
     </message>
 </context>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="260"/>
+        <location filename="../../grabbergui/models/servoing.py" line="260"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="261"/>
+        <location filename="../../grabbergui/models/servoing.py" line="261"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="262"/>
+        <location filename="../../grabbergui/models/servoing.py" line="262"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="263"/>
+        <location filename="../../grabbergui/models/servoing.py" line="263"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="264"/>
+        <location filename="../../grabbergui/models/servoing.py" line="264"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="265"/>
+        <location filename="../../grabbergui/models/servoing.py" line="265"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="266"/>
+        <location filename="../../grabbergui/models/servoing.py" line="266"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/servoing.py" line="267"/>
+        <location filename="../../grabbergui/models/servoing.py" line="267"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
@@ -2728,42 +2748,42 @@ It {1}.</source>
 <context>
     <name>SettingsDifference</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_difference.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="6"/>
         <source>Compare settings</source>
         <translation>Comparar ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_difference.ui" line="16"/>
+        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="16"/>
         <source>Differences</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_difference.py" line="47"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="47"/>
         <source>Setting</source>
-        <translation type="unfinished">Ajuste</translation>
+        <translation>Ajuste</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_difference.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/settings_difference.ui" line="30"/>
         <source>Close</source>
-        <translation type="unfinished">Cerrar</translation>
+        <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_difference.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="42"/>
         <source>{0} settings differ. What is ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Lo marcado se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_difference.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="42"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_difference.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="49"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_difference.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="65"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
@@ -2771,92 +2791,92 @@ It {1}.</source>
 <context>
     <name>SettingsReport</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="15"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="15"/>
         <source>Settings</source>
         <translation>Ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="19"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
         <source>Camera before</source>
         <translation>Cámara antes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="21"/>
         <source>File</source>
         <translation>Archivo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
         <source>What happened</source>
         <translation>Qué ha pasado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="23"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="30"/>
         <source>Show what was &amp;equal</source>
         <translation>Mostrar lo que era i&amp;gual</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="34"/>
         <source>&amp;Apply to the camera</source>
         <translation>&amp;Aplicar a la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="35"/>
         <source>&amp;Roll back</source>
         <translation>&amp;Revertir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/settings_report.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="36"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="70"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="71"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="71"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="72"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="72"/>
         <source>would write</source>
         <translation>se escribiría</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="73"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="73"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="74"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="74"/>
         <source>different</source>
         <translation>distinto</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="76"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/settings_report.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="77"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -2864,17 +2884,17 @@ It {1}.</source>
 <context>
     <name>ShortcutsDialog</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/shortcuts_dialog.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="6"/>
         <source>Keyboard and mouse</source>
         <translation>Teclado y ratón</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/shortcuts_dialog.ui" line="28"/>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="28"/>
         <source>Over the picture the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the arrow keys, Page Up and Down, Home and End. Esc gives up what is being drawn or typed.</source>
         <translation>Sobre la imagen, la rueda amplía, arrastrar la mueve y un doble clic la encaja o la muestra a 1:1. Un deslizador acepta las flechas, Re Pág y Av Pág, Inicio y Fin. Esc cancela lo que se dibuja o escribe.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/shortcuts_dialog.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="43"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
@@ -2882,17 +2902,17 @@ It {1}.</source>
 <context>
     <name>SourceDelegate</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/source_delegate.py" line="92"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="92"/>
         <source>serial {0}</source>
         <translation>n.º de serie {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/source_delegate.py" line="97"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="97"/>
         <source>connected</source>
         <translation>conectada</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/source_delegate.py" line="99"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="99"/>
         <source>named by hand</source>
         <translation>añadida a mano</translation>
     </message>
@@ -2900,132 +2920,132 @@ It {1}.</source>
 <context>
     <name>SourceListView</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="18"/>
         <source>A source by its address; Enter connects. Also gige:&lt;serial&gt; or gige:&lt;MAC&gt;.</source>
         <translation>Una fuente por su dirección; Intro conecta. También gige:&lt;n.º de serie&gt; o gige:&lt;MAC&gt;.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="19"/>
         <source>Address of a source</source>
         <translation>Dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="20"/>
         <source>gige:192.168.0.10</source>
         <translation>gige:192.168.0.10</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="26"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="26"/>
         <source>Search again at once (F5)</source>
         <translation>Buscar de nuevo ahora (F5)</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="27"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="27"/>
         <source>Search for sources again</source>
         <translation>Buscar fuentes de nuevo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="28"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="28"/>
         <source>Search</source>
         <translation>Buscar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="29"/>
         <source>F5</source>
         <translation>F5</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="38"/>
         <source>Sources found; a double click or Enter connects</source>
         <translation>Fuentes halladas; un doble clic o Intro conecta</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="39"/>
         <source>Sources found</source>
         <translation>Fuentes halladas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="50"/>
         <source>A real camera appears here by itself once it is on this network. If it does not, type its address above.</source>
         <translation>Una cámara real aparece aquí sola cuando está en esta red. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="61"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="61"/>
         <source>Connect to the source chosen, or let it go</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="189"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/source_list.ui" line="68"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="68"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="167"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="169"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="189"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="189"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="200"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="201"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="201"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="202"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="202"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="203"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="203"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="204"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="204"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="205"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="205"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="206"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="206"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="207"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="207"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/source_list.py" line="208"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="208"/>
         <source>note</source>
         <translation>nota</translation>
     </message>
@@ -3033,7 +3053,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/state_strip.py" line="72"/>
+        <location filename="../../grabbergui/ui/widgets/state_strip.py" line="72"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -3041,67 +3061,67 @@ It {1}.</source>
 <context>
     <name>StatusStrip</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="14"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="14"/>
         <source>State of the connection and of the picture</source>
         <translation>Estado de la conexión y de la imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="15"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="15"/>
         <source>Connection</source>
         <translation>Conexión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="31"/>
         <source>Resolution and pixel format of the newest frame</source>
         <translation>Resolución y formato de píxel de la última imagen</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="32"/>
         <source>Resolution and pixel format</source>
         <translation>Resolución y formato de píxel</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="39"/>
         <source>Frames per second from the camera, and pictures painted</source>
         <translation>Imágenes por segundo de la cámara y dibujadas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="40"/>
         <source>Frame rates</source>
         <translation>Frecuencias</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="47"/>
         <source>Payload received per second</source>
         <translation>Datos recibidos por segundo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="48"/>
         <source>Bandwidth</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="55"/>
         <source>Frames of which nothing arrived, and frames with packets missing, since the start</source>
         <translation>Imágenes de las que no llegó nada e imágenes con paquetes perdidos, desde el inicio</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/status_strip.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="56"/>
         <source>Lost and incomplete frames</source>
         <translation>Imágenes perdidas e incompletas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/status_strip.py" line="34"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="34"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/status_strip.py" line="56"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="56"/>
         <source>{0:.1f} fps · {1:.0f} painted</source>
         <translation>{0:.1f} im/s · {1:.0f} dibujadas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/widgets/status_strip.py" line="64"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="64"/>
         <source>{0} lost · {1} incomplete</source>
         <translation>{0} perdidas · {1} incompletas</translation>
     </message>
@@ -3109,12 +3129,12 @@ It {1}.</source>
 <context>
     <name>TaskRow</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/task_row.ui" line="28"/>
+        <location filename="../../grabbergui/ui/forms/task_row.ui" line="28"/>
         <source>Progress</source>
         <translation>Progreso</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/task_row.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/task_row.ui" line="37"/>
         <source>Cancel</source>
         <translation>Cancelar</translation>
     </message>
@@ -3122,82 +3142,82 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/bench.py" line="99"/>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="99"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/camera_once.py" line="39"/>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="39"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/camera_once.py" line="41"/>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="41"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/camera_once.py" line="43"/>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="43"/>
         <source>{0} is done</source>
         <translation>{0} ha terminado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/exposure.py" line="39"/>
+        <location filename="../../grabbergui/models/tuning/exposure.py" line="39"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/exposure.py" line="42"/>
+        <location filename="../../grabbergui/models/tuning/exposure.py" line="42"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/one_push.py" line="86"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="86"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/one_push.py" line="93"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="93"/>
         <source>{0}: {1}; not all is as it was: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="40"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="40"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="44"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="44"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="46"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="46"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="49"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="49"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="78"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="78"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="84"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="84"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="89"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="89"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/models/tuning/white_balance.py" line="118"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="118"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
@@ -3205,22 +3225,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/tuning.py" line="56"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="56"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/tuning.py" line="61"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="61"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/tuning.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="77"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/tuning.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="79"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -3228,37 +3248,37 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="43"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="43"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="63"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="63"/>
         <source>Loaded {0}: {1} settings are other than before</source>
         <translation>Cargado {0}: {1} ajustes son distintos de antes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="67"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="67"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="70"/>
         <source>Saved the present settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="71"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="74"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="74"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/user_sets.py" line="75"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="75"/>
         <source>Telling the camera</source>
         <translation>Avisando a la cámara</translation>
     </message>
@@ -3266,57 +3286,57 @@ It {1}.</source>
 <context>
     <name>UserSetsDialog</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="6"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="6"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="10"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="10"/>
         <source>The camera keeps these sets itself, also without power.</source>
         <translation>La propia cámara conserva estos juegos, también sin corriente.</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="17"/>
         <source>Sets of settings</source>
         <translation>Juegos de ajustes</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="26"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="26"/>
         <source>Set the camera as this set says; it can be undone</source>
         <translation>Ajustar la cámara según este juego; se puede deshacer</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="27"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="27"/>
         <source>&amp;Load</source>
         <translation>&amp;Cargar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="33"/>
         <source>Keep the present settings in this set; what it held is lost</source>
         <translation>Guardar los ajustes actuales en este juego; lo que contenía se pierde</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="34"/>
         <source>&amp;Save here</source>
         <translation>&amp;Guardar aquí</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="40"/>
         <source>Let the camera wake up with this set from its next power-on</source>
         <translation>Que la cámara arranque con este juego la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="41"/>
         <source>S&amp;tart with this</source>
         <translation>&amp;Arrancar con este</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/user_sets_dialog.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="48"/>
         <source>Close</source>
-        <translation type="unfinished">Cerrar</translation>
+        <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/views/user_sets_dialog.py" line="54"/>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="54"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
@@ -3324,27 +3344,27 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/values.py" line="55"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="55"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/values.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="77"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/values.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="79"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/values.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/controllers/values.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
@@ -3352,67 +3372,67 @@ It {1}.</source>
 <context>
     <name>ValuesPanel</name>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="17"/>
         <source>How much of the past to show</source>
         <translation>Cuánto del pasado se muestra</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="18"/>
         <source>Time shown</source>
         <translation>Tiempo mostrado</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="20"/>
         <source>Last 10 seconds</source>
         <translation>Últimos 10 segundos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="21"/>
         <source>Last minute</source>
         <translation>Último minuto</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="22"/>
         <source>Last 10 minutes</source>
         <translation>Últimos 10 minutos</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="23"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="23"/>
         <source>Last hour</source>
         <translation>Última hora</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="34"/>
         <source>Stop reading the values for a while</source>
         <translation>Dejar de leer los valores un rato</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="35"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="41"/>
         <source>Save everything that was read as a table of comma-separated values</source>
         <translation>Guardar todo lo leído como tabla de valores separados por comas</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="47"/>
         <source>Forget what was read, and go on</source>
         <translation>Olvidar lo leído y seguir</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../work/main/grabbergui/ui/forms/values_panel.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="55"/>
         <source>Right-click a feature and choose “Plot over time”.</source>
         <translation>Pulse un parámetro con el botón derecho y elija «Representar en el tiempo».</translation>
     </message>
