@@ -121,10 +121,11 @@ def watch(grabber: FrameGrabber, consumer: Consumer, camera: int, minutes: float
     print(f"  taken by the consumer: {consumer.frames}; longest gap {consumer.longest_gap * 1000:.0f} ms")
     for name, sizes_seen in samples.items():
         first, last = sizes_seen[0] / 1e6, sizes_seen[-1] / 1e6
-        grown = slope(times, sizes_seen) * 3600 / 1e6
+        half = len(times) // 2
+        grown, lately = (slope(times[n:], sizes_seen[n:]) * 3600 / 1e6 for n in (0, half))
         print(
             f"  memory of the {name}: {first:.1f} MB behind the first minute, {last:.1f} MB at the end,"
-            f" most {max(sizes_seen) / 1e6:.1f} MB; slope {grown:+.2f} MB/hour"
+            f" most {max(sizes_seen) / 1e6:.1f} MB; slope {grown:+.2f} MB/hour, in the second half {lately:+.2f}"
         )
 
 
