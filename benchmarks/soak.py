@@ -125,7 +125,7 @@ def watch(grabber: FrameGrabber, consumer: Consumer, camera: int, minutes: float
         grown, lately = (slope(times[n:], sizes_seen[n:]) * 3600 / 1e6 for n in (0, half))
         print(
             f"  memory of the {name}: {first:.1f} MB behind the first minute, {last:.1f} MB at the end,"
-            f" most {max(sizes_seen) / 1e6:.1f} MB; slope {grown:+.2f} MB/hour, in the second half {lately:+.2f}"
+            f" most {max(sizes_seen) / 1e6:.1f} MB; slope {grown:+.2f} MB/hour, lately {lately:+.2f}"
         )
 
 
