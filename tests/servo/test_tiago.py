@@ -202,6 +202,7 @@ def test_without_ros_every_way_to_it_says_what_to_do(body, monkeypatch):
 
 def test_a_message_package_that_is_missing_is_named(monkeypatch):
     monkeypatch.setattr(ros2_packages, "require_ros2", lambda: None)
-    monkeypatch.setitem(sys.modules, "trajectory_msgs", None)
+    for module in ("trajectory_msgs", "trajectory_msgs.msg"):
+        monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(SourceUnavailableError, match="the ROS 2 package trajectory_msgs is not installed"):
         ros2_packages.require_packages("trajectory_msgs.msg")
