@@ -12,9 +12,11 @@ BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile."
 LEAST_SPAN = 0.0002
 "Seconds; over a shorter one no rate is measured."
-FALL = 0.02
+FALL = 0.005
 """Weight of a rate below the known one. Above it, it counts at once: no buffer must run over, and a sender
 that stalled goes on as fast as before."""
+RISE = 2.0
+"Times the known rate, at most: a thread that was held up sees packets come faster than they do."
 
 
 class Pace:
@@ -32,7 +34,10 @@ class Pace:
         """A batch was taken; `more` of its block is to come."""
         if self._last is not None and now - self._last >= LEAST_SPAN and packets:
             rate = packets / (now - self._last)
-            self._rate = rate if rate > self._rate else self._rate + FALL * (rate - self._rate)
+            if rate > self._rate:
+                self._rate = min(rate, RISE * self._rate) if self._rate else rate
+            else:
+                self._rate += FALL * (rate - self._rate)
         self._last = now if more else None
 
     def pause(self, expected: int, packet_bytes: int) -> float:
