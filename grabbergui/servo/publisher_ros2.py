@@ -114,12 +114,13 @@ class Ros2Publisher:
     def _publish(self, name: str, make: Any) -> None:
         """What nobody listens to is not even made."""
         publisher = self._publishers.get(name)
-        if publisher is None or not publisher.get_subscription_count():
+        if publisher is None:
             return
         try:
-            publisher.publish(make())
+            if publisher.get_subscription_count():
+                publisher.publish(make())
         except Exception as error:  # the network must not hold up the loop, whatever it raises
-            log.warning("%s: %s", publisher.topic_name, error)
+            log.warning("%s is not published: %s", name, error)
 
 
 def pose_stamped(placed: Pose) -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
 pytest.importorskip("trajectory_msgs", reason="ros-trajectory-msgs is not installed: make setup-ros2")
 pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
 pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
@@ -22,9 +23,11 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from test_closed_loop import options  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
+from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError  # noqa: E402
 from grabbergui.net.ros2.calibration import receive_calibration  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import desk, geometry  # noqa: E402
 from grabbergui.servo.pilot import Pilot  # noqa: E402
 from grabbergui.servo.publisher_ros2 import Ros2Publisher  # noqa: E402
@@ -236,6 +239,34 @@ def test_joint_states_that_stand_still_stop_it_for_good(pilot, simulated, listen
     wait_for(lambda: simulated.robot.speed < 1e-3, 2)
     last = [twists.get() for _ in range(twists.qsize())][-1].twist
     assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
+
+
+def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated):
+    camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker))
+    camera.open()
+    server = Ros2GrabberServer(camera, "/camera")
+    server.start()
+    pictures = sources.create("ros2:/camera")
+    pilot = Pilot(pictures, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    turns = []
+    pilot.turned.connect(lambda turn, frame: turns.append(turn))
+    try:
+        pictures.open()
+        approaching(pilot, simulated)
+        server.stop()
+        wait_for(lambda: turns[-1].state is State.LOST and turns[-1].time - last_moving(turns).time > 0.3)
+        assert last_moving(turns).time - pilot.loop.sighting.captured <= 0.15
+        assert "no fresh picture" in turns[-1].reason
+        wait_for(lambda: simulated.robot.speed < 1e-3, 2)
+    finally:
+        pilot.stop()
+        pictures.close()
+        server.stop()
+        camera.close()
+
+
+def last_moving(turns):
+    return next(turn for turn in reversed(turns) if turn.command.moves)
 
 
 def test_a_stop_goes_out_though_the_robot_says_nothing(robot, simulated, listener):
