@@ -1,15 +1,18 @@
 """How fast the simulated GigE Vision camera sends on the loopback, and what it costs.
 
-    python benchmarks/gige_send.py [SECONDS]
+    python -m benchmarks.gige_send [--seconds 5]
 
 The receiver is a process of its own that only counts. Full pictures (2448×2048 Mono8) of a test pattern,
 so that the sending is measured and not the rendering.
 """
 
+from __future__ import annotations
+
+import argparse
 import multiprocessing
 import socket
-import sys
 import time
+from multiprocessing.connection import Connection
 
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -18,7 +21,7 @@ ADDRESS = "127.79.0.1"
 TRAILER = 2
 
 
-def receive(port_out, result_out):
+def receive(port_out: Connection, result_out: Connection) -> None:
     """Count datagrams until none comes for a second."""
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.setsockopt(socket.SOL_SOCKET, 33, 64 << 20)  # SO_RCVBUFFORCE
@@ -41,7 +44,8 @@ def receive(port_out, result_out):
         result_out.send((bytes_in, frames, end - start))
 
 
-def measure(packet_size, seconds):
+def send(packet_size: int, seconds: float) -> None:
+    """Send as fast as it goes, and print how fast that is."""
     port_in, port_out = multiprocessing.Pipe(False)
     result_in, result_out = multiprocessing.Pipe(False)
     receiver = multiprocessing.Process(target=receive, args=(port_out, result_out))
@@ -76,6 +80,15 @@ def measure(packet_size, seconds):
     )
 
 
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--seconds", type=float, default=5.0, help="of each packet size")
+    options = parser.parse_args(arguments)
+    for packet_size in (8164, 1400):
+        send(packet_size, options.seconds)
+
+
 if __name__ == "__main__":
-    for size in (8192, 1500):
-        measure(size, float(sys.argv[1]) if len(sys.argv) > 1 else 5.0)
+    main()

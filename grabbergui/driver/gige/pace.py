@@ -13,10 +13,10 @@ BUFFER_SHARE = 0.25
 LEAST_SPAN = 0.0002
 "Seconds; over a shorter one no rate is measured."
 FALL = 0.005
-"""Weight of a rate below the known one. Above it, it counts at once: no buffer must run over, and a sender
-that stalled goes on as fast as before."""
+"Weight of a rate below the known one: a sender that stalled goes on as fast as before."
 RISE = 2.0
-"Times the known rate, at most: a thread that was held up sees packets come faster than they do."
+"""Times the known rate that a higher one counts for, and at once, since no buffer must run over. Not more: a
+thread that was held up sees packets come faster than they do."""
 
 
 class Pace:
