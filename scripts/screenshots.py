@@ -56,7 +56,7 @@ def tool(dock: QDockWidget | None) -> None:
     if dock is not None:
         dock.raise_()
         window.resizeDocks([dock], [TOOLS_HEIGHT], Qt.Vertical)
-    desk.wait(0.4)
+    desk.wait(0.25)
 
 
 window.resize(1280, 800)
@@ -93,6 +93,20 @@ tool(window.changesDock)
 desk.set("Gain", 3)
 desk.set("ExposureTime", 8000)
 take("changes", window.changesDock)
+
+tool(window.valuesDock)
+features = program.connection.source.features
+for name in ("ExposureTime", "DeviceTemperature"):
+    program.values.plot(features.description(name))
+window.values.spanBox.setCurrentIndex(0)
+desk.wait(1)
+desk.set("ExposureTime", 14000)
+desk.wait(1.5)
+desk.set("ExposureTime", 8000)
+desk.wait(1)
+take("values", window.valuesDock)
+for name in program.values.names:
+    program.values.remove(name)
 tool(window.logDock)
 take("log", window.logDock)
 tool(None)
@@ -113,6 +127,11 @@ program.keeping.report.close()
 desk.set("Gain", 0)
 desk.set("ExposureTime", 10000)
 
+program.user_sets.show()
+desk.until(lambda: program.user_sets.dialog is not None)
+take("user-sets", program.user_sets.dialog)
+program.user_sets.dialog.close()
+
 shortcuts = ShortcutsDialog(window.menuBar(), window)
 shortcuts.show()
 take("shortcuts", shortcuts)
@@ -120,10 +139,10 @@ shortcuts.close()
 
 bar = window.recordingBar
 bar.limitBox.setCurrentIndex(1)
-bar.amountBox.setValue(2)
+bar.amountBox.setValue(1.5)
 take("recording", bar)
 bar.recordButton.click()
-desk.wait(1.2)
+desk.wait(0.8)
 take("recording-runs", bar)
 desk.until(bar.playButton.isVisible)
 
@@ -132,12 +151,12 @@ program.connection.connect_beside("sim:scene")
 desk.until(lambda: len(window.gallery.tiles) == 3)
 desk.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
 window.messages.dismissAll()
-desk.wait(1)
+desk.wait(0.4)
 take("gallery")
 for source in program.connection.sources[1:]:
     program.connection.close(source)
 
 bar.playButton.click()
 desk.until(window.picture.playbackBar.isVisible)
-desk.wait(1)
+desk.wait(0.6)
 take("playback", window.picture.playbackBar)
