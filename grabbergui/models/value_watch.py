@@ -30,8 +30,8 @@ class ValueWatch:
     All methods may be called from any thread and none waits; the signal comes from the worker.
     """
 
-    sampled = Signal(float, dict)
-    """When it was read (seconds since the epoch), and the values (dict[str, float]): NaN for none."""
+    sampled = Signal(float, dict, dict)
+    """When it was read (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
 
     def __init__(self, period: float = PERIOD, time_of_day: Callable[[], float] = time.time) -> None:
         self._period = period
@@ -101,10 +101,12 @@ class ValueWatch:
             names = self._names
         delay = self._period
         values: dict[str, float] = {}
+        units: dict[str, str] = {}
         for name in names:
             values[name] = math.nan
             try:
-                values[name] = as_number(grabber.feature(name))
+                feature = grabber.feature(name)
+                values[name], units[name] = as_number(feature), feature.unit
             except FeatureError:
                 continue
             except GrabberError:
@@ -114,7 +116,7 @@ class ValueWatch:
             if reading != self._reading or self._source is None:
                 return
             self._submit(self._source, reading, delay)
-        self.sampled.emit(self._time_of_day(), values)
+        self.sampled.emit(self._time_of_day(), values, units)
 
 
 def as_number(feature: Feature) -> float:

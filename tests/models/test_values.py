@@ -66,7 +66,7 @@ class Bench:
         self.came = threading.Condition()
         self.watch.sampled.connect(self._on_sampled)
 
-    def _on_sampled(self, moment, values):
+    def _on_sampled(self, moment, values, units):
         with self.came:
             self.samples.append((moment, values))
             self.came.notify_all()

@@ -6,6 +6,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.region import Region
+from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.drawing_tool import Purpose
 
 
@@ -164,3 +165,12 @@ def test_a_region_of_the_sensor_is_one_step(desk):
     desk.window.actionUndo.trigger()
     desk.until(lambda: [value(desk, name) for name in names] == before)
     desk.until(lambda: desk.grabber.streaming)
+
+
+def test_the_overview_of_keys_says_what_they_do_and_not_what_would_be_undone(desk):
+    type_value(desk, "Gain", "6")
+    desk.until(desk.window.actionUndo.isEnabled)
+    dialog = ShortcutsDialog(desk.window.menuBar(), desk.window)
+    text = dialog.leftLabel.text() + dialog.rightLabel.text()
+    assert "<td>Undo</td>" in text and "→" not in text
+    dialog.close()

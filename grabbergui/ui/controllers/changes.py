@@ -139,4 +139,5 @@ def _describe(action: QAction, name: str, what: str) -> None:
     """Say in the menu what a press would do."""
     shown = what if len(what) <= MOST_SHOWN else what[: MOST_SHOWN - 1] + "…"
     action.setText(f"{name} {shown.replace('&', '&&')}".rstrip())
+    action.setIconText(name.replace("&", ""))
     action.setEnabled(bool(what))

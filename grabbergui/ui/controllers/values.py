@@ -55,9 +55,7 @@ class ValuesController(QObject):
             text = self.tr("no more than {0} values can be plotted at once; remove one first")
             self.failed.emit(text.format(MOST_FEATURES))
             return
-        source = self._connection.source
-        known = source.features.feature(description.name) if source and source.features else None
-        self._panel.addCurve(description, known.unit if known is not None else "")
+        self._panel.addCurve(description)
         self._histories.setdefault(description.name, ValueHistory())
         self._watch.add(description.name)
         self._window.valuesDock.show()
@@ -101,7 +99,8 @@ class ValuesController(QObject):
             self._break()
         self._watch.want(wanted)
 
-    def _on_sampled(self, moment: float, values: dict[str, float]) -> None:
+    def _on_sampled(self, moment: float, values: dict[str, float], units: dict[str, str]) -> None:
+        self._panel.setUnits(units)
         for name, value in values.items():
             if (history := self._histories.get(name)) is not None:
                 history.add(moment, value)

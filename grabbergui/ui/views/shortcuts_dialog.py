@@ -32,7 +32,7 @@ def _table(menu: QMenu | None) -> str:
     if menu is None:
         return ""
     rows = "".join(
-        f"<tr><td><b>{action.shortcut().toString()}</b>&nbsp;&nbsp;&nbsp;</td><td>{_plain(action.text())}</td></tr>"
+        f"<tr><td><b>{action.shortcut().toString()}</b>&nbsp;&nbsp;&nbsp;</td><td>{_plain(action.iconText())}</td></tr>"
         for action in _actions(menu)
         if not action.shortcut().isEmpty()
     )

@@ -53,15 +53,21 @@ class ValuesPanel(QWidget):
         """The row of a value."""
         return self._rows.get(name)
 
-    def addCurve(self, description: FeatureDescription, unit: str = "") -> None:
+    def addCurve(self, description: FeatureDescription) -> None:
         """Make room for one more curve; does nothing where it is shown already."""
         if description.name in self._rows:
             return
-        row = CurveRow(description, unit, self.content)
+        row = CurveRow(description, self.content)
         row.removed.connect(self.removed)
         self._rows[row.name] = row
         self.curves.addWidget(row)
         self._arrange()
+
+    def setUnits(self, units: Mapping[str, str]) -> None:
+        """Say what the values are in."""
+        for name, unit in units.items():
+            if (row := self._rows.get(name)) is not None:
+                row.setUnit(unit)
 
     def removeCurve(self, name: str) -> None:
         """Show one curve less."""

@@ -30,13 +30,11 @@ class CurveRow(QWidget):
     removeButton: QToolButton
     plot: ChannelPlot
 
-    def __init__(
-        self, description: FeatureDescription, unit: str = "", parent: QWidget | None = None
-    ) -> None:
+    def __init__(self, description: FeatureDescription, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("curve_row", self)
         self.name = description.name
-        self._unit = unit_text(unit)
+        self._unit = ""
         self.titleLabel.setText(breakable(description.title))
         self.titleLabel.setToolTip(description.name)
         self.plot.setAccessibleName(self.tr("{0} over time").format(description.title))
@@ -45,6 +43,10 @@ class CurveRow(QWidget):
         self.plot.setClipToView(True)
         self.removeButton.clicked.connect(lambda: self.removed.emit(self.name))
         icons.apply(self)
+
+    def setUnit(self, unit: str) -> None:
+        """Say what the value is in; shown with the next samples."""
+        self._unit = unit_text(unit)
 
     def setSamples(self, times: NDArray[np.float64], values: NDArray[np.float64], span: float) -> None:
         """Show samples with their times in seconds before now (negative), over the last `span` seconds."""
