@@ -172,23 +172,21 @@ def cut_off(window):
 
 
 @pytest.mark.parametrize("language", ["en", "es"])
-@pytest.mark.parametrize("size", [(1280, 800), (1366, 768)])
-def test_no_text_is_cut_off(qapp, request, language, size):
+def test_no_text_is_cut_off(qapp, request, language):
     speak(qapp, language)
     request.addfinalizer(lambda: speak(qapp, "en"))
     desk = request.getfixturevalue("window_desk")
-    desk.window.resize(*size)
-    window = full_of_panels(desk)
-    assert (window.width(), window.height()) == size, "the window needs more room than it has"
-    cut = set()
-    docks = window.findChildren(QDockWidget)
-    for dock in docks:  # those that lie over each other, one after the other
-        dock.raise_()
-        desk.qtbot.wait(30)
-        once = set(cut_off(window))
-        desk.qtbot.wait(50)  # a figure that has just grown gets its room in the next turn
-        twice = {where for where, _ in cut_off(window)}
-        cut |= {(where, text) for where, text in once if where in twice}
+    window, cut = full_of_panels(desk), set()
+    for size in ((1280, 800), (1366, 768)):
+        window.resize(*size)
+        assert (window.width(), window.height()) == size, "the window needs more room than it has"
+        for dock in window.findChildren(QDockWidget):  # those that lie over each other, one by one
+            dock.raise_()
+            desk.qtbot.wait(30)
+            once = set(cut_off(window))
+            desk.qtbot.wait(50)  # a figure that has just grown gets its room in the next turn
+            twice = {where for where, _ in cut_off(window)}
+            cut |= {(where, text) for where, text in once if where in twice}
     assert not cut
 
 

@@ -56,26 +56,27 @@ print("through")
     assert QImage(str(tmp_path / "tiles" / "gallery.png")).width() > 300
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "said"),
-    [
-        ("desk.end(7)", 7, ""),
-        ("import sys\nsys.exit(5)", 5, ""),
-        ("import sys\nsys.exit('no good')", 1, "no good\n"),
-        ("assert 1 > 2, 'one is not more'", 1, "AssertionError: one is not more\n"),
-        ("desk.open('sim:nonsense')", 1, "no simulated camera 'nonsense'"),
-        ("desk.open('sim:?width=320')\ndesk.set('Gain', 1000)", 1, "Gain=1000"),
-        ("desk.get('Gain')", 1, "nothing is open"),
-        ("desk.until(lambda: False, 0.1, 'it is never')", 1, "it is never after 0.1 s"),
-        ("desk.window.close()\ndesk.wait(1)\nprint('never')", 1, ""),
-    ],
+ENDS = (
+    ("desk.get('Gain')", 1, "nothing is open"),
+    ("desk.end(7)", 7, ""),
+    ("import sys\nsys.exit(5)", 5, ""),
+    ("import sys\nsys.exit('no good')", 1, "no good\n"),
+    ("assert 1 > 2, 'one is not more'", 1, "AssertionError: one is not more\n"),
+    ("desk.open('sim:nonsense')", 1, "no simulated camera 'nonsense'"),
+    ("desk.open('sim:?width=320')\ndesk.set('Gain', 1000)", 1, "Gain=1000"),
+    ("desk.until(lambda: False, 0.1, 'it is never')", 1, "it is never after 0.1 s"),
+    ("desk.window.close()\ndesk.wait(1)\nprint('never')", 1, ""),
 )
-def test_the_exit_code_says_how_it_went(run, capsys, text, code, said):
-    assert run(text) == code
-    out, errors = capsys.readouterr()
-    assert said in errors and "never" not in out
-    if said and "exit" not in text:
-        assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
+"""Scripts, what their exit code is, and what they leave on stderr; the last one takes the window away."""
+
+
+def test_the_exit_code_says_how_it_went(run, capsys):
+    for text, code, said in ENDS:
+        assert run(text) == code, text
+        out, errors = capsys.readouterr()
+        assert said in errors and "never" not in out
+        if said and "exit" not in text:
+            assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
 
 
 @pytest.mark.parametrize(("text", "said"), [("def (", "is no Python"), (None, "cannot be read")])
