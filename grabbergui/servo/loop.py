@@ -50,6 +50,7 @@ class ServoLoop:
         self._watch = EncoderWatch(config.safety.freeze)
         self._progress = ProgressWatch(config.safety.stuck)
         self._stuck = ""
+        self._twist = np.zeros(6)
         self._hindrance = robot.body.arm.hindrance
         self._pending: Sighting | None = None
         self._last = 0.0
@@ -73,9 +74,8 @@ class ServoLoop:
         sound = robot is not None and _sound(robot)
         if robot is not None and sound:
             self._history.add(robot.time, robot.head)
-            frozen = self._watch.frozen(now, robot)
-            if frozen:
-                self.machine.stop(now, frozen)
+            self._watch.look(now, robot)
+            self._judge_encoders(now, robot)
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         self._update_tracks()
         captured = self.sighting.captured if self.sighting is not None else -np.inf
@@ -104,6 +104,7 @@ class ServoLoop:
         if not np.any(command.hand):
             self.arm.rest()
         self._watch.commanded(now, command)
+        self._twist = command.hand
         return Turn(
             now,
             state,
@@ -162,6 +163,15 @@ class ServoLoop:
             self.head.see(target, from_camera)
         if robot is not None and marker is not None:
             self.arm.measure(robot.hand, marker)
+
+    def _judge_encoders(self, now: float, robot: RobotState) -> None:
+        """Encoders that stand still though they should move are dead, unless the arm cannot but stand."""
+        if self._watch.head_frozen:
+            self.machine.stop(now, "the head's encoders stand still though it is commanded to move")
+        elif self._watch.arm_frozen and robot.arm is not None and self._hindrance(robot.arm, self._twist):
+            self._progress.give_up()
+        elif self._watch.arm_frozen:
+            self.machine.stop(now, "the arm's encoders stand still though it is commanded to move")
 
     def _judge_progress(self, now: float, marker: Pose | None, robot: RobotState | None) -> None:
         """Whether the hand still gets nearer, and if not, why."""

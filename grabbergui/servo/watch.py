@@ -27,6 +27,7 @@ class EncoderWatch:
 
     def __init__(self, patience: float) -> None:
         """`patience` is how many seconds of commanded motion may pass without any of it."""
+        self.head_frozen = self.arm_frozen = False
         self._patience = patience
         self._head_since: float | None = None
         self._hand_since: float | None = None
@@ -45,19 +46,16 @@ class EncoderWatch:
         else:
             self._hand_since = None
 
-    def frozen(self, now: float, robot: RobotState) -> str:
-        """What stands still though it should move, for people; empty where nothing does."""
+    def look(self, now: float, robot: RobotState) -> None:
+        """Take in a reading."""
         # An encoder's noise would be motion enough; one that is dead repeats itself to the last bit.
         if not np.array_equal(robot.head, self._head):
             self._head_since = None if self._head_since is None else now
         if not np.array_equal(robot.hand, self._hand):
             self._hand_since = None if self._hand_since is None else now
         self._head, self._hand = robot.head, robot.hand
-        if self._head_since is not None and now - self._head_since > self._patience:
-            return "the head's encoders stand still though it is commanded to move"
-        if self._hand_since is not None and now - self._hand_since > self._patience:
-            return "the arm's encoders stand still though it is commanded to move"
-        return ""
+        self.head_frozen = self._head_since is not None and now - self._head_since > self._patience
+        self.arm_frozen = self._hand_since is not None and now - self._hand_since > self._patience
 
 
 class ProgressWatch:
@@ -72,6 +70,10 @@ class ProgressWatch:
         self._best = np.inf
         self._waiting = 0.0
         self._last = 0.0
+
+    def give_up(self) -> None:
+        """There is no need to wait: it is known that the hand cannot get on."""
+        self.stuck = True
 
     def reset(self) -> None:
         """Let it be tried anew."""

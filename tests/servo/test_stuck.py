@@ -13,6 +13,7 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import CommandGate
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.robot import RobotState
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
 from grabbergui.servo.watch import ProgressWatch
@@ -28,9 +29,9 @@ FAR = at(0.93, -0.30, 0.50)
 class Chase:
     """A loop, its gate and a robot with real kinematics, and a perfect camera, under one clock."""
 
-    def __init__(self, board):
+    def __init__(self, board, robot=SimRobot):
         self.now, self.board = 0.0, board
-        self.robot = SimRobot(teo.BODY, lambda: self.now)
+        self.robot = robot(teo.BODY, lambda: self.now)
         self.loop = ServoLoop(Config(), self.robot)
         self.gate = CommandGate(self.robot, Config())
 
@@ -60,6 +61,23 @@ def test_a_hand_that_comes_no_nearer_gives_up_and_says_why(board, reason):
     assert not turn.command.hand.any()
     assert chase.robot.speed < 1e-3
     assert chase.robot.limit_violations == 0
+
+
+class CoarseEncoders(SimRobot):
+    """Steps of a tenth make an arm that creeps along its limits stand still, to the last bit."""
+
+    def state(self):
+        state = super().state()
+        arm = np.round(state.arm, 1)
+        return RobotState(state.time, state.head, self.body.arm.forward(arm), arm)
+
+
+@pytest.mark.parametrize("board", [ROLLED, FAR])
+def test_an_arm_at_its_limits_is_not_taken_for_one_whose_encoders_froze(board):
+    chase = Chase(board, CoarseEncoders)
+    turn = chase.run(15, State.STUCK)
+    assert turn.state is State.STUCK, turn.reason
+    assert [step.state for step in chase.loop.machine.transitions if step.state is State.STOPPED] == []
 
 
 def test_it_tries_again_once_the_marker_moved_and_not_before():
