@@ -99,7 +99,8 @@ class Ros2Node:
         if self._closed.is_set():
             return
         self._closed.set()
-        self._executor.wake()
+        # Something to do ends the wait for callbacks at once; a mere `wake` lets it run out.
+        self._executor.create_task(lambda: None)
         if self._thread.is_alive() and self._thread is not threading.current_thread():
             self._thread.join()
         self._executor.remove_node(self.node)
@@ -117,7 +118,7 @@ class Ros2Node:
                 return
             except Exception:
                 # Whatever went wrong in one callback, the others are still wanted.
-                log.exception("%s: a callback failed", self.node.get_name())
+                log.exception("%s: a callback failed", self._thread.name)
 
 
 def quality_of_service(name: str) -> Any:
