@@ -16,6 +16,10 @@ NEARLY_BLACK = 0.01
 "Part of white below which a measurement tells only that it is dark."
 ROOM = 1e-3
 "Relative distance of the bounds below which they are forgotten: the scene has changed since."
+FLATTEST, STEEPEST = 0.25, 2.0
+"Between these a step's effect, in logarithms, is believed."
+LEAST_STEP = 0.02
+"Relative: what a smaller step did is lost in noise."
 
 
 class Law(Enum):
@@ -37,6 +41,8 @@ class KnobSearch:
         "Where the knob stands."
         self._low, self._high = low, high
         self._law = law
+        self._last: tuple[float, float] | None = None
+        "Logarithms of the light and of the factor at the step before."
         self._too_small: float | None = None
         self._too_large: float | None = None
 
@@ -62,13 +68,27 @@ class KnobSearch:
         self.value = value
 
     def _guess(self, factor: float) -> float:
+        if self._law is Law.UNKNOWN:
+            end = self._high if factor > 1 else self._low
+            return (self.value + end) / 2 if abs(end - self.value) > 1 else end
         if self._law is Law.DECIBEL:
-            return self.value + 20 * math.log10(factor)
-        if self._law is Law.PROPORTIONAL:
-            # From zero no factor leads anywhere.
-            return max(self.value, (self._high - self._low) * 1e-6) * factor
-        end = self._high if factor > 1 else self._low
-        return (self.value + end) / 2 if abs(end - self.value) > 1 else end
+            return self.value + _decibels(self._step(_nepers(self.value), math.log(factor)))
+        # From zero no factor leads anywhere.
+        value = max(self.value, (self._high - self._low) * 1e-6)
+        return value * math.exp(self._step(math.log(value), math.log(factor)))
+
+    def _step(self, light: float, wanted: float) -> float:
+        """How far to go, as a logarithm: farther than wanted where the step before did less than it should.
+
+        A black level or a gamma curve makes every step fall short; two measurements tell by how much.
+        """
+        slope = 1.0
+        if self._last is not None:
+            gone, answered = light - self._last[0], self._last[1] - wanted
+            if abs(gone) > LEAST_STEP:
+                slope = min(max(answered / gone, FLATTEST), STEEPEST)
+        self._last = light, wanted
+        return min(max(wanted / slope, -math.log(STRONGEST)), math.log(STRONGEST))
 
     def _between(self, guess: float) -> float:
         small, large = self._too_small, self._too_large
@@ -82,6 +102,14 @@ class KnobSearch:
         small, large = self._too_small, self._too_large
         if small is not None and large is not None and large - small <= ROOM * abs(large):
             self._too_small = self._too_large = None
+
+
+def _nepers(decibels: float) -> float:
+    return decibels / 20 * math.log(10)
+
+
+def _decibels(nepers: float) -> float:
+    return nepers * 20 / math.log(10)
 
 
 def light_factor(mean: float, saturated: float, target: float) -> float:
