@@ -273,7 +273,7 @@ class Connection:
         hands = NotingGrabber(grabber, source.journal)
         hands.open()
         features = FeatureTreeModel(hands, source.worker, hands.watch)
-        features.structure_changed.connect(hands.relearn)
+        features.structure_changed.connect(hands.learn)
         source.hands, source.features = hands, features
 
     @staticmethod

@@ -149,6 +149,20 @@ def capture(
     return FeatureSet(_in_tree_order(settings, wanted), describe(grabber), tuple(left_out))
 
 
+def every_instance(
+    grabber: FrameGrabber, selectors: Selectors, name: str
+) -> dict[SettingKey, FeatureValue]:
+    """Where a feature stands under each combination of its selectors, which end where they stood."""
+    path = selectors.of(name)
+    instances, _ = _instances(grabber, path)
+    found: dict[SettingKey, FeatureValue] = {}
+    with selectors.kept(path):
+        for selected in instances:
+            if selectors.select(selected) and (value := _value(grabber, name)) is not None:
+                found[SettingKey(name, selected)] = value
+    return found
+
+
 def describe(grabber: FrameGrabber) -> str:
     """A camera by vendor, model and serial number."""
     info = grabber.info

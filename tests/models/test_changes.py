@@ -271,6 +271,29 @@ def test_undoing_an_automatic_mode_brings_back_what_stood_before(sim):
     assert (sim.value("ExposureAuto"), sim.value("ExposureTime")) == ("Off", 5000.0)
 
 
+def test_undoing_a_white_balance_by_the_camera_brings_back_every_ratio(sim):
+    def ratios():
+        found = []
+        for selected in ("Red", "Blue"):
+            sim.grabber.write_feature("BalanceRatioSelector", selected)
+            found.append(sim.value("BalanceRatio"))
+        return found
+
+    for selected, ratio in (("Red", 1.1), ("Blue", 2.2)):
+        sim.grabber.write_feature("BalanceRatioSelector", selected)
+        sim.grabber.write_feature("BalanceRatio", ratio)
+    sim.grabber.start()
+    sim.write("BalanceWhiteAuto", "Once")
+    deadline = time.monotonic() + 10
+    while sim.value("BalanceWhiteAuto") != "Off":
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert sim.value("BalanceRatioSelector") == "Blue"
+    assert ratios()[0] == pytest.approx(1.6, rel=0.1)
+    assert sim.revert(UNDO) == []
+    assert ratios() == [pytest.approx(1.1), pytest.approx(2.2)]
+
+
 def test_undoing_finds_the_instance_whatever_is_selected(sim):
     sim.write("BalanceRatioSelector", "Blue")
     before = sim.value("BalanceRatio")

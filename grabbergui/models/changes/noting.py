@@ -13,7 +13,7 @@ from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.changes.change import Origin
 from grabbergui.models.changes.journal import ChangeJournal, Written
-from grabbergui.models.feature_set import Selectors, SettingKey
+from grabbergui.models.feature_set import Selectors, SettingKey, every_instance
 
 log = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ class NotingGrabber(SharedGrabber):
         self._clock = clock
         self._wrote = float("-inf")
         self._known: dict[SettingKey, FeatureValue] = {}
-        self._learn()
+        self.learn()
 
     @property
     def plain(self) -> FrameGrabber:
@@ -95,11 +95,8 @@ class NotingGrabber(SharedGrabber):
         except FeatureError as error:
             log.debug("a change of %s is not noted: %s", feature.name, error)
 
-    def relearn(self) -> None:
-        """The grabber's tree is another."""
-        self._learn()
-
-    def _learn(self) -> None:
+    def learn(self) -> None:
+        """Look at the grabber's tree, which is another than before."""
         self._selectors = Selectors(self._grabber)
         self._choosing = self._selectors.all_names()
         self._regulates: dict[str, list[str]] = {}
@@ -111,9 +108,10 @@ class NotingGrabber(SharedGrabber):
         """What stands by hand until an automatic mode is switched on."""
         if mode.value not in (AUTO_OFF, False):
             return {}
-        names = self._regulates.get(mode.name, ())
-        values = {self._key(name): self._grabber.feature(name).value for name in names}
-        return {key: value for key, value in values.items() if value is not None}
+        found: dict[SettingKey, FeatureValue] = {}
+        for name in self._regulates.get(mode.name, ()):
+            found.update(every_instance(self._grabber, self._selectors, name))
+        return found
 
     def _origin(self, feature: Feature) -> Origin:
         if feature.auto and self._grabber.feature(feature.auto).value not in (AUTO_OFF, False, None):
