@@ -62,7 +62,7 @@ class Delivery:
             arrivals = sorted(reader.arrivals)
             known = [stamp for stamp, _ in arrivals]
             self.worst = min(self.worst, sum(_has(known, stamp) for stamp in judged))
-            ages += [(at - stamp) / 1e6 for stamp, at in arrivals if stamp >= judged[0]]
+            ages += [(at - stamp) / 1e6 for stamp, at in arrivals if judged and stamp >= judged[0]]
         ages.sort()
         self.median = statistics.median(ages) if ages else None
         "Milliseconds, over all readers."
@@ -73,8 +73,8 @@ class Delivery:
 
     @property
     def share(self) -> float:
-        """Of the judged frames, percent."""
-        return 100 * self.worst / self.judged
+        """Of the judged frames, percent; of none, 0: the camera itself got no time."""
+        return 100 * self.worst / self.judged if self.judged else 0.0
 
     def counts(self) -> str:
         return f"{self.worst} of {self.judged}"
@@ -95,14 +95,14 @@ class Run:
         stamps = served.stamps
         self.served = served
         self.frames = len(stamps)
-        self.rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) * 1e9
+        self.rate = (len(stamps) - 1) / (stamps[-1] - stamps[0]) * 1e9 if len(stamps) > 1 else 0.0
         judged = [stamp for stamp in stamps if stamp < stamps[-1] - IN_FLIGHT]
         self.yarp = Delivery(judged, yarp) if yarp else None
         self.ros2 = Delivery(judged, ros2) if ros2 else None
         self.cores = served.cpu / seconds
         "Of the serving process."
         self.sensor_cores = served.sensor_cpu / seconds
-        self.milliseconds_per_frame = (served.cpu - served.sensor_cpu) / self.frames * 1e3
+        self.milliseconds_per_frame = (served.cpu - served.sensor_cpu) / max(self.frames, 1) * 1e3
         "CPU that serving a frame took, the sensor's apart."
 
     @property

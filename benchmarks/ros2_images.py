@@ -55,7 +55,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     rows = []
     for (name, count), run in runs.items():
         assert run.ros2
-        rate = f"{run.rate * run.ros2.worst / run.ros2.judged:.1f} fps"
+        rate = f"{run.rate * run.ros2.share / 100:.1f} fps"
         cells = [run.ros2.counts(), rate, run.ros2.latency(), f"{run.cores:.0%}", f"{run.ros2.cores:.0%}"]
         rows.append([name, str(count), *cells])
     header = ["profile on", "readers", "delivered", "rate", "latency, median / p99", "CPU", "CPU, a reader"]
