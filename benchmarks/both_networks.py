@@ -218,7 +218,7 @@ def goals(rows: list[Row]) -> list[Goal]:
             continue
         who = f"1080p at 30 fps on both at once, {row.readers} reader{'s' * (row.readers > 1)} on each"
         deliveries = f"YARP {run.yarp.counts()}, ROS 2 {run.ros2.counts()}"
-        every = run.yarp.worst == run.ros2.worst == run.yarp.judged
+        every = run.yarp.worst == run.ros2.worst == run.yarp.judged > 0
         found.append(Goal(f"{who}: every frame delivered", deliveries, every))
         found.append(Goal(f"{who}: less than one core", f"{run.cores:.0%}", run.cores < 1))
     lost = {name: sum(row.run.served.lost for row in rows if row.networks == name) for name in NETWORKS}
