@@ -68,9 +68,14 @@ class FeatureParameters:
         """Names of features have no dots: each prefix is a whole name."""
         answer.result = self._node.list_parameters(list(request.prefixes), request.depth)
         wanted = frozenset(request.prefixes)
+        try:
+            tree = self._grabber.feature_tree()
+        except GrabberError as error:  # a camera that is gone has no features
+            log.info("list of parameters: %s", error)
+            return answer
         features = (
             description.name
-            for description in self._grabber.feature_tree().descriptions()
+            for description in tree.descriptions()
             if description.kind in TYPES and (not wanted or description.name in wanted)
         )
         answer.result.names = [*features, *answer.result.names]
@@ -138,8 +143,7 @@ class FeatureParameters:
         before: list[tuple[str, FeatureValue]] = []
         answer.result = SetParametersResult(successful=True)
         for parameter in request.parameters:
-            name = parameter.name
-            old = self._grabber.feature(name).value if self._grabber.has_feature(name) else None
+            name, old = parameter.name, self._value_now(parameter.name)
             answer.result = self._set_one(parameter)
             if not answer.result.successful:
                 self._put_back(before)
@@ -168,6 +172,13 @@ class FeatureParameters:
             return self._node.set_parameters_atomically([Parameter.from_parameter_msg(parameter)])
         except (RuntimeError, ValueError) as error:  # a type that ROS does not have
             return SetParametersResult(successful=False, reason=f"{parameter.name}: {error}")
+
+    def _value_now(self, name: str) -> FeatureValue | None:
+        """What to put back; None where that cannot be known, and then nothing is going to be set either."""
+        try:
+            return self._grabber.feature(name).value
+        except GrabberError:
+            return None
 
     def _put_back(self, values: list[tuple[str, FeatureValue]]) -> None:
         for name, value in reversed(values):

@@ -225,6 +225,20 @@ def test_together_means_all_or_none(parameters, camera):
     assert (camera.feature("Gain").value, camera.feature("ExposureTime").value) == (2.0, 5000.0)
 
 
+def test_a_camera_that_is_gone_has_no_features(domain):
+    grabber = sources.create("sim:?width=64&height=48")
+    grabber.open()
+    with Ros2GrabberServer(grabber, "/gone"):
+        parameters = ParameterProbe("/gone")
+        grabber.close()
+
+        assert "use_sim_time" in parameters.names() and "Gain" not in parameters.names()
+        assert not parameters.values("Gain") and not parameters.describe("Gain")
+        assert not parameters.set(Gain=1.0)[0].successful
+        assert "not open" in parameters.set_together(Gain=1.0).reason
+        parameters.close()
+
+
 def test_changes_are_told_as_events(server, parameters, camera):
     events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
     until(lambda: parameters.node.count_publishers("/parameter_events") >= 2)
@@ -261,13 +275,15 @@ def test_a_file_is_loaded_on_the_running_server(parameters, camera, tmp_path):
 def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, tmp_path, caplog):
     file = tmp_path / "camera.yaml"
     file.write_text(
-        "/cam:\n  ros__parameters:\n    Gain: 4.0\n    Gian: 1.0\n    Width: 17\n"
-        "    qos_overrides:\n      /cam/image_raw:\n        publisher: {reliability: reliable, depth: 3}\n"
+        "/configured:\n  ros__parameters:\n    Gain: 4.0\n    Gian: 1.0\n    Width: 17\n"
+        "    qos_overrides:\n      /configured/image_raw:\n        publisher: {reliability: reliable, depth: 3}\n"
     )
-    with Ros2GrabberServer(camera, "/cam", ros_args=["--params-file", str(file)]):
+    with Ros2GrabberServer(camera, "/configured", ros_args=["--params-file", str(file)]):
         probe = Probe()
-        offered = until(lambda: probe.node.get_publishers_info_by_topic("/cam/image_raw"))[0].qos_profile
-        other = until(lambda: probe.node.get_publishers_info_by_topic("/cam/image"))[0].qos_profile
+        offered = until(lambda: probe.node.get_publishers_info_by_topic("/configured/image_raw"))[
+            0
+        ].qos_profile
+        other = until(lambda: probe.node.get_publishers_info_by_topic("/configured/image"))[0].qos_profile
         probe.close()
 
     assert camera.feature("Gain").value == 4
