@@ -29,6 +29,10 @@ STOCK_RECEIVE_BUFFER = 212_992
 "`net.core.rmem_max` as Linux has it."
 
 
+class ReceiverError(Exception):
+    """A receiver did not come to receive."""
+
+
 @dataclass(frozen=True)
 class Run:
     """What one receiver got."""
@@ -192,7 +196,7 @@ def _measured(command: list[str]) -> tuple[str, float, int]:
         errors.seek(0)
         if process.returncode and command[0] == sys.executable:
             last = errors.read().decode(errors="replace").strip().splitlines()[-1:]
-            raise SystemExit(f"{' '.join(command[2:4])} failed: {last}")
+            raise ReceiverError(f"{' '.join(command[2:4])} failed: {last}")
         output.seek(0)
         text = output.read().decode(errors="replace")
     return text, usage.ru_utime + usage.ru_stime, usage.ru_maxrss << 10

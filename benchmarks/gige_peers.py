@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from benchmarks import _document
 from benchmarks._gige_camera import GIGABIT, HEIGHT, WIDTH, Conditions, camera_process
-from benchmarks._gige_receivers import Receiver, Run, in_child, receivers, timed_receivers
+from benchmarks._gige_receivers import Receiver, ReceiverError, Run, in_child, receivers, timed_receivers
 from benchmarks._results import Chart, Goal, Section, Table, machine
 
 PACKET_SIZES = (1400, 8164)
@@ -65,8 +65,14 @@ def compare(case: Case, seconds: float, runs: int, found: dict[str, Receiver]) -
     results: Results = {}
     for _ in range(runs):
         for name, receive in found.items():
-            run, _ = observe(case, seconds, receive)
-            results.setdefault(name, []).append(run)
+            try:
+                run, _ = observe(case, seconds, receive)
+            except ReceiverError as error:
+                if name == "ours":
+                    raise
+                print(f"{case.name}: {error}", flush=True)
+            else:
+                results.setdefault(name, []).append(run)
     return results
 
 
@@ -141,7 +147,11 @@ def latency_table(seconds: float) -> Table:
     rows = []
     for size in PACKET_SIZES:
         for name, receive in timed_receivers().items():
-            run, delays = observe(Case(size, Conditions()), seconds, receive)
+            try:
+                run, delays = observe(Case(size, Conditions()), seconds, receive)
+            except ReceiverError as error:
+                print(error, flush=True)
+                continue
             if len(delays) > 1:
                 middle, late = 1e3 * statistics.median(delays), 1e3 * statistics.quantiles(delays, n=100)[98]
                 rows.append([str(size), name, f"{middle:.2f} ms", f"{late:.2f} ms", _megabytes(run)])

@@ -17,6 +17,8 @@ FALL = 0.005
 RISE = 2.0
 """Times the known rate that a higher one counts for, and at once, since no buffer must run over. Not more: a
 thread that was held up sees packets come faster than they do."""
+HALF_LIFE = 1.0
+"Seconds in which half is forgotten of how late pauses ended."
 
 
 class Pace:
@@ -29,6 +31,13 @@ class Pace:
         self._rate = 0.0
         "Packets a second within a block."
         self._last: float | None = None
+        self._late = 0.0
+        "Seconds that pauses lasted longer than asked for: on a busy machine a thread waits for its turn."
+        self._remembered_at: float | None = None
+
+    def slept(self, asked: float, took: float) -> None:
+        """A pause of `asked` seconds has lasted `took`."""
+        self._late = max(self._late, took - asked)
 
     def took(self, packets: int, now: float, *, more: bool) -> None:
         """A batch was taken; `more` of its block is to come."""
@@ -39,6 +48,9 @@ class Pace:
             else:
                 self._rate += FALL * (rate - self._rate)
         self._last = now if more else None
+        if self._remembered_at is not None:
+            self._late *= 0.5 ** ((now - self._remembered_at) / HALF_LIFE)
+        self._remembered_at = now
 
     def pause(self, expected: int, packet_bytes: int) -> float:
         """Seconds to wait where `expected` packets of so many bytes are still to come of a block."""
@@ -47,7 +59,7 @@ class Pace:
         filling = self._rate * kernel_bytes(packet_bytes)
         longest = min(
             LONGEST_PAUSE,
-            BUFFER_SHARE * self._buffer_bytes / filling,
+            BUFFER_SHARE * self._buffer_bytes / filling - self._late,
             0.9 * self._most_packets / self._rate,
         )
         rest = expected / self._rate

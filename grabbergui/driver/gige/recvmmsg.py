@@ -57,7 +57,9 @@ class BatchSource(DatagramSource):
         before = assembler.statistics.packets
         pause = self._pace.pause(assembler.expected(), assembler.stride) if self._drained else 0.0
         if pause:
+            begun = time.monotonic()
             time.sleep(pause)
+            self._pace.slept(pause, time.monotonic() - begun)
         waiting = self._waiting(timeout if self._drained and not pause else 0.0)
         now = time.monotonic()
         self._drained = True

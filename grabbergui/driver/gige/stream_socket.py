@@ -93,8 +93,8 @@ def _grow_buffer(receiver: socket.socket, wanted: int) -> None:
     if granted not in _warned:
         _warned.add(granted)
         log.warning(
-            "the system grants a socket %d KiB for arriving packets, %d KiB are wanted; a busy machine may lose"
-            " packets. Allow more with: sudo sysctl -w net.core.rmem_max=%d",
+            "the system grants a socket %d KiB for arriving packets, %d KiB are wanted; a busy machine may"
+            " lose packets. Allow more with: sudo sysctl -w net.core.rmem_max=%d",
             granted >> 10,
             wanted >> 10,
             wanted,

@@ -62,6 +62,19 @@ def test_a_faster_rate_counts_at_once_a_slower_one_by_and_by() -> None:
     assert faster < pace.pause(100_000, PACKET) < 1.2 * faster
 
 
+def test_where_pauses_end_late_the_buffer_must_hold_that_too() -> None:
+    """On a busy machine a fast stream is not waited for; a slow one, or a roomy buffer, still is."""
+    fast, slow = learned(ROOMY, 120_000), learned(ROOMY, 15_000)
+    assert fast.pause(100_000, 8164) > SHORTEST_PAUSE
+    for pace in (fast, slow):
+        pace.slept(0.001, 0.016)
+    assert fast.pause(100_000, 8164) == 0
+    assert slow.pause(100_000, 8164) > 0.8 * LONGEST_PAUSE
+    fast.took(10, 1e5 + 0.020, more=False)
+    fast.took(10, 1e5 + 10.0, more=False)
+    assert fast.pause(100_000, 8164) > SHORTEST_PAUSE, "that is forgotten by and by"
+
+
 def test_the_pause_between_blocks_is_no_rate() -> None:
     pace = learned(ROOMY, 90_000)
     before = pace.pause(100_000, PACKET)
