@@ -25,6 +25,7 @@ from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError  # noqa: E402
+from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
 from grabbergui.net.ros2.calibration import receive_calibration  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
@@ -130,8 +131,9 @@ def listener(domain):
 
 @pytest.fixture
 def pilot(robot, simulated):
-    """The whole loop, its pictures from the simulated head itself."""
-    camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker))
+    """The whole loop, its pictures from the simulated head: a person, and a second later the marker."""
+    things = Things(board=lambda seconds: board_pose() if seconds > 1 else None)
+    camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker, things))
     camera.open()
     pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
     yield pilot

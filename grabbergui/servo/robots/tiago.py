@@ -50,5 +50,5 @@ def body(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> Bo
         camera=frame_pose(model, HEAD, camera),
         home=np.radians([13.0, -13.0, -149.0, 118.0, -29.0, -68.0, 24.0]),
         # The torso lifted by 0.35 m on a floor at −0.95 m.
-        stands=pose(translation=(-0.10, 0.0, 0.29)),
+        stands=pose(translation=(-0.10, -0.15, 0.29)),
     )
