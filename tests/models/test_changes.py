@@ -116,6 +116,17 @@ def test_a_control_in_hand_is_one_step_however_slow(bench):
     assert bench.value("Gain") == 1.0
 
 
+def test_what_is_typed_later_is_another_step_though_typing_holds_the_control(bench):
+    for value in (2, 3):
+        bench.journal.hold("Gain")
+        bench.write("Gain", value, wait=0.01)
+        bench.journal.release("Gain")
+        bench.now += 10 * PAUSE
+    assert bench.log == [("Gain 1 → 2", OPERATOR), ("Gain 2 → 3", OPERATOR)]
+    bench.revert(UNDO)
+    assert bench.value("Gain") == 2
+
+
 def test_what_comes_between_ends_a_step(bench):
     bench.write("Gain", 2, wait=0.01)
     bench.write("Gamma", 2, wait=0.01)

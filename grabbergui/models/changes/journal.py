@@ -13,7 +13,7 @@ from psygnal import Signal
 
 from grabbergui.core.features import FeatureValue
 from grabbergui.models.changes.change import Change, Origin
-from grabbergui.models.changes.undo_history import PAUSE, Direction, Step, UndoHistory
+from grabbergui.models.changes.undo_history import Direction, Step, UndoHistory, goes_on
 from grabbergui.models.feature_set import SettingKey
 
 MOST_CHANGES = 2000
@@ -49,7 +49,8 @@ class ChangeJournal:
         self._clock = clock
         self._time_of_day = time_of_day
         self._count = 0
-        self._held: set[str] = set()
+        self._held: dict[str, float] = {}
+        "Since when a control is in somebody's hand."
         self._step: Step | None = None
         self._reverting: Direction | None = None
         self._lock = threading.RLock()
@@ -86,13 +87,13 @@ class ChangeJournal:
         `regulated` are values that an automatic mode takes over with this write.
         """
         with self._lock:
-            now, held = self._clock(), written[-1][0].name in self._held
-            changes = [self._enter(*setting, Origin.OPERATOR, now, held) for setting in written]
+            now, since = self._clock(), self._held.get(written[-1][0].name)
+            changes = [self._enter(*setting, Origin.OPERATOR, now, since) for setting in written]
             if self._reverting is None:
                 # The log joins by its own rule what goes on; a step counts from where it began.
                 pairs = zip(changes, written, strict=True)
                 begun = [replace(change, before=before) for change, (_, before, _) in pairs]
-                step = self._history.note(begun, self._step, now, held)
+                step = self._history.note(begun, self._step, now, since)
                 for key, value in (regulated or {}).items():
                     step.regulated.setdefault(key, value)
         for change in changes:
@@ -110,18 +111,18 @@ class ChangeJournal:
     def saw(self, key: SettingKey, before: FeatureValue, after: FeatureValue, origin: Origin) -> None:
         """Somebody else changed a setting."""
         with self._lock:
-            change = self._enter(key, before, after, origin, self._clock(), False)
+            change = self._enter(key, before, after, origin, self._clock(), None)
         self.noted.emit(change)
 
     def hold(self, name: str) -> None:
         """A control is in somebody's hand: until `release` its writes are one step, however slow."""
         with self._lock:
-            self._held.add(name)
+            self._held[name] = self._clock()
 
     def release(self, name: str) -> None:
         """The hand let go."""
         with self._lock:
-            self._held.discard(name)
+            self._held.pop(name, None)
 
     @contextmanager
     def within(self, step: Step) -> Iterator[None]:
@@ -163,7 +164,7 @@ class ChangeJournal:
         after: FeatureValue | None,
         origin: Origin,
         now: float,
-        held: bool,
+        since: float | None,
     ) -> Change:
         # The operator's changes come one after the other; others' go on side by side.
         place: SettingKey | Origin = origin if origin is Origin.OPERATOR else key
@@ -171,7 +172,7 @@ class ChangeJournal:
         last = self._log.get(number)
         cause = self._cause if origin is Origin.OPERATOR else ""
         same = last is not None and (last.key, last.origin, last.cause) == (key, origin, cause)
-        if last is not None and same and (held or now - moment < PAUSE):
+        if last is not None and same and goes_on(moment, now, since):
             change = replace(last, after=after)
             self._log[number] = change
         else:

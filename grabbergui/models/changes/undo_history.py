@@ -87,14 +87,16 @@ class UndoHistory:
         steps = self._steps[direction]
         return steps[-1] if steps else None
 
-    def note(self, changes: Iterable[Change], step: Step | None, now: float, held: bool = False) -> Step:
+    def note(
+        self, changes: Iterable[Change], step: Step | None, now: float, since: float | None = None
+    ) -> Step:
         """Something was changed: a part of `step`, or of the step before it where it goes on.
 
-        A single control goes on while it is `held`, or for a moment longer, as long as nothing else is
-        changed in between. Returns the step it became part of.
+        A single control goes on while it is held, which it is `since` then, or for a moment longer, as long
+        as nothing else is changed in between. Returns the step it became part of.
         """
         changes = list(changes)
-        step = step or self._going_on(changes[-1].key, now, held) or Step()
+        step = step or self._going_on(changes[-1].key, now, since) or Step()
         for change in changes:
             step.add(change, now)
         done = self._steps[Direction.UNDO]
@@ -120,9 +122,14 @@ class UndoHistory:
         """From here on it can be undone, or redone; other steps stay as they are."""
         self._steps[direction].append(step)
 
-    def _going_on(self, key: SettingKey, now: float, held: bool) -> Step | None:
+    def _going_on(self, key: SettingKey, now: float, since: float | None) -> Step | None:
         step = self.next(Direction.UNDO)
         if step is None or step.cause or self._interrupted:
             return None
         same = next(reversed(step.changes)) == key
-        return step if same and (held or now - step.last < PAUSE) else None
+        return step if same and goes_on(step.last, now, since) else None
+
+
+def goes_on(last: float, now: float, since: float | None) -> bool:
+    """Whether a write now goes on from the one before it: soon after it, or while the same hand holds it."""
+    return now - last < PAUSE or (since is not None and last >= since)
