@@ -114,16 +114,18 @@ class Search:
         self._found: dict[tuple[str, ...], FoundDevice] = {}
 
     def run(self, timeout: float, until: Callable[[FoundDevice], bool] | None = None) -> list[FoundDevice]:
-        """Ask, ask again half-way for those who did not hear, and collect the answers."""
+        """Ask, ask again half-way for those who did not hear, and collect the answers.
+
+        Half-way interfaces count too that have just come up: a cable is put back while a search is on.
+        """
         begun = time.monotonic()
         deadline, again = begun + timeout, begun + timeout / 2
         with selectors.DefaultSelector() as selector:
             try:
-                sockets = self._open(selector)
-                self._ask(sockets)
+                self._ask(self._open(selector))
                 while (now := time.monotonic()) < deadline:
                     if now >= again:
-                        self._ask(sockets)
+                        self._ask(self._open(selector))
                         again = deadline
                     for key, _ in selector.select(max(0.0, min(again, deadline) - now)):
                         device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
@@ -135,8 +137,12 @@ class Search:
         return sorted(self._found.values(), key=lambda device: socket.inet_aton(device.ip))
 
     def _open(self, selector: selectors.BaseSelector) -> list[tuple[socket.socket, Interface]]:
-        opened = []
+        """A socket on every interface there is, made where there is none yet."""
+        opened = [(key.fileobj, key.data) for key in selector.get_map().values()]
+        known = {interface.ip for _, interface in opened}
         for interface in interfaces() if self._broadcast else [Interface("", "0.0.0.0")]:
+            if interface.ip in known:
+                continue
             asker = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             try:
                 asker.setblocking(False)
@@ -149,7 +155,7 @@ class Search:
                 continue
             selector.register(asker, selectors.EVENT_READ, interface)
             opened.append((asker, interface))
-        return opened
+        return opened  # type: ignore[return-value]
 
     def _ask(self, sockets: list[tuple[socket.socket, Interface]]) -> None:
         for asker, interface in sockets:

@@ -8,6 +8,7 @@ Times are those of the monotonic clock, which all processes of a machine share.
 from __future__ import annotations
 
 import json
+import logging
 import sys
 import threading
 import time
@@ -45,6 +46,7 @@ def main(uri: str) -> None:
                 tell("frame", id=frame.frame_id)
             frame_id = frame.frame_id
 
+    logging.basicConfig(level="INFO", format="%(asctime)s %(name)s %(message)s")
     grabber = sources.create(uri)
     grabber.connection_changed.connect(on_connection)
     grabber.open()

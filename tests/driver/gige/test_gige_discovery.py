@@ -1,19 +1,24 @@
-"""Interfaces, names and packet sizes, without a camera."""
+"""Interfaces, searches, names and packet sizes."""
 
 from __future__ import annotations
 
+import os
 import socket
+import time
+from contextlib import closing
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import DeviceStatusError, UsageError
+from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.bootstrap import PacketSizeFlag, StreamChannel
 from grabbergui.driver.gige.discovery import FoundDevice, discover
 from grabbergui.driver.gige.gvcp_device import Identity
 from grabbergui.driver.gige.interfaces import Interface, interface_of, interfaces
 from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
+from grabbergui.driver.sim.gige.server import GigeCamera
 
 ETHERNET = Interface("eth0", "192.168.0.2", "255.255.255.0", 1500)
 LINK_LOCAL = Interface("eth1", "169.254.7.9", "255.255.0.0", 9000)
@@ -116,3 +121,15 @@ def test_without_test_packets_nothing_is_tried() -> None:
 def test_senseless_packet_sizes_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="packet_size"):
         PacketSizePolicy.parse(text)
+
+
+def test_an_interface_that_comes_up_during_a_search_is_searched_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    lo = Interface("lo", "127.0.0.1", "255.0.0.0", 65535, True)
+    looks = iter([[], [lo], [lo]])
+    monkeypatch.setattr(discovery, "interfaces", lambda: next(looks))
+    address = f"127.88.{os.getpid() % 250 + 1}.1"
+    with closing(GigeCamera(address)):
+        begun = time.monotonic()
+        found = discovery.Search([address]).run(2.0, until=lambda device: device.ip == address)
+    assert [device.ip for device in found] == [address]
+    assert 1.0 <= time.monotonic() - begun < 2.0
