@@ -1,12 +1,18 @@
 """Undo, redo and the list of changes, as a person uses them."""
 
+from dataclasses import replace
+
 import pytest
 from PyQt5.QtCore import QItemSelectionModel, Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.region import Region
+from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.changes.journal import MOST_CHANGES
+from grabbergui.models.feature_set import SettingKey
 from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.widgets.change_table import ChangeTable
 from grabbergui.ui.widgets.drawing_tool import Purpose
 
 
@@ -174,3 +180,16 @@ def test_the_overview_of_keys_says_what_they_do_and_not_what_would_be_undone(des
     text = dialog.leftLabel.text() + dialog.rightLabel.text()
     assert "<td>Undo</td>" in text and "→" not in text
     dialog.close()
+
+
+def test_the_list_forgets_the_oldest(qtmodeltester):
+    table = ChangeTable()
+    key = SettingKey("Gain")
+    for number in range(1, MOST_CHANGES + 300):
+        table.note(Change(number, 0.0, key, 0, number, Origin.CAMERA))
+    assert MOST_CHANGES - 300 < table.rowCount() <= MOST_CHANGES
+    last = table.changes[-1]
+    table.note(replace(last, after=-1))
+    assert table.changes[-1].after == -1
+    assert table.rowCount() <= MOST_CHANGES
+    qtmodeltester.check(table)

@@ -9,9 +9,12 @@ from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt
 
 from grabbergui.core.features import format_value
 from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.changes.journal import MOST_CHANGES
 from grabbergui.models.feature_text import number_text
 
 _ROOT = QModelIndex()
+SOME = 200
+"""Rows forgotten at once."""
 
 
 class ChangeTable(QAbstractTableModel):
@@ -56,7 +59,7 @@ class ChangeTable(QAbstractTableModel):
         self.endResetModel()
 
     def note(self, change: Change) -> None:
-        """Show one more, or one that went on."""
+        """Show one more, or one that went on; the oldest make way."""
         row = self._rows.get(change.number)
         if row is not None:
             self._changes[row] = change
@@ -67,6 +70,8 @@ class ChangeTable(QAbstractTableModel):
         self._changes.append(change)
         self._rows[change.number] = row
         self.endInsertRows()
+        if len(self._changes) > MOST_CHANGES:
+            self._forget(SOME)
 
     def texts(self, change: Change) -> tuple[str, ...]:
         """What the columns show of a change."""
@@ -99,6 +104,12 @@ class ChangeTable(QAbstractTableModel):
         if role == Qt.ItemDataRole.ToolTipRole:
             return self.texts(change)[index.column()]
         return self._shortened(change, index.column()) if role == Qt.ItemDataRole.DisplayRole else None
+
+    def _forget(self, count: int) -> None:
+        self.beginRemoveRows(QModelIndex(), 0, count - 1)
+        del self._changes[:count]
+        self._rows = {change.number: row for row, change in enumerate(self._changes)}
+        self.endRemoveRows()
 
     def _shortened(self, change: Change, column: int) -> str:
         value = {self.BEFORE: change.before, self.AFTER: change.after}.get(column)
