@@ -526,7 +526,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="21"/>
         <source>Live picture</source>
-        <translation>Imagen en vivo</translation>
+        <translation>Imagen en directo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/calibration.ui" line="114"/>
@@ -573,52 +573,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="24"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="34"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="37"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="35"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="38"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="36"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="39"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="75"/>
+        <location filename="../../grabbergui/ui/widgets/change_table.py" line="80"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -773,7 +773,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/curve_row.py" line="42"/>
+        <location filename="../../grabbergui/ui/widgets/curve_row.py" line="40"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -2694,7 +2694,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="56"/>
         <source>Live picture</source>
-        <translation>Imagen en vivo</translation>
+        <translation>Imagen en directo</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="132"/>
@@ -3349,22 +3349,22 @@ It {1}.</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="75"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="77"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
