@@ -11,10 +11,13 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from grabbergui.core.pfnc import by_name
+
 ADDRESS = "127.0.79.9"
-WIDTH, HEIGHT = 4096, 1024
-"Few lines, so that the sensor's readout does not bound the rate: 465 frames/s."
-PAYLOAD = WIDTH * HEIGHT
+WIDTH, HEIGHT = 4096, 512
+"Few lines of many bytes, so that the sensor's readout does not bound the rate: 890 frames/s, 3.7 GB/s."
+PIXEL_FORMAT = by_name("Mono16")
+PAYLOAD = PIXEL_FORMAT.image_bytes(WIDTH, HEIGHT)
 GIGABIT = 125e6
 "Bytes a second of the link."
 
@@ -46,6 +49,7 @@ def serve(conditions: Conditions) -> None:
         power_on={
             reg.WIDTH: WIDTH,
             reg.HEIGHT: HEIGHT,
+            reg.PIXEL_FORMAT: PIXEL_FORMAT.code,
             reg.FRAME_RATE_ENABLE: 0,
             reg.EXPOSURE_TIME: 1000.0,
             reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),

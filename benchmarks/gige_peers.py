@@ -21,7 +21,7 @@ from benchmarks._results import Chart, Goal, Section, Table, machine
 PACKET_SIZES = (1400, 8164)
 LOSSES = (0.001, 0.01, 0.05)
 REFERENCE = "Aravis"
-METHOD = """The simulated camera sends {width}×{height} Mono8 over the loopback from a process of its own.
+METHOD = """The simulated camera sends {width}×{height} Mono16 over the loopback from a process of its own.
 The receivers take turns, so that whatever else the machine does meets them all: this driver, Aravis 0.8
 (`arv-camera-test-0.8 --no-packet-socket -a`, which sizes its socket buffer to the picture) and
 viva-genicam, {runs} runs of {seconds:g} seconds each. Medians; CPU is the receiving process's, kernel
