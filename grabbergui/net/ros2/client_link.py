@@ -24,6 +24,8 @@ CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
 _LOOK_PERIOD = 0.2
 """Seconds between looks at whether a service that owes us an answer is still there."""
+_ASK_AGAIN = 1.0
+"""Seconds after which a service that never answered is asked again."""
 _ASK_TYPE = "grabber_interfaces/srv/Ask"
 
 
@@ -55,6 +57,8 @@ class CameraLink:
         "What can be set; nothing before `join`."
         self._name = name
         self._clients: dict[str, Any] = {}
+        self._answered: set[str] = set()
+        "Names of services that have answered."
         self._events: Any = None
 
     @classmethod
@@ -146,19 +150,35 @@ class CameraLink:
         return self._clients[service]
 
     def _wait(self, client: Any, request: Any) -> Any:
-        """The answer to a request. Raises DeviceLostError as soon as the service is gone."""
+        """The answer to a request. Raises DeviceLostError as soon as the service is gone.
+
+        A service may take a request before it has met the reader of its answers, and these are lost: one that
+        never answered is asked again. What is asked first is a question, or a value, which may be set twice.
+        """
         done = threading.Event()
+        futures = [self._send(client, request, done)]
+        begun = time.monotonic()
+        try:
+            while not done.wait(_LOOK_PERIOD):
+                passed = time.monotonic() - begun
+                if not client.service_is_ready():
+                    raise DeviceLostError(f"{client.srv_name} is gone just now")
+                if passed > CALL_TIMEOUT:
+                    raise FrameTimeoutError(f"{client.srv_name} did not answer within {CALL_TIMEOUT:g} s")
+                if client.srv_name not in self._answered and passed > _ASK_AGAIN * len(futures):
+                    futures.append(self._send(client, request, done))
+        finally:
+            for future in futures:
+                if not future.done():
+                    client.remove_pending_request(future)
+        self._answered.add(client.srv_name)
+        return next(future for future in futures if future.done()).result()
+
+    @staticmethod
+    def _send(client: Any, request: Any, done: threading.Event) -> Any:
         future = client.call_async(request)
         future.add_done_callback(lambda _: done.set())
-        deadline = time.monotonic() + CALL_TIMEOUT
-        while not done.wait(_LOOK_PERIOD):
-            gone, late = not client.service_is_ready(), time.monotonic() > deadline
-            if gone or late:
-                client.remove_pending_request(future)
-                if gone:
-                    raise DeviceLostError(f"{client.srv_name} is gone just now")
-                raise FrameTimeoutError(f"{client.srv_name} did not answer within {CALL_TIMEOUT:g} s")
-        return future.result()
+        return future
 
     def _follow(self, features: ParameterFeatures, tell: Callable[[frozenset[str]], None]) -> None:
         from rcl_interfaces.msg import ParameterEvent

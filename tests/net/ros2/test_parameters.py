@@ -12,7 +12,7 @@ from rcl_interfaces.msg import Parameter as ParameterMessage  # noqa: E402
 from rcl_interfaces.msg import ParameterEvent, ParameterType, ParameterValue  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.parameter_client import AsyncParameterClient  # noqa: E402
-from ros2_peers import Probe, until  # noqa: E402
+from ros2_peers import Probe, patiently, until  # noqa: E402
 from sensor_msgs.msg import Image  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
@@ -30,35 +30,31 @@ class ParameterProbe(Probe):
         self._client = AsyncParameterClient(self.node, node)
         assert self._client.wait_for_services(10)
 
-    def _ask(self, future):
-        until(future.done)
-        return future.result()
-
     def names(self, *arguments):
-        return self._ask(self._client.list_parameters(*arguments)).result.names
+        return patiently(lambda: self._client.list_parameters(*arguments)).result.names
 
     def values(self, *names):
-        return self._ask(self._client.get_parameters(list(names))).values
+        return patiently(lambda: self._client.get_parameters(list(names))).values
 
     def types(self, *names):
-        return list(self._ask(self._client.get_parameter_types(list(names))).types)
+        return list(patiently(lambda: self._client.get_parameter_types(list(names))).types)
 
     def describe(self, *names):
-        return self._ask(self._client.describe_parameters(list(names))).descriptors
+        return patiently(lambda: self._client.describe_parameters(list(names))).descriptors
 
     def set(self, **values):
         parameters = [Parameter(name, value=value) for name, value in values.items()]
-        return self._ask(self._client.set_parameters(parameters)).results
+        return patiently(lambda: self._client.set_parameters(parameters)).results
 
     def set_together(self, **values):
         parameters = [Parameter(name, value=value) for name, value in values.items()]
-        return self._ask(self._client.set_parameters_atomically(parameters)).result
+        return patiently(lambda: self._client.set_parameters_atomically(parameters)).result
 
     def set_message(self, message):
-        return self._ask(self._client.set_parameters([message])).results[0]
+        return patiently(lambda: self._client.set_parameters([message])).results[0]
 
     def load(self, path):
-        return self._ask(self._client.load_parameter_file(str(path))).results
+        return patiently(lambda: self._client.load_parameter_file(str(path))).results
 
 
 @pytest.fixture(scope="module")
@@ -276,7 +272,8 @@ def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, tm
     file = tmp_path / "camera.yaml"
     file.write_text(
         "/configured:\n  ros__parameters:\n    Gain: 4.0\n    Gian: 1.0\n    Width: 17\n"
-        "    qos_overrides:\n      /configured/image_raw:\n        publisher: {reliability: reliable, depth: 3}\n"
+        "    qos_overrides:\n      /configured/image_raw:\n"
+        "        publisher: {reliability: reliable, depth: 3}\n"
     )
     with Ros2GrabberServer(camera, "/configured", ros_args=["--params-file", str(file)]):
         probe = Probe()
