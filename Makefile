@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 run test lint bench fuzz screenshots translations clean
+.PHONY: setup setup-ros2 setup-servo run test lint bench fuzz screenshots translations clean
 
 setup: $(STAMP)
 
@@ -18,6 +18,10 @@ $(STAMP): pyproject.toml scripts/system-packages
 # ROS 2 and our interface package, from ROS's own wheels; everything else works without.
 setup-ros2: setup
 	scripts/setup-ros2 $(VENV)
+
+# TIAGo's kinematics and description, for servoing with it.
+setup-servo: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[servo]'
 
 # Without a display the same window runs offscreen for a few seconds and leaves its picture.
 run: setup
@@ -39,6 +43,12 @@ test: setup
 screenshots: setup
 	for theme in light dark; do \
 	    GRABBERGUI_INTERFACES=none $(BIN)/grabbergui gui --offscreen --theme $$theme --script scripts/screenshots.py || exit 1; \
+	done
+	for look in light: dark:-dark; do \
+	    picture=$${look#*:}.png; theme=$${look%%:*}; \
+	    QT_QPA_PLATFORM=offscreen $(BIN)/python scripts/servo_screenshot.py $$theme docs/images/servo$$picture && \
+	    QT_QPA_PLATFORM=offscreen $(BIN)/grabbergui calibrate sim:board --seconds 20 --theme $$theme \
+	        --screenshot docs/images/calibration$$picture || exit 1; \
 	done
 
 # After a text has changed: resources/translations/*.ts anew, and the .qm that the program loads.
