@@ -60,7 +60,7 @@ class ScriptedGrabber(FrameGrabber):
         self.features_changed.emit(frozenset([name]))
 
     def open(self, access: Access = Access.CONTROL) -> None:
-        self._access = access
+        self._access = Access.MONITOR if access is Access.MONITOR else Access.CONTROL
 
     def close(self) -> None:
         self._streaming = False

@@ -239,7 +239,7 @@ class HeldElsewhere(ScriptedGrabber):
     held = True
 
     def open(self, access=Access.CONTROL):
-        if self.held and access is Access.CONTROL:
+        if self.held and access is not Access.MONITOR:
             raise AccessDeniedError("another application at 10.0.0.5 controls Acme Script; close it there")
         super().open(access)
 
