@@ -24,6 +24,8 @@ HOMES = {
     "usb": ("driver/u3v", "driver/sim/u3v/backend.py"),
     "libusb_package": ("driver/u3v",),
     "rclpy": ("net/ros2", "servo"),
+    "pinocchio": ("servo/robots",),
+    "example_robot_data": ("servo/robots",),
     **dict.fromkeys(QT, ("ui",)),
 }
 """Library: the only folders that import it."""
