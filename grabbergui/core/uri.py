@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import re
 from dataclasses import dataclass, field
 from urllib.parse import parse_qsl, quote, unquote, urlencode
@@ -18,7 +19,7 @@ class SourceUri:
     """A kind of source, which one of that kind, and options."""
 
     scheme: str
-    "`sim`, `gige`, `u3v`, `gentl`, `yarp`, `ros2`."
+    "`sim`, `gige`, `u3v`, `gentl`, `aravis`, `yarp`, `ros2`, `file`."
     name: str = ""
     "An address, serial number, port or topic; empty means the first found."
     options: dict[str, str] = field(default_factory=dict)
@@ -44,3 +45,12 @@ class SourceUri:
     def option(self, name: str, default: str = "") -> str:
         """One option's text."""
         return self.options.get(name, default)
+
+
+def is_ip_address(name: str) -> bool:
+    """Whether a source's name is an IPv4 address, rather than a serial number or the like."""
+    try:
+        ipaddress.IPv4Address(name)
+    except ValueError:
+        return False
+    return True

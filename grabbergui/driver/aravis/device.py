@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import ipaddress
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,6 +11,7 @@ from typing import Any
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, SourceNotFoundError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.aravis.cameras import FoundCamera, find_cameras
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
@@ -44,7 +44,7 @@ class AravisDevice(Device):
         """See Device. Aravis takes control by itself; for reading only it is given back at once."""
         self.close()
         self._library = load()
-        found = None if _is_ip(self._name) else self._find()
+        found = None if is_ip_address(self._name) else self._find()
         name = found.id if found else self._name
         failure = Failure(f"opening {name}")
         device = self._library.arv_open_device(name.encode(), failure.place)
@@ -172,11 +172,3 @@ class AravisDevice(Device):
         if self._device is None:
             raise DeviceLostError(f"{self.info.title} is not open")
         return self._library
-
-
-def _is_ip(name: str) -> bool:
-    try:
-        ipaddress.IPv4Address(name)
-    except ValueError:
-        return False
-    return True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import logging
 import socket
 from collections.abc import Callable
@@ -20,6 +19,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap, discovery
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
@@ -72,7 +72,7 @@ class GigeDevice(Device):
     def __init__(self, name: str = "", options: GigeOptions | None = None) -> None:
         self.name = name
         self.options = options or GigeOptions()
-        self.info = DeviceInfo(f"gige:{name}", bus="GigE Vision", address=name if _is_ip(name) else "")
+        self.info = DeviceInfo(f"gige:{name}", bus="GigE Vision", address=name if is_ip_address(name) else "")
         self.identity: Identity | None = None
         "What the camera says it is, once open."
         self.interface: Interface | None = None
@@ -91,7 +91,7 @@ class GigeDevice(Device):
         # Once it is known who it is, the same camera is wanted again, wherever it is by then.
         wanted = self.identity.serial if self.identity and self.identity.serial else self.name
         found = discovery.find(wanted, self.options.search_timeout) if self.identity else None
-        if found is None and not _is_ip(self.name):
+        if found is None and not is_ip_address(self.name):
             found = self._find(wanted)
         link = ControlLink(found.ip if found else self.name)
         memory = DeviceMemory(link)
@@ -317,11 +317,3 @@ class GigeDevice(Device):
     def _require_interface(self) -> Interface:
         assert self.interface is not None
         return self.interface
-
-
-def _is_ip(name: str) -> bool:
-    try:
-        ipaddress.IPv4Address(name)
-    except ValueError:
-        return False
-    return True
