@@ -41,7 +41,7 @@ def test_the_parameter_file_is_applied(camera, probe, caplog):
 
 
 def test_the_launch_file_starts_the_server(probe, tmp_path):
-    pytest.importorskip("launch_ros", reason="launch_ros has no wheel; a system ROS 2 has it")
+    pytest.importorskip("launch_ros.actions", reason="launch_ros has no wheel; a system ROS 2 has it")
     program = tmp_path / "grabbergui"
     program.write_text(f'#!/bin/sh\nexec {sys.executable} -m grabbergui "$@"\n')
     program.chmod(0o755)

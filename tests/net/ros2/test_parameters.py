@@ -1,6 +1,7 @@
 """Features as parameters, asked by rclpy's own parameter client, which `ros2 param` stands on."""
 
 import time
+from contextlib import closing
 
 import pytest
 
@@ -125,8 +126,7 @@ def test_the_read_only_flag_and_the_range_follow_the_camera(domain):
         name="Knob", kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=3, minimum=0, maximum=9
     )
     grabber = ScriptedGrabber([knob])
-    with Ros2GrabberServer(grabber, "/scripted"):
-        parameters = ParameterProbe("/scripted")
+    with Ros2GrabberServer(grabber, "/scripted"), closing(ParameterProbe("/scripted")) as parameters:
         assert parameters.describe("Knob")[0].read_only
         assert not parameters.set(Knob=4)[0].successful
 
@@ -136,7 +136,6 @@ def test_the_read_only_flag_and_the_range_follow_the_camera(domain):
         assert not descriptor.read_only and descriptor.integer_range[0].to_value == 20
         assert parameters.values("Knob")[0].integer_value == 8
         assert parameters.set(Knob=15)[0].successful and grabber.known["Knob"].value == 15
-        parameters.close()
 
 
 def test_what_an_automatic_mode_locks_can_be_set_and_switches_it_off(domain):
@@ -152,12 +151,10 @@ def test_what_an_automatic_mode_locks_can_be_set_and_switches_it_off(domain):
         entries=entries,
     )
     grabber = ScriptedGrabber([knob, auto])
-    with Ros2GrabberServer(grabber, "/scripted"):
-        parameters = ParameterProbe("/scripted")
+    with Ros2GrabberServer(grabber, "/scripted"), closing(ParameterProbe("/scripted")) as parameters:
         assert not parameters.describe("Gain")[0].read_only
         grabber.set("GainAuto", "Off")
         assert parameters.describe("Gain")[0].read_only
-        parameters.close()
 
 
 def test_what_cannot_be_read_is_not_set(parameters, camera):
@@ -224,15 +221,13 @@ def test_together_means_all_or_none(parameters, camera):
 def test_a_camera_that_is_gone_has_no_features(domain):
     grabber = sources.create("sim:?width=64&height=48")
     grabber.open()
-    with Ros2GrabberServer(grabber, "/gone"):
-        parameters = ParameterProbe("/gone")
+    with Ros2GrabberServer(grabber, "/gone"), closing(ParameterProbe("/gone")) as parameters:
         grabber.close()
 
         assert "use_sim_time" in parameters.names() and "Gain" not in parameters.names()
         assert not parameters.values("Gain") and not parameters.describe("Gain")
         assert not parameters.set(Gain=1.0)[0].successful
         assert "not open" in parameters.set_together(Gain=1.0).reason
-        parameters.close()
 
 
 def test_changes_are_told_as_events(server, parameters, camera):
@@ -268,7 +263,7 @@ def test_a_file_is_loaded_on_the_running_server(parameters, camera, tmp_path):
     assert results == {True, False} and camera.feature("Gain").value == 3
 
 
-def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, tmp_path, caplog):
+def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, probe, tmp_path, caplog):
     file = tmp_path / "camera.yaml"
     file.write_text(
         "/configured:\n  ros__parameters:\n    Gain: 4.0\n    Gian: 1.0\n    Width: 17\n"
@@ -276,12 +271,9 @@ def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, tm
         "        publisher: {reliability: reliable, depth: 3}\n"
     )
     with Ros2GrabberServer(camera, "/configured", ros_args=["--params-file", str(file)]):
-        probe = Probe()
-        offered = until(lambda: probe.node.get_publishers_info_by_topic("/configured/image_raw"))[
-            0
-        ].qos_profile
-        other = until(lambda: probe.node.get_publishers_info_by_topic("/configured/image"))[0].qos_profile
-        probe.close()
+        found = probe.node.get_publishers_info_by_topic
+        offered = until(lambda: found("/configured/image_raw"))[0].qos_profile
+        other = until(lambda: found("/configured/image"))[0].qos_profile
 
     assert camera.feature("Gain").value == 4
     assert (offered.reliability.name, other.reliability.name) == ("RELIABLE", "BEST_EFFORT")
