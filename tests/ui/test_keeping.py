@@ -150,6 +150,21 @@ def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkey
     assert not desk.window.tasks.isVisible()
 
 
+def test_closing_the_camera_ends_what_is_under_way(desk, tmp_path, monkeypatch):
+    read = desk.grabber.feature
+
+    def slowly(name):
+        time.sleep(0.01)
+        return read(name)
+
+    monkeypatch.setattr(desk.grabber, "feature", slowly)
+    desk.program.keeping.save(tmp_path / "settings.yaml")
+    desk.until(lambda: desk.window.tasks.rows and desk.window.tasks.rows[0].bar.value() > 0)
+    desk.program.connection.disconnect()
+    desk.until(lambda: not desk.window.tasks.rows)
+    assert not (tmp_path / "settings.yaml").exists()
+
+
 def test_saving_that_is_cancelled_leaves_no_file(desk, tmp_path, monkeypatch):
     path = tmp_path / "settings.yaml"
     read = desk.grabber.feature

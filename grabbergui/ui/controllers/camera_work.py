@@ -12,7 +12,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.connection import Connection
+from grabbergui.models.connection import Connection, OpenSource
 from grabbergui.models.feature_set import Progress
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
@@ -37,9 +37,9 @@ class CameraWork(QObject):
         self._tasks = tasks
         self._connection = connection
         self._bridge = Bridge(self)
-        self._under_way: set[threading.Event] = set()
+        self._under_way: dict[threading.Event, OpenSource] = {}
         # Not over the bridge: what is under way has to give up before the camera is closed.
-        connection.closing.connect(self._cancel_all, check_nargs=False)
+        connection.ending.connect(self._on_connection_ending)
 
     def run(
         self, title: str, work: Work[T], done: Callable[[T], None], *, undoable: str = "", text: str = ""
@@ -56,7 +56,7 @@ class CameraWork(QObject):
         row = self._tasks.begin(title)
         row.setText(text)
         row.cancelRequested.connect(cancelled.set)
-        self._under_way.add(cancelled)
+        self._under_way[cancelled] = source
         progress = self._progress(row)
 
         def job() -> T:
@@ -66,7 +66,7 @@ class CameraWork(QObject):
                 return work(hands, progress, cancelled)
 
         def end(report: Callable[[], None]) -> None:
-            self._under_way.discard(cancelled)
+            self._under_way.pop(cancelled, None)
             self._tasks.end(row)
             report()
 
@@ -91,6 +91,7 @@ class CameraWork(QObject):
 
         return progress
 
-    def _cancel_all(self, *_: object) -> None:
-        for cancelled in tuple(self._under_way):
-            cancelled.set()
+    def _on_connection_ending(self, ending: OpenSource) -> None:
+        for cancelled, source in tuple(self._under_way.items()):
+            if source is ending:
+                cancelled.set()
