@@ -8,9 +8,9 @@ import time
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import DeviceLostError, GrabberError, SourceNotFoundError
-from grabbergui.core.features import Category, Feature, FeatureValue
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
-from grabbergui.net.ros2.client_link import CameraLink, Features, not_found
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo
+from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
+from grabbergui.net.ros2.client_link import CameraLink, not_found
 from grabbergui.net.ros2.client_stream import ImageStream
 from grabbergui.net.ros2.runtime import Ros2Node
 
@@ -24,15 +24,13 @@ LOOKS_PER_CHECK = 10
 """So many looks, and those who publish the topic are looked at again."""
 
 
-class Ros2Grabber(FrameGrabber):
+class Ros2Grabber(RemoteGrabber[ImageStream]):
     """An image topic, and the controls of the node behind it.
 
     `name` is a topic of images, or what stands before `/image_raw` or `/image` in one. It subscribes only
     while streaming, best effort unless `reliable`. Feature calls from any one thread at a time. A publisher
     that vanishes is found again, with what it then has, by a watching thread.
     """
-
-    shared = True
 
     def __init__(self, name: str, uri: str = "", *, reliable: bool = False) -> None:
         name = "/" + name.strip("/")
@@ -41,10 +39,6 @@ class Ros2Grabber(FrameGrabber):
         self._reliable = reliable
         self._ros: Ros2Node | None = None
         self._link: CameraLink | None = None
-        self._stream: ImageStream | None = None
-        self._statistics = StreamStatistics()
-        # Over every use of the link: the window's thread and the watcher both ask the remote node.
-        self._lock = threading.RLock()
         self._closing = threading.Event()
         self._watcher: threading.Thread | None = None
 
@@ -86,33 +80,6 @@ class Ros2Grabber(FrameGrabber):
         """See FrameGrabber."""
         return Access.CONTROL
 
-    # -- features --------------------------------------------------------------------------------
-    def feature_tree(self) -> Category:
-        """See FrameGrabber."""
-        return self._features().tree
-
-    def has_feature(self, name: str) -> bool:
-        """See FrameGrabber."""
-        return self._features().has(name)
-
-    def feature(self, name: str) -> Feature:
-        """See FrameGrabber."""
-        self._require(name)
-        with self._lock:
-            return self._features().read(name)
-
-    def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber."""
-        self._require(name)
-        with self._lock:
-            return self._features().write(name, value)
-
-    def execute(self, name: str) -> None:
-        """See FrameGrabber."""
-        self._require(name)
-        with self._lock:
-            self._features().execute(name)
-
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
         """Subscribe; the remote camera itself is not touched."""
@@ -124,24 +91,6 @@ class Ros2Grabber(FrameGrabber):
                     link.node, link.topic, self._fanout.put, self.noticed.emit, reliable=self._reliable
                 )
                 self._stream.open()
-
-    def stop(self) -> None:
-        """Unsubscribe."""
-        with self._lock:
-            stream, self._stream = self._stream, None
-            if stream is not None:
-                stream.close()
-                self._statistics = stream.statistics()
-
-    @property
-    def streaming(self) -> bool:
-        """See FrameGrabber."""
-        return self._stream is not None
-
-    def statistics(self) -> StreamStatistics:
-        """See FrameGrabber."""
-        stream = self._stream
-        return stream.statistics() if stream is not None else self._statistics
 
     def calibration(self) -> Calibration | None:
         """See FrameGrabber. From the topic's camera_info, while streaming."""
@@ -172,7 +121,7 @@ class Ros2Grabber(FrameGrabber):
             raise DeviceLostError(f"{self.info.title} is not open")
         return self._link
 
-    def _features(self) -> Features:
+    def _known(self) -> RemoteFeatures:
         return self._opened().features
 
     # -- on the watching thread ------------------------------------------------------------------

@@ -11,12 +11,11 @@ from typing import Any
 from grabbergui.core.errors import DeviceLostError, FrameTimeoutError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.net.feature_json import error_of, loads, read_info
+from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
 from grabbergui.net.ros2.publishers import IMAGE_TYPE, Publisher, publishers_of
 from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree_client import TreeFeatures
-
-Features = TreeFeatures | ParameterFeatures | NoFeatures
 
 SERVICE_TIMEOUT = 3.0
 """Seconds that a service has to appear once its node has."""
@@ -53,7 +52,7 @@ class CameraLink:
         self.topic = topic
         self.publisher = publisher
         "As it was when it was found."
-        self.features: Features = NoFeatures()
+        self.features: RemoteFeatures = NoFeatures()
         "What can be set; nothing before `join`."
         self._name = name
         self._clients: dict[str, Any] = {}

@@ -6,14 +6,14 @@ import logging
 import threading
 
 from grabbergui.core.errors import (
-    FeatureAccessError,
     GrabberError,
     SourceNotFoundError,
     SourceUnavailableError,
     TransportError,
 )
-from grabbergui.core.features import Category, Feature, FeatureValue
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo
+from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import PictureStream
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -32,15 +32,13 @@ BUS = "YARP"
 _GONE = (TransportError, SourceNotFoundError, SourceUnavailableError)
 
 
-class YarpGrabber(FrameGrabber):
+class YarpGrabber(RemoteGrabber[PictureStream]):
     """A remote camera: one of ours with every feature it has, any other with YARP's numbered features.
 
     Pictures need a port of our own, registered with the same name server while streaming. A watcher thread
     tells what others changed (while somebody listens), notices that the server went, and connects again
     when it is back.
     """
-
-    shared = True
 
     def __init__(
         self,
@@ -60,11 +58,7 @@ class YarpGrabber(FrameGrabber):
         self._names: NameClient | None = None
         self._link: GrabberLink | None = None
         self._features: Features | None = None
-        self._stream: PictureStream | None = None
-        self._statistics = StreamStatistics()
         self._access = Access.CONTROL
-        # Held over every use of the link: the window's thread and the watcher both ask the server.
-        self._lock = threading.RLock()
         self._stopping = threading.Event()
         self._watcher: threading.Thread | None = None
 
@@ -103,38 +97,11 @@ class YarpGrabber(FrameGrabber):
         return self._access
 
     # -- features --------------------------------------------------------------------------------
-    def feature_tree(self) -> Category:
-        """See FrameGrabber."""
-        return self._known().tree
-
-    def has_feature(self, name: str) -> bool:
-        """See FrameGrabber."""
-        return self._known().has(name)
-
-    def feature(self, name: str) -> Feature:
-        """See FrameGrabber."""
-        self._require(name)
-        with self._lock:
-            return self._connected().read(name)
-
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """See FrameGrabber."""
-        self._require_control(name)
-        with self._lock:
-            feature = self._connected().write(name, value)
+        feature = super().write_feature(name, value)
         self.features_changed.emit(frozenset({name}))
         return feature
-
-    def execute(self, name: str) -> None:
-        """See FrameGrabber."""
-        self._require_control(name)
-        with self._lock:
-            self._connected().execute(name)
-
-    def _require_control(self, name: str) -> None:
-        self._require(name)
-        if self._access is Access.MONITOR:
-            raise FeatureAccessError(f"{name}: {self._name} was opened for reading only", name)
 
     def _known(self) -> Features:
         features = self._features
@@ -161,24 +128,6 @@ class YarpGrabber(FrameGrabber):
             self._fanout.clear()
             stream.open()
             self._stream = stream
-
-    def stop(self) -> None:
-        """See FrameGrabber."""
-        with self._lock:
-            stream, self._stream = self._stream, None
-            if stream is not None:
-                stream.close()
-                self._statistics = stream.statistics()
-
-    @property
-    def streaming(self) -> bool:
-        """See FrameGrabber."""
-        return self._stream is not None
-
-    def statistics(self) -> StreamStatistics:
-        """See FrameGrabber."""
-        stream = self._stream
-        return stream.statistics() if stream is not None else self._statistics
 
     # -- coming and going ------------------------------------------------------------------------
     def _connect(self, names: NameClient) -> None:

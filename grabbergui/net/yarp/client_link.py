@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError
-from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.tree_client import TIMEOUT as TREE_TIMEOUT
 from grabbergui.net.tree_client import TreeFeatures
 from grabbergui.net.yarp.client_numbers import NumberFeatures
@@ -29,22 +29,8 @@ TIMEOUT = 2.0
 """Seconds for one request to a server of YARP's own."""
 
 
-class Features(Protocol):
-    """A remote camera's features, however they cross the wire. One thread at a time."""
-
-    tree: Category
-
-    def has(self, name: str) -> bool:
-        """Whether there is such a feature."""
-
-    def read(self, name: str) -> Feature:
-        """The feature as the server has it now."""
-
-    def write(self, name: str, value: FeatureValue) -> Feature:
-        """Set it and read it back."""
-
-    def execute(self, name: str) -> None:
-        """Run a command."""
+class Features(RemoteFeatures, Protocol):
+    """Features that must be asked what became of them."""
 
     def changes(self) -> frozenset[str]:
         """What others changed since the last call."""
