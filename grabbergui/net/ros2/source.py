@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import functools
+import os
 import time
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
@@ -37,7 +38,7 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
         return []
     from grabbergui.net.ros2.publishers import IMAGE_TYPE, publishers_of
 
-    node = _listener().node
+    node = _listener(*map(os.environ.get, _NETWORK)).node
     deadline = time.monotonic() + timeout
     topics: list[str] = []
     while not topics and time.monotonic() < deadline:
@@ -57,9 +58,13 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     ]
 
 
+_NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
+"""The variables that say which nodes hear each other."""
+
+
 @functools.cache
-def _listener() -> Ros2Node:
-    """Hears who is there, without a thread of ours, until the program ends."""
+def _listener(domain: str | None, reach: str | None) -> Ros2Node:
+    """Hears who is there in one domain, without a thread of ours, until the program ends."""
     listener = Ros2Node(f"grabbergui_list_{time.time_ns() % 10**9}")
     atexit.register(listener.close)
     return listener

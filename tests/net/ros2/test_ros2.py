@@ -173,6 +173,14 @@ def test_image_topics_are_listed(server):
     until(lambda: "ros2:/cam" in [info.uri for info in source.discover(1.0)])
 
 
+def test_each_domain_is_listened_in_by_itself(server, monkeypatch):
+    from grabbergui.net.ros2 import source
+
+    until(lambda: source.discover(1.0))
+    monkeypatch.setenv("ROS_DOMAIN_ID", "101")
+    assert source.discover(0.3) == []
+
+
 def test_a_bad_name_is_refused(camera):
     with pytest.raises(UsageError, match="names are of letters"):
         Ros2GrabberServer(camera, "/left camera")
