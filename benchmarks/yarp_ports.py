@@ -82,7 +82,8 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser.add_argument("--sizes", nargs="+", choices=list(SIZES), default=list(SIZES))
     options = parser.parse_args(arguments)
     before = machine()
-    with_real = importlib.util.find_spec("yarp") is not None
+    bindings = importlib.util.find_spec("yarp")
+    with_real = bindings is not None and bindings.origin is not None  # any folder of that name can be found
     pairs = [pair for pair in PAIRS if with_real or REAL not in pair]
     streams: dict[tuple[str, str, str, str], Stream] = {}
     trips: dict[tuple[str, str], list[float]] = {}

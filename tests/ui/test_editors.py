@@ -205,8 +205,12 @@ def test_a_fraction_is_shown_with_the_digits_there_is_room_for(take, qtbot):
     hand = take(feature(**{**vars(EXPOSURE), "value": 11276.6321}))
     field = hand.editor.field
     assert field.text() == "11276.63 µs"
-    field.setFixedWidth(field.fontMetrics().horizontalAdvance("11276 µs") + 40)
-    qtbot.waitUntil(lambda: field.text() == "11277 µs")
+
+    def is_short_once_narrower():
+        field.setFixedWidth(field.width() - 4)
+        return field.text() == "11277 µs"
+
+    qtbot.waitUntil(is_short_once_narrower)
     qtbot.keyClick(field, Qt.Key_Return)
     assert hand.values == []
     field.setFixedWidth(400)
