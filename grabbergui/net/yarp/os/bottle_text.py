@@ -51,24 +51,43 @@ def parse(text: str, dialect: Dialect = Dialect.YARP3, nested: _List = list) -> 
     return _parse(text, dialect, nested, 0)
 
 
+class _Nesting:
+    """Which brackets and quotes are open, as a text is read."""
+
+    def __init__(self) -> None:
+        self._depth = {"(": 0, "{": 0}
+        self._quoted = self._escaped = False
+
+    @property
+    def open(self) -> bool:
+        """Whether any is; one that was closed too often counts too."""
+        return self._quoted or any(self._depth.values())
+
+    def take(self, char: str) -> bool:
+        """Read on; whether the sign is neither bracket nor quote nor within quotes."""
+        if self._escaped:
+            self._escaped = False
+        elif char == "\\":
+            self._escaped = True
+        elif char == '"':
+            self._quoted = not self._quoted
+        elif self._quoted:
+            pass
+        elif char in self._depth:
+            self._depth[char] += 1
+        elif char in _CLOSING:
+            self._depth[_CLOSING[char]] -= 1
+        else:
+            return True
+        return False
+
+
 def is_complete(text: str) -> bool:
     """Whether no bracket or quote is left open, so that a Bottle does not go on in the next line."""
-    depth = {"(": 0, "{": 0}
-    quoted = back = False
+    nesting = _Nesting()
     for char in text:
-        if back:
-            back = False
-        elif char == "\\":
-            back = True
-        elif char == '"':
-            quoted = not quoted
-        elif quoted:
-            continue
-        elif char in depth:
-            depth[char] += 1
-        elif char in _CLOSING:
-            depth[_CLOSING[char]] -= 1
-    return not quoted and not any(depth.values())
+        nesting.take(char)
+    return not nesting.open
 
 
 def render(items: list[Item]) -> str:
@@ -85,30 +104,17 @@ def _parse(text: str, dialect: Dialect, nested: _List, level: int) -> list[Item]
 def _tokens(text: str) -> list[str]:
     """Split at blanks and commas that stand outside brackets and quotes."""
     tokens: list[str] = []
-    depth = {"(": 0, "{": 0}
-    quoted = back = False
+    nesting = _Nesting()
     start: int | None = None
     for index, char in enumerate(text):
         if start is None:
             if char in _SEPARATORS:
                 continue
             start = index
-        if back:
-            back = False
-        elif char == "\\":
-            back = True
-        elif char == '"':
-            quoted = not quoted
-        elif quoted:
-            continue
-        elif char in depth:
-            depth[char] += 1
-        elif char in _CLOSING:
-            depth[_CLOSING[char]] -= 1
-        elif char in _SEPARATORS and not any(depth.values()):
+        if nesting.take(char) and char in _SEPARATORS and not nesting.open:
             tokens.append(text[start:index])
             start = None
-    if quoted or any(depth.values()):
+    if nesting.open:
         raise RemoteProtocolError("a Bottle's brackets or quotes do not match")
     if start is not None:
         tokens.append(text[start:])
