@@ -3,39 +3,29 @@
 from __future__ import annotations
 
 import numpy as np
-import pyqtgraph as pg
 from PyQt5.QtCore import QRectF, Qt
 from PyQt5.QtGui import QColor, QPainter, QPen
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from grabbergui.servo.coverage import GRID, Counts
+from grabbergui.ui.widgets.picture_overlay import PictureOverlay
 
 ENOUGH = 12
 "Corners in a cell with which it has its full colour."
 _GREEN = QColor(60, 200, 90)
 
 
-class CoverageItem(pg.GraphicsObject):
+class CoverageItem(PictureOverlay):
     """Cells grow greener the more corners were seen in them; those without any are outlined."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setZValue(5)
-        self._bounds = QRectF()
+        super().__init__(5)
         self._cells = np.zeros(GRID[::-1], np.int64)
 
     def setCells(self, cells: Counts, width: int, height: int) -> None:
         """Show counts (rows, columns) over a picture of that size."""
-        bounds = QRectF(0, 0, width, height)
-        if bounds != self._bounds:
-            self.prepareGeometryChange()
-            self._bounds = bounds
         self._cells = cells
-        self.update()
-
-    def boundingRect(self) -> QRectF:
-        """The whole picture."""
-        return self._bounds
+        self.cover(width, height)
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None

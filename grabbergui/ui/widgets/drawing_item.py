@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import pyqtgraph as pg
-from PyQt5.QtCore import QPointF, QRectF, Qt
+from PyQt5.QtCore import QPointF, Qt
 from PyQt5.QtGui import QColor, QPainter, QPen, QPolygonF
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from grabbergui.servo.overlay import Drawing
+from grabbergui.ui.widgets.picture_overlay import PictureOverlay
 
 _HALO = QColor(0, 0, 0, 130)
 
 
-class DrawingItem(pg.GraphicsObject):
+class DrawingItem(PictureOverlay):
     """Shows a Drawing in a scene whose unit is the frame's pixel."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.setZValue(20)
-        self._bounds = QRectF()
+        super().__init__(20)
         self._drawing = Drawing()
 
     @property
@@ -28,16 +26,8 @@ class DrawingItem(pg.GraphicsObject):
 
     def setDrawing(self, drawing: Drawing, width: int, height: int) -> None:
         """Show it over a picture of that size."""
-        bounds = QRectF(0, 0, width, height)
-        if bounds != self._bounds:
-            self.prepareGeometryChange()
-            self._bounds = bounds
         self._drawing = drawing
-        self.update()
-
-    def boundingRect(self) -> QRectF:
-        """The whole picture."""
-        return self._bounds
+        self.cover(width, height)
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
