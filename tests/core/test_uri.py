@@ -47,4 +47,4 @@ def test_every_source_is_read_back_from_its_text(scheme, name, options):
 @given(st.text())
 def test_any_text_is_a_uri_or_a_usage_error(text):
     with suppress(UsageError):
-        SourceUri.parse(text)
+        assert SourceUri.parse(text).scheme.islower()
