@@ -185,7 +185,13 @@ def test_settings_are_saved_and_come_back(newcomer, tmp_path):
     newcomer.choose_in_menu("Camera", "Save settings")
     newcomer.until(lambda: newcomer.reads("mine.yaml"))
     newcomer.drag_slider("ExposureTime", 0.9)
-    newcomer.until(lambda: newcomer.desk.grabber.feature("ExposureTime").value > 2 * exposure)
+    seen = []
+
+    def is_brighter_and_settled():  # the last of a drag's writes has come too
+        seen.append(newcomer.desk.grabber.feature("ExposureTime").value)
+        return seen[-1] > 2 * exposure and len(seen) > 20 and len(set(seen[-20:])) == 1
+
+    newcomer.until(is_brighter_and_settled)
     newcomer.name_file(path)
     newcomer.choose_in_menu("Camera", "Load settings")
     newcomer.until(lambda: isinstance(QApplication.activeModalWidget(), SettingsReport))
