@@ -99,12 +99,17 @@ def test_pictures_compressed_side_by_side_are_noted_in_order(tmp_path, kind):
 def test_a_picture_that_does_not_fit_is_not_noted_and_those_around_it_are(tmp_path, monkeypatch):
     writer = create_writer(RecordingKind.PNG, tmp_path / "x", INFO)
     really = type(tmp_path).write_bytes
+    overtaken = threading.Event()
 
     def write_bytes(path, data):
         if path.name == "00000002.png":
             really(path, bytes(data)[:100])
+            assert overtaken.wait(10)
             raise OSError(28, "No space left on device")
-        return really(path, data)
+        written = really(path, data)
+        if path.name == "00000003.png":
+            overtaken.set()
+        return written
 
     monkeypatch.setattr(type(tmp_path), "write_bytes", write_bytes)
     with pytest.raises(OSError, match="space"):
