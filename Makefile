@@ -11,8 +11,8 @@ setup: $(STAMP)
 $(STAMP): pyproject.toml scripts/system-packages
 	scripts/system-packages window
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade pip
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --upgrade pip
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]'
 	touch $@
 
 # ROS 2 and our interface package, from ROS's own wheels; everything else works without.
@@ -21,7 +21,7 @@ setup-ros2: setup
 
 # TIAGo's kinematics and description, for servoing with it.
 setup-servo: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[servo]'
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[servo]'
 
 # Without a display the same window runs offscreen for a few seconds and leaves its picture.
 run: setup
@@ -61,7 +61,7 @@ bench: setup
 # Coverage-guided fuzzing of every parser, so long for each: make fuzz SECONDS=600
 SECONDS ?= 60
 fuzz: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check atheris
+	$(BIN)/python -m pip install -qq --disable-pip-version-check atheris
 	$(BIN)/python -m fuzz --seconds $(SECONDS)
 
 clean:
