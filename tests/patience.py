@@ -1,0 +1,64 @@
+"""Waiting for what has to happen, and holding promises about time, however busy or slow the machine is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+T = TypeVar("T")
+
+PATIENCE = 30.0
+"""Seconds after which something counts as never happening."""
+TRIES = 5
+"""Others may hold the machine's cores just then; a delay in the design would show in every try."""
+TURNS, AT_REST = 400_000, 0.02
+"""A piece of work, and the seconds that it takes a desktop with nothing else to do."""
+
+
+def until(condition: Callable[[], T], what: str = "it", seconds: float = PATIENCE) -> T:
+    """Look again and again until something holds; what it was then."""
+    deadline = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < deadline, f"{what} did not happen within {seconds:g} s"
+        time.sleep(0.002)
+    return found
+
+
+class Stopwatch:
+    """Measures the seconds that its `with` block would take a machine at rest."""
+
+    seconds = float("inf")
+
+    def __enter__(self) -> Stopwatch:
+        self._slowness = slowness()
+        self._begun = time.perf_counter()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        took = time.perf_counter() - self._begun
+        self.seconds = took / ((self._slowness + slowness()) / 2)
+
+
+def slowness() -> float:
+    """How many times longer than a desktop at rest this machine takes for some work just now; 1 or more."""
+    begun = time.perf_counter()
+    total = 0
+    for number in range(TURNS):
+        total += number
+    return max((time.perf_counter() - begun) / AT_REST, 1.0)
+
+
+def attempts(promised: float, tries: int = TRIES) -> Iterator[Stopwatch]:
+    """Stopwatches for the same thing again and again, until it took no longer than promised, in seconds.
+
+    `for watch in attempts(1.0):` prepare, then do `with watch:`. Fails when every try took longer.
+    """
+    took: list[str] = []
+    while len(took) < tries:
+        watch = Stopwatch()
+        yield watch
+        if watch.seconds <= promised:
+            return
+        took.append(f"{watch.seconds:.3g}")
+    raise AssertionError(f"took {', '.join(took)} s, and {promised:g} s were promised")
