@@ -13,7 +13,7 @@ from grabbergui.core.errors import FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models import snapshot
+from grabbergui.models.recording import snapshot
 
 _QUEUE_DEPTH = 16
 

@@ -14,8 +14,8 @@ from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.models.recorder import Recorder, RecordingLimits
-from grabbergui.models.recording_writers import RecordingKind, create_writer, kind_of
+from grabbergui.models.recording.recorder import Recorder, RecordingLimits
+from grabbergui.models.recording.writers import RecordingKind, create_writer, kind_of
 
 _POLL = 0.1
 "Seconds between looks at whether it shall end."

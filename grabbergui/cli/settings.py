@@ -8,9 +8,9 @@ from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.core.errors import GrabberError
-from grabbergui.models import feature_set_files
-from grabbergui.models.feature_set import FeatureSet, Selectors, capture, compare
-from grabbergui.models.feature_set_loading import SETTLED, load_onto, roll_back
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import FeatureSet, Selectors, capture, compare
+from grabbergui.models.settings.loading import SETTLED, load_onto, roll_back
 
 EXIT_DIFFERENT = 1
 
@@ -40,7 +40,7 @@ def add_commands(commands: Any) -> None:
 def _save(options: argparse.Namespace) -> int:
     with opened(options.source, reading=True) as grabber:
         features = capture(grabber)
-    feature_set_files.save(features, options.file)
+    files.save(features, options.file)
     for text in features.left_out:
         print(f"left out {text}")
     print(f"saved {len(features)} settings to {options.file}")
@@ -49,7 +49,7 @@ def _save(options: argparse.Namespace) -> int:
 
 def _load(options: argparse.Namespace) -> int:
     with opened(options.source) as grabber:
-        features = feature_set_files.load(options.file, Selectors(grabber).of)
+        features = files.load(options.file, Selectors(grabber).of)
         report = load_onto(grabber, features, dry_run=options.dry_run)
         print("\n".join(report.lines()))
         if options.all_or_nothing and not report.settled and not options.dry_run:
@@ -74,14 +74,14 @@ def _two_sets(first: str, second: Path) -> tuple[FeatureSet, FeatureSet]:
     """A camera and a file, or two files; the one that knows what selectors select tells the other."""
     if not Path(first).is_file():
         with opened(first, reading=True) as grabber:
-            return capture(grabber), feature_set_files.load(second, Selectors(grabber).of)
-    one, other = feature_set_files.load(Path(first)), feature_set_files.load(second)
+            return capture(grabber), files.load(second, Selectors(grabber).of)
+    one, other = files.load(Path(first)), files.load(second)
     if _is_yaml(first) and not _is_yaml(second):
-        other = feature_set_files.load(second, one.selectors_of)
+        other = files.load(second, one.selectors_of)
     elif _is_yaml(second) and not _is_yaml(first):
-        one = feature_set_files.load(Path(first), other.selectors_of)
+        one = files.load(Path(first), other.selectors_of)
     return one, other
 
 
 def _is_yaml(path: str | Path) -> bool:
-    return Path(path).suffix.lower() in feature_set_files.YAML_SUFFIXES
+    return Path(path).suffix.lower() in files.YAML_SUFFIXES

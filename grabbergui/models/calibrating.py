@@ -22,7 +22,7 @@ from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
 from grabbergui.models.language import translate
-from grabbergui.models.rendering import DisplaySettings, render
+from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.servo.calibration import Collector, Result, Verdict
 from grabbergui.servo.coverage import Coverage

@@ -16,8 +16,8 @@ from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.feature_tree import FeatureTreeModel
-from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.worker import FeatureWorker
 
 log = logging.getLogger(__name__)
 

@@ -10,7 +10,7 @@ from weakref import WeakSet
 from psygnal import Signal
 
 from grabbergui.models.connection import Connection, LinkState, OpenSource
-from grabbergui.models.picture import PictureModel
+from grabbergui.models.picture.picture import PictureModel
 
 FEWEST = 2
 "Sources from which on small pictures help."

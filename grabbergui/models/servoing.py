@@ -22,7 +22,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.language import translate
-from grabbergui.models.rendering import DisplaySettings, render
+from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo import overlay
 from grabbergui.servo.calibration_choice import CalibrationFor
 from grabbergui.servo.detection import Sighting

@@ -19,8 +19,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models import feature_set, feature_set_files, snapshot
-from grabbergui.models.feature_set_loading import load_onto
+from grabbergui.models.recording import snapshot
+from grabbergui.models.settings import feature_set, files
+from grabbergui.models.settings.loading import load_onto
 
 _FRAME_TIMEOUT = 5.0
 _CANCEL_PERIOD = 0.2
@@ -217,13 +218,13 @@ class Interpreter:
     def _save(self, file: str) -> str:
         path = self._folder / Path(file).expanduser()
         features = feature_set.capture(self._grabber)
-        feature_set_files.save(features, path)
+        files.save(features, path)
         left_out = [f"left out {text}" for text in features.left_out]
         return "\n".join([*left_out, f"saved {len(features)} settings to {path}"])
 
     def _load(self, file: str) -> str:
         path = self._folder / Path(file).expanduser()
-        features = feature_set_files.load(path, feature_set.Selectors(self._grabber).of)
+        features = files.load(path, feature_set.Selectors(self._grabber).of)
         return "\n".join(load_onto(self._grabber, features).lines())
 
     def _stats(self) -> str:

@@ -20,8 +20,8 @@ from grabbergui.models.changes.noting import CONSEQUENCES, NotingGrabber
 from grabbergui.models.changes.reverting import revert
 from grabbergui.models.changes.undo_history import MOST_STEPS, PAUSE, Direction, Step
 from grabbergui.models.connection import Connection, LinkState
-from grabbergui.models.feature_set import FeatureSet, SettingKey, capture, compare
-from grabbergui.models.feature_set_loading import load_onto
+from grabbergui.models.settings.feature_set import FeatureSet, SettingKey, capture, compare
+from grabbergui.models.settings.loading import load_onto
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
 OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK

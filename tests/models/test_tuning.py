@@ -20,7 +20,7 @@ from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.reverting import revert
 from grabbergui.models.changes.undo_history import Direction
-from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.models.tuning import bench as bench_module
 from grabbergui.models.tuning.camera_once import has_once, let_camera
 from grabbergui.models.tuning.exposure import MOST_TURNS, TOLERANCE, expose

@@ -8,8 +8,8 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.models.feature_tree import FeatureTreeModel
-from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer

@@ -16,7 +16,7 @@ from grabbergui.driver.sim.description import camera_xml
 from grabbergui.models.connection import LinkState
 from grabbergui.ui.widgets.section import Section
 
-ATTEMPTS = 2
+ATTEMPTS = 4
 "A busy machine may take a turn's time for itself; a window that blocks does so every time."
 
 VENDORS = Path(
@@ -83,15 +83,16 @@ def open_sections(desk, count):
 
 
 def longest_turns(attempt):
-    """The longest turn of each phase, of the attempt whose longest was shortest; ends with the first good."""
-    best = None
+    """The phases with a longer turn in every attempt, and their shortest longest turn."""
+    best = {}
     for _ in range(ATTEMPTS):
-        phases = attempt()
-        if best is None or max(phases.values()) < max(best.values()):
-            best = phases
-        if max(best.values()) < longest():
+        for phase, turn in attempt().items():
+            best[phase] = min(turn, best.get(phase, turn))
+        print({p: round(t*1000) for p,t in best.items()})
+        slow = {phase: f"{turn * 1000:.0f} ms" for phase, turn in best.items() if turn >= longest()}
+        if not slow:
             break
-    return {phase: f"{turn * 1000:.0f} ms" for phase, turn in best.items() if turn >= longest()}
+    return slow
 
 
 def test_the_wide_camera_is_as_large_as_the_largest():

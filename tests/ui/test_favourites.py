@@ -6,8 +6,8 @@ from PyQt5.QtGui import QContextMenuEvent, QDrag, QDragEnterEvent, QDragMoveEven
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.models import favourites
-from grabbergui.models.favourites import MOST
+from grabbergui.models.features import favourites
+from grabbergui.models.features.favourites import MOST
 from grabbergui.ui.preferences import Preferences, camera_model
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")

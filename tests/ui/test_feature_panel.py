@@ -16,8 +16,8 @@ from grabbergui import sources
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import AccessMode, Category, EnumEntry, Feature, FeatureKind, Visibility
 from grabbergui.driver.camera import Camera
-from grabbergui.models.feature_tree import FeatureTreeModel
-from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.views.favourites import FavouritesStrip

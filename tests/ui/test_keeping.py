@@ -9,9 +9,9 @@ from PyQt5.QtGui import QDragEnterEvent, QDropEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui import sources
-from grabbergui.models import feature_set_files
-from grabbergui.models.feature_set import FeatureSet, SettingKey
-from grabbergui.models.recording_writers import RecordingKind
+from grabbergui.models.recording.writers import RecordingKind
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import FeatureSet, SettingKey
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_settings_are_saved_changed_loaded_and_rolled_back(desk, tmp_path):
 
 def test_comparing_changes_nothing_until_applied(desk, tmp_path):
     keeping, path = desk.program.keeping, tmp_path / "settings.pfs"
-    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     keeping.compare(path)
     desk.until(lambda: keeping.report)
     assert rows(keeping.report) == {"Gain": "would write"}
@@ -56,7 +56,7 @@ def test_comparing_changes_nothing_until_applied(desk, tmp_path):
 
 def test_a_file_of_settings_is_dropped_onto_the_window(desk, tmp_path):
     path = tmp_path / "settings.yaml"
-    feature_set_files.save(FeatureSet({SettingKey("ExposureTime"): 1234.0}), path)
+    files.save(FeatureSet({SettingKey("ExposureTime"): 1234.0}), path)
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
     where = (QPoint(5, 5), Qt.CopyAction, data, Qt.LeftButton, Qt.NoModifier)
@@ -104,7 +104,7 @@ def tick(table, name, ticked):
 
 def test_of_a_comparison_only_what_is_ticked_is_applied(desk, tmp_path):
     keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
-    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
+    files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.compare(path)
     desk.until(lambda: keeping.report)
     tick(keeping.report.table, "Gamma", False)
@@ -117,7 +117,7 @@ def test_of_a_comparison_only_what_is_ticked_is_applied(desk, tmp_path):
 
 def test_loading_is_one_step_to_undo(desk, tmp_path):
     keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
-    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
+    files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.load(path)
     desk.until(lambda: keeping.report)
     keeping.report.close()
@@ -128,7 +128,7 @@ def test_loading_is_one_step_to_undo(desk, tmp_path):
 
 def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkeypatch):
     keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
-    feature_set_files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     read, slow = desk.grabber.feature, threading.Event()
 
     def slowly(name):
@@ -186,7 +186,7 @@ def test_two_files_are_compared_and_the_difference_is_applied(desk, tmp_path):
     first, second = tmp_path / "day.yaml", tmp_path / "night.pfs"
     for path, gain, gamma in ((first, 3.0, 2.0), (second, 9.0, 1.5)):
         values = {SettingKey("Gain"): gain, SettingKey("Gamma"): gamma, SettingKey("Width"): 320}
-        feature_set_files.save(FeatureSet(values), path)
+        files.save(FeatureSet(values), path)
     keeping.compare_files(first, second)
     dialog = keeping.difference
     table = dialog.table
@@ -208,7 +208,7 @@ def test_two_files_are_compared_and_the_difference_is_applied(desk, tmp_path):
 def test_without_a_camera_files_are_compared_all_the_same(window_desk, tmp_path):
     paths = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
     for path in paths:
-        feature_set_files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
+        files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
     window_desk.program.keeping.compare_files(*paths)
     dialog = window_desk.program.keeping.difference
     assert "no difference" in dialog.headline.text()

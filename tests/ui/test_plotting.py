@@ -7,7 +7,7 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtGui import QContextMenuEvent
 from PyQt5.QtWidgets import QApplication
 
-from grabbergui.models.value_watch import MOST_FEATURES
+from grabbergui.models.features.value_watch import MOST_FEATURES
 
 
 @pytest.fixture

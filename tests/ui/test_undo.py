@@ -10,7 +10,7 @@ from grabbergui.core.errors import FeatureError
 from grabbergui.core.region import Region
 from grabbergui.models.changes.change import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
-from grabbergui.models.feature_set import SettingKey
+from grabbergui.models.settings.feature_set import SettingKey
 from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.change_table import ChangeTable
 from grabbergui.ui.widgets.drawing_tool import Purpose

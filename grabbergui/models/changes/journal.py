@@ -14,7 +14,7 @@ from psygnal import Signal
 from grabbergui.core.features import FeatureValue
 from grabbergui.models.changes.change import Change, Origin
 from grabbergui.models.changes.undo_history import Direction, Step, UndoHistory, goes_on
-from grabbergui.models.feature_set import SettingKey
+from grabbergui.models.settings.feature_set import SettingKey
 
 MOST_CHANGES = 2000
 "Kept to be looked at; older ones are forgotten."

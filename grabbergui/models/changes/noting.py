@@ -13,7 +13,7 @@ from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.changes.change import Origin
 from grabbergui.models.changes.journal import ChangeJournal, Written
-from grabbergui.models.feature_set import Selectors, SettingKey, every_instance
+from grabbergui.models.settings.feature_set import Selectors, SettingKey, every_instance
 
 log = logging.getLogger(__name__)
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.models.changes.change import Change, Origin
-from grabbergui.models.feature_set import SettingKey
+from grabbergui.models.settings.feature_set import SettingKey
 
 Write = tuple[str, FeatureValue | None]
 "A feature and its value; None runs a command."

@@ -6,8 +6,8 @@ from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import FeatureValue
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Direction, Values
-from grabbergui.models.feature_set import Selectors, SettingKey, same_value
-from grabbergui.models.stream_pause import stream_paused
+from grabbergui.models.features.stream_pause import stream_paused
+from grabbergui.models.settings.feature_set import Selectors, SettingKey, same_value
 
 MAX_PASSES = 6
 "As when settings are loaded: one may hide, lock or limit another."

@@ -12,7 +12,7 @@ from enum import Enum
 
 from grabbergui.core.features import FeatureValue
 from grabbergui.models.changes.change import Change
-from grabbergui.models.feature_set import SettingKey
+from grabbergui.models.settings.feature_set import SettingKey
 
 MOST_STEPS = 200
 MOST_SETTINGS = 5000

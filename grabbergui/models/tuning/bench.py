@@ -14,7 +14,7 @@ from grabbergui.core.region import Region
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.reverting import write_values
 from grabbergui.models.changes.undo_history import Direction, Step
-from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.light import Light, measure
 

@@ -8,7 +8,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.regulation import regulating
 from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE, Role, automatic_mode_of
-from grabbergui.models.feature_scale import nearest_allowed
+from grabbergui.models.features.scale import nearest_allowed
 from grabbergui.models.tuning.knob_search import KnobSearch, Law
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from grabbergui.core import unpacking
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
-from grabbergui.models.histogram import planes
+from grabbergui.models.measuring.histogram import planes
 
 NEARLY_WHITE = 0.98
 "Part of the highest value from which on a pixel counts as saturated: not every sensor reaches the top."

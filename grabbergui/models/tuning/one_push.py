@@ -11,7 +11,7 @@ from psygnal import Signal
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.feature_worker import FeatureWorker
+from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningCancelledError
 

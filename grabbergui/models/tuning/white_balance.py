@@ -7,9 +7,9 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.feature_set import Selectors
-from grabbergui.models.feature_text import number_text
+from grabbergui.models.features.text import number_text
 from grabbergui.models.language import translate
+from grabbergui.models.settings.feature_set import Selectors
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knob_search import Law
 from grabbergui.models.tuning.knobs import Knob, hand_over

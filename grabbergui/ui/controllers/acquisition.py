@@ -12,9 +12,9 @@ from grabbergui.core.grabber import StreamStatistics
 from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection, LinkState, OpenSource
 from grabbergui.models.diagnosis import CameraFacts, Observation, Stage, diagnose
-from grabbergui.models.picture import Picture, PictureModel
-from grabbergui.models.pixel_texts import value_texts
-from grabbergui.models.snapshot import SnapshotWriter
+from grabbergui.models.picture.picture import Picture, PictureModel
+from grabbergui.models.picture.pixel_texts import value_texts
+from grabbergui.models.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow

@@ -13,7 +13,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
 from grabbergui.models.connection import Connection, OpenSource
-from grabbergui.models.feature_set import Progress
+from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 

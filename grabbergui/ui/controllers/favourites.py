@@ -7,8 +7,8 @@ from collections.abc import Callable
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.models import favourites
 from grabbergui.models.connection import Connection
+from grabbergui.models.features import favourites
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences, camera_model

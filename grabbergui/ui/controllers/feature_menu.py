@@ -7,7 +7,7 @@ from PyQt5.QtWidgets import QApplication, QMenu
 
 from grabbergui.core.features import FeatureDescription, format_value
 from grabbergui.models.connection import Connection
-from grabbergui.models.value_watch import PLOTTABLE
+from grabbergui.models.features.value_watch import PLOTTABLE
 from grabbergui.ui.controllers.favourites import FavouritesController
 from grabbergui.ui.views.main_window import MainWindow
 

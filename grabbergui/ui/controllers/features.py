@@ -11,7 +11,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.sfnc import Role, role_of
-from grabbergui.models.feature_tree import FeatureTreeModel
+from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel

@@ -14,11 +14,18 @@ from PyQt5.QtWidgets import QFileDialog
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
-from grabbergui.models import feature_set_files
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.connection import Connection
-from grabbergui.models.feature_set import FeatureSet, Progress, Selectors, SettingKey, capture, compare
-from grabbergui.models.feature_set_loading import LoadReport, load_onto, roll_back
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import (
+    FeatureSet,
+    Progress,
+    Selectors,
+    SettingKey,
+    capture,
+    compare,
+)
+from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.settings_difference import SettingsDifference
@@ -104,7 +111,7 @@ class KeepingController(QObject):
             features = capture(hands.plain, progress=progress, cancelled=cancelled)
             if cancelled.is_set():
                 return 0  # half of the settings would pass for all of them
-            feature_set_files.save(features, path)
+            files.save(features, path)
             return len(features)
 
         def saved(count: int) -> None:
@@ -118,7 +125,7 @@ class KeepingController(QObject):
         title = self.tr("Loaded {0}").format(path.name)
 
         def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            features = feature_set_files.load(path, Selectors(hands).of)
+            features = files.load(path, Selectors(hands).of)
             return load_onto(hands, features.only(only), progress=progress, cancelled=cancelled)
 
         show = partial(self._show, title, apply=path)
@@ -128,7 +135,7 @@ class KeepingController(QObject):
         """Show what loading would change, and offer to."""
 
         def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            features = feature_set_files.load(path, Selectors(hands).of)
+            features = files.load(path, Selectors(hands).of)
             return load_onto(hands.plain, features, dry_run=True, progress=progress, cancelled=cancelled)
 
         title = self.tr("Camera and {0}").format(path.name)
@@ -164,7 +171,7 @@ class KeepingController(QObject):
         source = self._connection.source
         selectors_of = source.hands.selectors_of if source is not None and source.hands is not None else None
         try:
-            one, other = (feature_set_files.load(path, selectors_of) for path in (first, second))
+            one, other = (files.load(path, selectors_of) for path in (first, second))
         except GrabberError as error:
             self.failed.emit(str(error))
             return

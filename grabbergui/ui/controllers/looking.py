@@ -8,9 +8,9 @@ from dataclasses import replace
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.models.connection import Connection, OpenSource
-from grabbergui.models.orientation import Orientation
-from grabbergui.models.picture import PictureModel
-from grabbergui.models.rendering import Levels, with_levels
+from grabbergui.models.picture.orientation import Orientation
+from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.picture.rendering import Levels, with_levels
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 

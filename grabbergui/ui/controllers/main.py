@@ -15,12 +15,12 @@ from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection, OpenSource
-from grabbergui.models.frame_history import FrameHistory
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
-from grabbergui.models.measuring import MeasuringModel
-from grabbergui.models.picture import PictureModel
-from grabbergui.models.snapshot import SnapshotWriter
+from grabbergui.models.measuring.measurement import MeasuringModel
+from grabbergui.models.picture.frame_history import FrameHistory
+from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.recording.snapshot import SnapshotWriter
 from grabbergui.models.source_list import SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController

@@ -10,11 +10,11 @@ from PyQt5.QtWidgets import QDockWidget
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.connection import Connection
-from grabbergui.models.line_profile import Line
-from grabbergui.models.measuring import Measurement, MeasuringModel, Wanted
-from grabbergui.models.orientation import Orientation
-from grabbergui.models.picture import PictureModel
-from grabbergui.models.sharpness import FocusHistory
+from grabbergui.models.measuring.line_profile import Line
+from grabbergui.models.measuring.measurement import Measurement, MeasuringModel, Wanted
+from grabbergui.models.measuring.sharpness import FocusHistory
+from grabbergui.models.picture.orientation import Orientation
+from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.drawing_tool import Purpose

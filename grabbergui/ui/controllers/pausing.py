@@ -6,9 +6,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.frame import Frame
 from grabbergui.models.connection import Connection, LinkState, OpenSource
-from grabbergui.models.frame_history import FrameHistory
-from grabbergui.models.picture import PictureModel
-from grabbergui.models.playback import is_recording
+from grabbergui.models.picture.frame_history import FrameHistory
+from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.recording.playback import is_recording
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 

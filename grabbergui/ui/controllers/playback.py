@@ -6,7 +6,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.connection import Connection, OpenSource
-from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
+from grabbergui.models.recording.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 

@@ -15,8 +15,8 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection, OpenSource
-from grabbergui.models.recorder import Recorder, RecordingLimits, RecordingProgress
-from grabbergui.models.recording_writers import RecordingKind, create_writer
+from grabbergui.models.recording.recorder import Recorder, RecordingLimits, RecordingProgress
+from grabbergui.models.recording.writers import RecordingKind, create_writer
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.recording_bar import RecordingBar

@@ -9,10 +9,10 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
-from grabbergui.models import sensor_region
 from grabbergui.models.changes.undo_history import Step
 from grabbergui.models.connection import Connection, LinkState, OpenSource
-from grabbergui.models.picture import PictureModel
+from grabbergui.models.features import sensor_region
+from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.drawing_tool import Purpose

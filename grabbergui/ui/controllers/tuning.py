@@ -9,7 +9,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from grabbergui.core.region import Region
 from grabbergui.core.sfnc import Role
 from grabbergui.models.connection import Connection, LinkState, OpenSource
-from grabbergui.models.picture import PictureModel
+from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning.bench import TuningBench
 from grabbergui.models.tuning.camera_once import has_once, let_camera
 from grabbergui.models.tuning.exposure import expose

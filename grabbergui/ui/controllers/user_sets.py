@@ -8,11 +8,11 @@ from functools import partial
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from grabbergui.models import user_sets
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.connection import Connection, LinkState, OpenSource
-from grabbergui.models.feature_set import Progress
-from grabbergui.models.user_sets import UserSet
+from grabbergui.models.settings import user_sets
+from grabbergui.models.settings.feature_set import Progress
+from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.main_window import MainWindow

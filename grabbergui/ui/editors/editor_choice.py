@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
-from grabbergui.models.feature_scale import SliderScale
-from grabbergui.models.feature_text import CODED
+from grabbergui.models.features.scale import SliderScale
+from grabbergui.models.features.text import CODED
 from grabbergui.ui.editors.choice_editor import ChoiceEditor
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor

@@ -7,7 +7,7 @@ from dataclasses import replace
 from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.feature_scale import SliderScale
+from grabbergui.models.features.scale import SliderScale
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.number_field import NumberField
 from grabbergui.ui.editors.value_slider import ValueSlider

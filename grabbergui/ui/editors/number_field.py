@@ -7,8 +7,8 @@ from PyQt5.QtGui import QFocusEvent, QKeyEvent, QResizeEvent, QShowEvent, QValid
 from PyQt5.QtWidgets import QAbstractSpinBox, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.feature_scale import nearest_allowed, stepped
-from grabbergui.models.feature_text import DIGITS, number_text, parse_number, unit_text
+from grabbergui.models.features.scale import nearest_allowed, stepped
+from grabbergui.models.features.text import DIGITS, number_text, parse_number, unit_text
 from grabbergui.ui.editors.undo_guard import UndoGuard
 from grabbergui.ui.editors.wheel_guard import WheelGuard
 

@@ -7,8 +7,8 @@ from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import QLineEdit, QWidget
 
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.models.feature_scale import nearest_allowed
-from grabbergui.models.feature_text import coded_text, parse_coded
+from grabbergui.models.features.scale import nearest_allowed
+from grabbergui.models.features.text import coded_text, parse_coded
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.undo_guard import UndoGuard
 

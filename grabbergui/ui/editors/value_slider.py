@@ -6,7 +6,7 @@ from PyQt5.QtCore import QRect, QSignalBlocker, Qt, pyqtSignal
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 
-from grabbergui.models.feature_scale import SliderScale
+from grabbergui.models.features.scale import SliderScale
 from grabbergui.ui.editors.wheel_guard import WheelGuard
 
 

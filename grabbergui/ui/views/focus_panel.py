@@ -9,7 +9,7 @@ import pyqtgraph as pg
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QPushButton, QWidget
 
-from grabbergui.models.sharpness import HISTORY_SECONDS
+from grabbergui.models.measuring.sharpness import HISTORY_SECONDS
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.elided_label import ElidedLabel

@@ -7,7 +7,7 @@ import pyqtgraph as pg
 from PyQt5.QtCore import QSignalBlocker, pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QPushButton, QWidget
 
-from grabbergui.models.histogram import Histogram
+from grabbergui.models.measuring.histogram import Histogram
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.elided_label import ElidedLabel

@@ -17,7 +17,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.rendering import COLOUR_MAPS
+from grabbergui.models.picture.rendering import COLOUR_MAPS
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.loader import load_form

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from PyQt5.QtCore import QT_TRANSLATE_NOOP, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QPushButton, QToolButton, QWidget
 
-from grabbergui.models.recorder import RecordingLimits, RecordingProgress
-from grabbergui.models.recording_writers import RecordingKind
+from grabbergui.models.recording.recorder import RecordingLimits, RecordingProgress
+from grabbergui.models.recording.writers import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.elided_label import ElidedLabel

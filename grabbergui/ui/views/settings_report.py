@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.features import format_value
-from grabbergui.models.feature_set_loading import SETTLED, LoadReport, Outcome
+from grabbergui.models.settings.loading import SETTLED, LoadReport, Outcome
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.checked_rows import checked_keys, make_checkable
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from PyQt5.QtCore import Qt, pyqtBoundSignal, pyqtSignal
 from PyQt5.QtWidgets import QDialog, QListWidget, QListWidgetItem, QPushButton, QWidget
 
-from grabbergui.models.user_sets import UserSet
+from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.loader import load_form
 
 _SET_ROLE = Qt.ItemDataRole.UserRole

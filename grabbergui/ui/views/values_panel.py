@@ -8,7 +8,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.value_history import ValueHistory
+from grabbergui.models.features.value_history import ValueHistory
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.curve_row import CurveRow
 

@@ -10,7 +10,7 @@ from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt
 from grabbergui.core.features import format_value
 from grabbergui.models.changes.change import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
-from grabbergui.models.feature_text import number_text
+from grabbergui.models.features.text import number_text
 
 _ROOT = QModelIndex()
 SOME = 200

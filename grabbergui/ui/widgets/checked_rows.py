@@ -5,7 +5,7 @@ from __future__ import annotations
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget, QTreeWidgetItem
 
-from grabbergui.models.feature_set import SettingKey
+from grabbergui.models.settings.feature_set import SettingKey
 
 _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
 

@@ -8,7 +8,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.feature_text import breakable, number_text, unit_text
+from grabbergui.models.features.text import breakable, number_text, unit_text
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot

@@ -1,0 +1,98 @@
+"""Which part of the sensor a camera sends: Width, Height, OffsetX and OffsetY (SFNC 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.features import Feature
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.region import Region
+from grabbergui.models.features.stream_pause import stream_paused
+
+_AXES = (("Width", "OffsetX"), ("Height", "OffsetY"))
+
+
+def has_region(grabber: FrameGrabber) -> bool:
+    """Whether the camera lets its region be chosen."""
+    return all(grabber.has_feature(name) for axis in _AXES for name in axis)
+
+
+def apply(grabber: FrameGrabber, region: Region) -> Region:
+    """Send only a region of what is sent now; the stream goes on. Returns what the camera then reports.
+
+    `region` is in the pixels of the present frames and is made to fit the camera's increments, never
+    smaller than its least size. On the thread that makes the camera's calls. Raises FeatureError,
+    TransportError.
+    """
+    _require(grabber)
+    return _paused(grabber, lambda axis: _cut(grabber, axis, region))
+
+
+def apply_full(grabber: FrameGrabber) -> Region:
+    """Send the whole sensor. As `apply`."""
+    _require(grabber)
+    return _paused(grabber, lambda axis: _full(grabber, axis))
+
+
+def fitted(start: int, length: int, size: Feature, offset: Feature) -> tuple[int, int]:
+    """New size and offset along one axis, for `length` pixels that begin `start` pixels into the frame.
+
+    The size is on its increment and not less than its minimum; the offset is moved down to its increment
+    and so far that the region stays within what is sent now.
+    """
+    before, first = _number(size.value), _number(offset.value)
+    step, least = max(1, _number(size.increment)), max(1, _number(size.minimum))
+    length = least + max(0, round((length - least) / step)) * step
+    while length > before and length - step >= least:
+        length -= step
+    offset_step, lowest = max(1, _number(offset.increment)), _number(offset.minimum)
+    begin = first + min(max(start, 0), max(0, before - length))
+    begin = lowest + (begin - lowest) // offset_step * offset_step
+    return length, max(lowest, begin)
+
+
+def _cut(grabber: FrameGrabber, axis: tuple[str, str], region: Region) -> None:
+    size_name, offset_name = axis
+    size, offset = grabber.feature(size_name), grabber.feature(offset_name)
+    start, length = (region.x, region.width) if size_name == "Width" else (region.y, region.height)
+    new_size, new_offset = fitted(start, length, size, offset)
+    # Offset and size limit each other: never let their sum pass the sensor's edge on the way.
+    writes = [(size_name, new_size), (offset_name, new_offset)]
+    if new_size > _number(size.value):
+        writes.reverse()
+    for name, value in writes:
+        if grabber.feature(name).value != value:
+            grabber.write_feature(name, value)
+
+
+def _full(grabber: FrameGrabber, axis: tuple[str, str]) -> None:
+    size_name, offset_name = axis
+    offset = grabber.feature(offset_name)
+    if offset.value != offset.minimum and offset.minimum is not None:
+        grabber.write_feature(offset_name, offset.minimum)
+    size = grabber.feature(size_name)
+    if size.maximum is not None and size.value != size.maximum:
+        grabber.write_feature(size_name, size.maximum)
+
+
+def _paused(grabber: FrameGrabber, change: Callable[[tuple[str, str]], None]) -> Region:
+    with stream_paused(grabber):  # once, not for each of four writes
+        for axis in _AXES:
+            change(axis)
+    x, y, width, height = (
+        _number(grabber.feature(name).value) for name in ("OffsetX", "OffsetY", "Width", "Height")
+    )
+    return Region(x, y, width, height)
+
+
+def _require(grabber: FrameGrabber) -> None:
+    for name in (name for axis in _AXES for name in axis):
+        if not grabber.has_feature(name):
+            raise FeatureNotFoundError(
+                f"{grabber.info.title} has no {name}, so its region cannot be chosen", name
+            )
+
+
+def _number(value: object) -> int:
+    return int(value) if isinstance(value, (int, float)) else 0

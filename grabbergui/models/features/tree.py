@@ -1,0 +1,297 @@
+"""The features of an open source as the window knows them: last known values, requests, writes."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import fields, replace
+from functools import partial
+from typing import TypeVar
+
+from psygnal import Signal
+
+from grabbergui.core.errors import DeviceLostError, GrabberError, TransportError
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+)
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.sfnc import FAVOURITES
+from grabbergui.models.features.throttle import WriteThrottle
+from grabbergui.models.features.worker import FeatureWorker
+
+log = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+READ_TURN = 0.01
+"""Seconds of reading after which other jobs of the worker get their turn."""
+
+
+class FeatureTreeModel:
+    """Joins a grabber's features to whoever shows and edits them.
+
+    Make it once the grabber is open, where its calls may be made: on the worker, or before anything else
+    runs there. All methods may be called from any thread and none waits for the camera; signals are emitted
+    from any thread. Only features that are watched are read again when the camera says that they changed,
+    so a panel of thousands costs what its open part costs.
+    """
+
+    feature_changed = Signal(Feature)
+    """A feature as it is now: it changed, was requested, or was written."""
+    structure_changed = Signal()
+    """`root` and `favourites` are others; nothing known before is valid."""
+    failed = Signal(GrabberError)
+    """A write, command or read did not work."""
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        worker: FeatureWorker,
+        witness: Callable[[Feature], None] = lambda feature: None,
+    ) -> None:
+        """`witness` is called on the worker with everything that is read."""
+        self._grabber = grabber
+        self._worker = worker
+        self._witness = witness
+        self._lock = threading.RLock()
+        self._closed = False
+        self._features: dict[str, Feature] = {}
+        self._wanted: dict[str, bool] = {}
+        "Still to be read, oldest first; whether to tell even if nothing changed."
+        self._reading = False
+        "Whether a reading job is under way."
+        self._watched: frozenset[str] = frozenset()
+        self._companions: frozenset[str] = frozenset()
+        "Automatic modes of what is watched."
+        self._stale: set[str] = set()
+        "Changed while nobody watched."
+        self._held: set[str] = set()
+        self._deferred: set[str] = set()
+        "Changed while held."
+        self._throttle = WriteThrottle()
+        self._values: dict[str, FeatureValue] = {}
+        "What waiting writes will write."
+        self._load()
+        grabber.features_changed.connect(self._on_grabber_features_changed)
+
+    def _load(self) -> None:
+        self.root: Category = self._grabber.feature_tree()
+        self._descriptions = {description.name: description for description in self.root.descriptions()}
+        found = (role.find(self._grabber.has_feature) for role in FAVOURITES)
+        self.favourites: tuple[str, ...] = tuple(name for name in found if name is not None)
+
+    def reload(self) -> None:
+        """Ask the grabber for its tree again; `structure_changed` follows."""
+        self._worker.submit(self._load_anew, key="reload features", failed=self._fail)
+
+    def close(self) -> None:
+        """Listen no longer and stay silent. Writes that wait are sent ahead of what is submitted next."""
+        self._grabber.features_changed.disconnect(self._on_grabber_features_changed, missing_ok=True)
+        with self._lock:
+            self._closed = True
+            self._wanted.clear()
+            for name in self._throttle.waiting():
+                self._submit_write(name, self._values[name], 0.0)
+
+    # -- what is known ---------------------------------------------------------------------------
+    @property
+    def known(self) -> tuple[Feature, ...]:
+        """Every feature that was read, as last known."""
+        with self._lock:
+            return tuple(self._features.values())
+
+    def feature(self, name: str) -> Feature | None:
+        """The last known state, without asking the camera; None where it was never read."""
+        return self._features.get(name)
+
+    def description(self, name: str) -> FeatureDescription | None:
+        """What never changes about a feature; None where the camera's tree has no such name."""
+        return self._descriptions.get(name)
+
+    # -- reading ---------------------------------------------------------------------------------
+    def request(self, names: Iterable[str]) -> None:
+        """Read these; `feature_changed` follows for each, whether it changed or not."""
+        self._want(names, tell=True)
+
+    def watch(self, names: Iterable[str]) -> None:
+        """From now on follow these features, and their automatic modes, and no others.
+
+        Those not known yet, or changed since they were last watched, are read.
+        """
+        with self._lock:
+            self._watched = frozenset(names) & self._descriptions.keys()
+            autos = (feature.auto for name in self._watched if (feature := self._features.get(name)))
+            self._companions = frozenset(auto for auto in autos if auto)
+            # In the tree's order, so that a panel fills from the top.
+            followed = [name for name in self._descriptions if self._follows(name)]
+            for name in [name for name, tell in self._wanted.items() if not (tell or self._follows(name))]:
+                del self._wanted[name]
+                self._stale.add(name)
+            self._want(
+                (name for name in followed if name not in self._features or name in self._stale), tell=False
+            )
+
+    # -- writing ---------------------------------------------------------------------------------
+    def write(self, name: str, value: FeatureValue) -> None:
+        """Write soon: at most once in 50 ms a feature, the last value always, features in order.
+
+        What the camera then reports follows as `feature_changed`. A refusal is told by `failed`, and the
+        feature is read again, so that whoever shows it shows the truth.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            delay = self._throttle.ask(name, time.monotonic())
+            self._values[name] = value
+            self._submit_write(name, value, delay)
+
+    def execute(self, name: str) -> None:
+        """Run a command, after the writes asked for before it."""
+        self.run(partial(self._grabber.execute, name), done=lambda _: self.request([name]))
+
+    def run(self, job: Callable[[], T], done: Callable[[T], None] | None = None) -> None:
+        """Do something with the camera on the worker, after the writes asked for before it.
+
+        Then `done` with the result, on the worker too; a failure is told by `failed`.
+        """
+        with self._lock:
+            if self._closed:
+                return
+            delay = self._throttle.barrier(time.monotonic())
+            self._worker.submit(job, done=done, failed=self._fail, delay=delay)
+
+    def hold(self, name: str) -> None:
+        """Somebody has this control in hand: changes are kept back until `release`."""
+        with self._lock:
+            self._held.add(name)
+
+    def release(self, name: str) -> None:
+        """The hand let go: what was kept back is told."""
+        with self._lock:
+            self._held.discard(name)
+            if name not in self._deferred or self._throttle.waits(name):
+                return
+            self._deferred.discard(name)
+            feature = self._features[name]
+        self.feature_changed.emit(feature)
+
+    # -- on the worker ---------------------------------------------------------------------------
+    def _load_anew(self) -> None:
+        self._load()
+        with self._lock:
+            self._features.clear()
+            self._wanted.clear()
+            self._stale.clear()
+            self._watched = self._companions = frozenset()
+        self.structure_changed.emit()
+
+    def _submit_write(self, name: str, value: FeatureValue, delay: float) -> None:
+        self._worker.submit(
+            partial(self._send, name, value),
+            key=f"write {name}",
+            done=partial(self._publish, tell=True),
+            failed=partial(self._on_write_refused, name),
+            delay=delay,
+        )
+
+    def _send(self, name: str, value: FeatureValue) -> Feature:
+        with self._lock:
+            self._throttle.sent(name, time.monotonic())
+            del self._values[name]
+        return self._grabber.write_feature(name, value)
+
+    def _on_write_refused(self, name: str, error: GrabberError) -> None:
+        self._fail(error)
+        self._want([name], tell=True)
+
+    def _want(self, names: Iterable[str], tell: bool) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            for name in names:
+                self._wanted[name] = tell or self._wanted.get(name, False)
+            if self._wanted and not self._reading:
+                self._reading = self._worker.submit(self._read_some)
+
+    def _read_some(self) -> None:
+        deadline = time.monotonic() + READ_TURN
+        while time.monotonic() < deadline:
+            with self._lock:
+                if not self._wanted:
+                    break
+                name = next(iter(self._wanted))
+                tell = self._wanted.pop(name)
+            self._read(name, tell)
+        with self._lock:
+            self._reading = bool(self._wanted) and self._worker.submit(self._read_some)
+
+    def _read(self, name: str, tell: bool) -> None:
+        try:
+            feature = self._grabber.feature(name)
+            self._publish(self._as_granted(feature), tell)
+            self._witness(feature)
+        except TransportError as error:
+            if isinstance(error, DeviceLostError):
+                with self._lock:
+                    self._wanted.clear()
+            self._fail(error)
+            self._publish(self._features.get(name) or self._broken(name, str(error)), tell)
+        except GrabberError as error:
+            self._publish(self._broken(name, str(error)), tell)
+        except Exception as error:
+            # One odd node must not take the others with it.
+            log.exception("%s could not be read", name)
+            self._publish(self._broken(name, f"{type(error).__name__}: {error}"), tell)
+
+    def _as_granted(self, feature: Feature) -> Feature:
+        """Beside the program that has control nothing can be written, and no command be run."""
+        if self._grabber.access is Access.CONTROL or not feature.access.writable:
+            return feature
+        readable = feature.access.readable
+        return replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
+
+    def _broken(self, name: str, problem: str) -> Feature:
+        known = self._descriptions.get(name) or FeatureDescription(name=name, kind=FeatureKind.STRING)
+        described = {field.name: getattr(known, field.name) for field in fields(FeatureDescription)}
+        return Feature(**described, access=AccessMode.NOT_AVAILABLE, problem=problem)
+
+    def _publish(self, feature: Feature, tell: bool) -> None:
+        name = feature.name
+        with self._lock:
+            changed = self._features.get(name) != feature
+            self._features[name] = feature
+            self._stale.discard(name)
+            if self._closed or not (changed or tell):
+                return
+            if feature.auto and name in self._watched and not self._follows(feature.auto):
+                self._companions |= {feature.auto}
+                self._want([feature.auto], tell=True)
+            if name in self._held:
+                self._deferred.add(name)
+                return
+            # A value newer than this one is on its way; showing the older would make the control jump.
+            if self._throttle.waits(name):
+                return
+            self._deferred.discard(name)
+        self.feature_changed.emit(feature)
+
+    def _fail(self, error: GrabberError) -> None:
+        if not self._closed:
+            self.failed.emit(error)
+
+    # -- from anywhere ---------------------------------------------------------------------------
+    def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
+        with self._lock:
+            followed = {name for name in names if self._follows(name)}
+            self._stale |= names - followed
+            self._want(followed, tell=False)
+
+    def _follows(self, name: str) -> bool:
+        return name in self._watched or name in self._companions

@@ -1,0 +1,125 @@
+"""Features read again and again, to be plotted over time."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+from psygnal import Signal
+
+from grabbergui.core.errors import FeatureError, GrabberError
+from grabbergui.core.features import Feature, FeatureKind
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.features.worker import FeatureWorker
+
+PERIOD = 0.1
+"Seconds between two reads of everything."
+PATIENCE = 1.0
+"Seconds between two reads of a camera that does not answer."
+MOST_FEATURES = 12
+"Watched at once: more curves nobody reads, and each costs the camera a read."
+
+PLOTTABLE = (FeatureKind.INTEGER, FeatureKind.FLOAT, FeatureKind.BOOLEAN)
+
+
+class ValueWatch:
+    """Reads some features on a source's own worker, ten times a second at most, and only while wanted.
+
+    All methods may be called from any thread and none waits; the signal comes from the worker.
+    """
+
+    sampled = Signal(float, dict, dict)
+    """When it was read (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
+
+    def __init__(self, period: float = PERIOD, time_of_day: Callable[[], float] = time.time) -> None:
+        self._period = period
+        self._time_of_day = time_of_day
+        self._names: tuple[str, ...] = ()
+        self._source: tuple[FrameGrabber, FeatureWorker] | None = None
+        self._wanted = False
+        self._reading = 0
+        "Grows with everything that ends the reading under way; a job of an older number does nothing."
+        self._lock = threading.Lock()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is read, in the order in which it was asked for."""
+        return self._names
+
+    @property
+    def full(self) -> bool:
+        """Whether no other can be watched."""
+        return len(self._names) >= MOST_FEATURES
+
+    def attach(self, grabber: FrameGrabber, worker: FeatureWorker) -> None:
+        """Read from this source."""
+        with self._lock:
+            self._source = (grabber, worker)
+            self._begin_anew()
+
+    def detach(self) -> None:
+        """Read nothing; names stay."""
+        with self._lock:
+            self._source = None
+            self._begin_anew()
+
+    def want(self, wanted: bool) -> None:
+        """Whether somebody looks."""
+        with self._lock:
+            if wanted != self._wanted:
+                self._wanted = wanted
+                self._begin_anew()
+
+    def add(self, name: str) -> None:
+        """Read one more; does nothing where it is read already, or `full`."""
+        with self._lock:
+            if name not in self._names and not self.full:
+                self._names = (*self._names, name)
+                self._begin_anew()
+
+    def remove(self, name: str) -> None:
+        """Read one less."""
+        with self._lock:
+            self._names = tuple(other for other in self._names if other != name)
+            self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        self._reading += 1
+        if self._source is not None and self._wanted and self._names:
+            self._submit(self._source, self._reading, 0.0)
+
+    def _submit(self, source: tuple[FrameGrabber, FeatureWorker], reading: int, delay: float) -> None:
+        grabber, worker = source
+        worker.submit(lambda: self._read(grabber, reading), delay=delay, failed=lambda _: None)
+
+    def _read(self, grabber: FrameGrabber, reading: int) -> None:
+        with self._lock:
+            if reading != self._reading:
+                return
+            names = self._names
+        delay = self._period
+        values: dict[str, float] = {}
+        units: dict[str, str] = {}
+        for name in names:
+            values[name] = math.nan
+            try:
+                feature = grabber.feature(name)
+                values[name], units[name] = as_number(feature), feature.unit
+            except FeatureError:
+                continue
+            except GrabberError:
+                delay = PATIENCE
+                break
+        with self._lock:
+            if reading != self._reading or self._source is None:
+                return
+            self._submit(self._source, reading, delay)
+        self.sampled.emit(self._time_of_day(), values, units)
+
+
+def as_number(feature: Feature) -> float:
+    """A feature's value on a plot; NaN where it has none."""
+    value = feature.value
+    return float(value) if isinstance(value, int | float) else math.nan

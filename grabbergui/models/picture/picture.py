@@ -1,0 +1,230 @@
+"""The picture to show: the newest frame, made ready for the screen on a thread of its own."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass
+
+from psygnal import Signal
+
+from grabbergui.core.errors import FrameTimeoutError, PixelFormatError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue, RateMeter
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.core.region import Region
+from grabbergui.models.picture.rendering import DisplaySettings, render
+
+log = logging.getLogger(__name__)
+
+FRAME_WAIT = 0.2
+"Seconds to wait for a frame at a time."
+PAINT_WAIT = 0.5
+"Seconds to wait for the window to paint; it may be hidden, then nobody takes the pictures."
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A frame and what of it can be painted."""
+
+    frame: Frame
+    image: DisplayImage
+    width: int
+    height: int
+    "Of the whole frame as it is seen: exchanged where it is turned on its side."
+
+
+class PictureModel:
+    """Takes the newest frame of a source, converts what the view shows of it, and offers it for painting.
+
+    At most one picture waits to be painted: while the window has not taken it nothing is converted, so a
+    slow screen costs no processor and never delays what is seen. All methods may be called from any
+    thread and wait for nothing; signals come from the display thread.
+    """
+
+    ready = Signal()
+    """A picture can be had from `take`."""
+    failed = Signal(str)
+    """Frames arrive that cannot be converted; once for each cause."""
+
+    def __init__(self) -> None:
+        self._queue: FrameQueue | None = None
+        self._thread: threading.Thread | None = None
+        self._region: Region | None = None
+        self._size: tuple[int, int] | None = None
+        self._offer: Picture | None = None
+        self._frame: Frame | None = None
+        self._held: Frame | None = None
+        self._settings = DisplaySettings()
+        self._again = threading.Event()
+        "Set when the frame shown is to be converted once more."
+        self._problem = ""
+        self._dropped = 0
+        self._painted = RateMeter()
+        self._lock = threading.Lock()
+        self._taken = threading.Event()
+        self.received = 0
+        "Frames that came since the source was attached."
+        self.converted = 0
+        "Pictures made of them since."
+        self.last_received: float | None = None
+        "`time.monotonic` of the last frame; None where none came yet."
+
+    @property
+    def frame(self) -> Frame | None:
+        """The newest frame, whole and as the sensor sent it. It stays after the source is gone."""
+        return self._frame
+
+    @property
+    def problem(self) -> str:
+        """Why the newest frame cannot be shown; empty where it can."""
+        return self._problem
+
+    @property
+    def painted_rate(self) -> float:
+        """Pictures painted per second, over the last two seconds."""
+        return self._painted.rates()[0]
+
+    def attach(self, grabber: FrameGrabber) -> None:
+        """Show this source's frames from here on."""
+        self.detach()
+        queue = grabber.open_queue(depth=2)
+        self._queue = queue
+        self._held = None
+        self._problem = ""
+        self._dropped = 0
+        self.received = self.converted = 0
+        self.last_received = None
+        self._painted.clear()
+        self._thread = threading.Thread(target=self._show, args=(queue,), name="display", daemon=True)
+        self._thread.start()
+
+    def detach(self, timeout: float = 0.0) -> bool:
+        """Take no more frames; the last one stays.
+
+        Whether the thread ended within `timeout` seconds; may be asked again.
+        """
+        queue, self._queue = self._queue, None
+        if queue is not None:
+            queue.close()
+            self._taken.set()
+        if (thread := self._thread) is not None and thread is not threading.current_thread():
+            thread.join(timeout)
+            return not thread.is_alive()
+        return thread is None
+
+    def restarted(self) -> None:
+        """Streaming begins anew: what is known of the time before says nothing about it."""
+        self.last_received = None
+        self.received = self.converted = 0
+
+    @property
+    def settings(self) -> DisplaySettings:
+        """How the picture is looked at."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, settings: DisplaySettings) -> None:
+        with self._lock:
+            if (settings.orientation.quarter_turns - self._settings.orientation.quarter_turns) % 2:
+                self._region = None  # it was a part of the view as it was turned before
+            self._settings = settings
+        self._show_again()
+
+    def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
+        """What the view shows: a region of the frame as it is seen (None: all), in `size` screen pixels."""
+        with self._lock:
+            if (region, size) == (self._region, self._size):
+                return
+            self._region, self._size = region, size
+        self._show_again()
+
+    def hold(self, frame: Frame | None) -> None:
+        """Show this frame while others pass by; with None, the newest ones again."""
+        self._held = frame
+        if frame is not None:
+            self._frame = frame
+        self._show_again()
+
+    def _show_again(self) -> None:
+        """Convert the frame shown once more, also while no other comes."""
+        self._again.set()
+        queue, frame = self._queue, self._frame
+        if queue is not None and frame is not None:
+            queue.put(frame)
+
+    def take(self) -> Picture | None:
+        """The picture offered, once; None where there is none."""
+        with self._lock:
+            picture, self._offer = self._offer, None
+        self._taken.set()
+        return picture
+
+    def painted(self) -> None:
+        """A picture has reached the screen."""
+        self._painted.add()
+
+    # -- display thread ----------------------------------------------------------------------------
+    def _show(self, queue: FrameQueue) -> None:
+        while not queue.closed:
+            try:
+                frame = self._newest(queue)
+            except FrameTimeoutError:
+                continue
+            again = self._again.is_set()
+            self._again.clear()
+            held = self._held
+            if held is None:
+                self._convert(frame)
+            elif again:
+                self._convert(held)
+            self._taken.wait(PAINT_WAIT)
+
+    def _newest(self, queue: FrameQueue) -> Frame:
+        """The newest frame there is; the one shown before only where nothing else waits."""
+        newest = queue.get(FRAME_WAIT)
+        arrived = int(newest is not self._frame)
+        while True:
+            try:
+                frame = queue.get(0)
+            except FrameTimeoutError:
+                break
+            if frame is not self._frame:
+                newest = frame
+                arrived += 1
+        if arrived:
+            dropped = queue.dropped
+            self.received += arrived + dropped - self._dropped
+            self._dropped = dropped
+            self.last_received = time.monotonic()
+        return newest
+
+    def _convert(self, frame: Frame) -> None:
+        with self._lock:
+            region, size, settings = self._region, self._size, self._settings
+        self._frame = frame
+        try:
+            image = render(frame, region, size, settings)
+            picture = Picture(frame, image, *settings.orientation.view_size(frame.width, frame.height))
+        except PixelFormatError as error:
+            self._report(str(error))
+            return
+        except Exception as error:
+            # A damaged payload may be shorter than it claims; the picture must go on with the next one.
+            log.exception("a frame could not be converted")
+            self._report(f"frame {frame.frame_id} ({frame.pixel_format}) cannot be shown: {error}")
+            return
+        self._problem = ""
+        self.converted += 1
+        with self._lock:
+            self._taken.clear()
+            self._offer = picture
+        self.ready.emit()
+
+    def _report(self, problem: str) -> None:
+        self._taken.set()
+        if problem != self._problem:
+            self._problem = problem
+            self.failed.emit(problem)

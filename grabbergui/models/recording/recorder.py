@@ -1,0 +1,181 @@
+"""Records a grabber's stream on a thread of its own, until told to stop or something runs out."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, replace
+
+from psygnal import Signal
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.recording.writers import RecordingWriter
+
+log = logging.getLogger(__name__)
+
+QUEUE_DEPTH = 16
+"Frames that may wait for the disk: half the buffers of a stream, so that others still get theirs."
+RESERVE_BYTES = 32 << 20
+"Kept free on the disk, so that any file can be finished."
+RESERVE_FRAMES = 4
+"Frames more that must fit besides the reserve."
+NOTICE_PERIOD = 0.2
+"Seconds between signals of progress."
+
+
+@dataclass(frozen=True)
+class RecordingLimits:
+    """Where a recording ends by itself; None for no such limit."""
+
+    frames: int | None = None
+    seconds: float | None = None
+    "From the first frame to the last."
+    size: int | None = None
+    "Bytes: the frame that reaches it is the last."
+
+
+UNLIMITED = RecordingLimits()
+
+
+@dataclass(frozen=True)
+class RecordingProgress:
+    """How a recording stands."""
+
+    frames: int = 0
+    "Written."
+    dropped: int = 0
+    "Lost because the disk or the compression was too slow."
+    seconds: float = 0.0
+    "From the first frame written to the last."
+    size: int = 0
+    "Bytes written."
+    free: int = 0
+    "Bytes free where it is written."
+    ended: bool = False
+    reason: str = ""
+    "Why it ended, for people; empty where it was told to, or reached its limit."
+
+
+class Recorder:
+    """Writes every frame of a grabber from `start` on. Any thread may call; signals come from its own."""
+
+    changed = Signal(RecordingProgress)
+    """A few times a second, and once at the end."""
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        writer: RecordingWriter,
+        limits: RecordingLimits = UNLIMITED,
+        *,
+        reserve: int = RESERVE_BYTES,
+    ) -> None:
+        self.writer = writer
+        self._limits = limits
+        self._reserve = reserve
+        self._queue: FrameQueue = grabber.open_queue(QUEUE_DEPTH)
+        self._progress = RecordingProgress()
+        self._first_ns = 0
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"record {writer.path.name}", daemon=True)
+
+    @property
+    def progress(self) -> RecordingProgress:
+        """How it stands now."""
+        return self._progress
+
+    def start(self) -> None:
+        """Begin with the next frame. Once only."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End after the frame at hand; the files are finished on the recorder's thread. Never waits."""
+        self._stopping.set()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Whether it has ended and its files are finished, within `timeout` seconds."""
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        reason = ""
+        try:
+            reason = self._record()
+        except GrabberError as error:
+            reason = str(error)
+        except OSError as error:
+            reason = f"{self.writer.path}: {error.strerror or error}; what was recorded by then is kept"
+        except Exception as error:
+            log.exception("recording %s", self.writer.path)
+            reason = f"internal error, see the log: {error}"
+        finally:
+            self._queue.close()
+            self._finish(reason)
+
+    def _record(self) -> str:
+        """Write until something ends it; why, where nobody asked for it."""
+        noticed = 0.0
+        while not self._stopping.is_set():
+            try:
+                frame = self._queue.get(NOTICE_PERIOD)
+            except FrameTimeoutError:
+                if self._queue.closed:
+                    return "the source was closed"
+                frame = None
+            if frame is not None:
+                if self._beyond_limit(frame):
+                    return ""
+                if full := self._full(frame):
+                    return full
+                self.writer.write(frame)
+                self._count(frame)
+                if self._reached_limit():
+                    return ""
+            if time.monotonic() - noticed >= NOTICE_PERIOD:
+                noticed = time.monotonic()
+                self.changed.emit(self._progress)
+        return ""
+
+    def _beyond_limit(self, frame: Frame) -> bool:
+        seconds = self._limits.seconds
+        if seconds is None or not self._progress.frames:
+            return False
+        return frame.received_ns - self._first_ns > seconds * 1e9
+
+    def _reached_limit(self) -> bool:
+        frames, size = self._limits.frames, self._limits.size
+        by_count = frames is not None and self._progress.frames >= frames
+        return by_count or (size is not None and self._progress.size >= size)
+
+    def _full(self, frame: Frame) -> str:
+        free = self.writer.free()
+        self._progress = replace(self._progress, free=free)
+        if free >= self._reserve + RESERVE_FRAMES * frame.payload.nbytes:
+            return ""
+        return f"the disk of {self.writer.path} is full ({free >> 20} MiB left); what was recorded is kept"
+
+    def _count(self, frame: Frame) -> None:
+        before = self._progress
+        if not before.frames:
+            self._first_ns = frame.received_ns
+        self._progress = replace(
+            before,
+            frames=before.frames + 1,
+            dropped=self._queue.dropped,
+            seconds=max(0.0, (frame.received_ns - self._first_ns) / 1e9),
+            size=self.writer.size(),
+        )
+
+    def _finish(self, reason: str) -> None:
+        try:
+            self.writer.close()
+        except (GrabberError, OSError) as error:
+            reason = reason or f"{self.writer.path} could not be finished: {error}"
+        self._progress = replace(self._progress, ended=True, reason=reason, dropped=self._queue.dropped)
+        if reason:
+            log.warning("recording ended: %s", reason)
+        self.changed.emit(self._progress)

@@ -1,0 +1,271 @@
+"""Settings as files: GenICam's persistence format, and YAML that people read.
+
+The persistence format is what GenApi's feature bag writes, and with it pylon's `.pfs` and other viewers: a
+first line with a GUID, lines of comment, then `Name<TAB>Value` lines, a script that is written to a camera
+from top to bottom. A selector's line stands before the lines of what it selects.
+Enumerations are written by entry, booleans as 0 and 1.
+
+The YAML has one line a setting, `BalanceRatio[BalanceRatioSelector=Red]: 1.5`, so that versions compare well.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.models.settings.feature_set import FeatureSet, SelectorsOf, SettingKey
+
+BAG_GUID = "{05D8C294-F295-4dfb-9D01-096BD04049F4}"
+"First line of a file of one set."
+BAGGER_GUID = "{4709CB3C-7322-4460-84C3-DA11DDA09939}"
+"First line of a file of several user sets."
+MAX_FILE_BYTES = 4 * 1024 * 1024
+YAML_SUFFIXES = (".yaml", ".yml")
+
+_NAME = r"[A-Za-z_][A-Za-z0-9_]*"
+_KEY = re.compile(rf"({_NAME})(?:\[([^\]]*)\])?", re.ASCII)
+_YAML_LINE = re.compile(r"( *)((?:[^\s:\[\]#]+(?:\[[^\]]*\])?))\s*:(?:\s+(.*))?")
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII)
+_INTEGER = re.compile(r"[-+]?\d{1,20}", re.ASCII)
+_FLOAT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?", re.ASCII)
+_YAML_WORDS = frozenset(["true", "false", "yes", "no", "on", "off", "null", "y", "n"])
+"What YAML 1.1 does not take for text."
+
+
+class SettingsFileError(GrabberError):
+    """A file of settings could not be read or written."""
+
+
+def save(features: FeatureSet, path: Path) -> None:
+    """Write a set: `.yaml` and `.yml` as YAML, anything else in GenICam's format.
+
+    The file appears whole or not at all; one that is there and holds something else is not overwritten.
+    Raises SettingsFileError, UsageError.
+    """
+    if path.is_file() and path.stat().st_size:
+        load(path)
+    text = to_yaml(features) if path.suffix.lower() in YAML_SUFFIXES else to_persistence(features)
+    try:
+        descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
+        try:
+            with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+            Path(draft).chmod(0o644)
+            Path(draft).replace(path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                Path(draft).unlink()
+            raise
+    except OSError as error:
+        raise SettingsFileError(f"{path} could not be written: {error.strerror or error}") from error
+
+
+def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
+    """Read a set of either kind; the content tells which.
+
+    The persistence format does not say what a selector selects: `selectors_of` does, best from the camera
+    itself. Without it, what occurs more than once is taken for selected by what changed in between. Raises
+    SettingsFileError, UsageError with the line that makes no sense.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise SettingsFileError(f"{path} could not be read: {error.strerror or error}") from error
+    if len(content) > MAX_FILE_BYTES:
+        raise UsageError(
+            f"{path} is larger than {MAX_FILE_BYTES >> 20} MiB, too large for a file of settings"
+        )
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise UsageError(f"{path} is no file of settings: it is not text") from None
+    return parse(text, str(path), selectors_of)
+
+
+def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> FeatureSet:
+    """The set in a text of either kind; `where` names it in errors. Raises UsageError."""
+    first, _, _ = text.partition("\n")
+    if BAGGER_GUID in first:
+        raise UsageError(
+            f"{where} holds several user sets at once; save a single one with the program that wrote it"
+        )
+    if BAG_GUID in first:
+        return _from_script(list(_script(text, where)), _device_of(text), selectors_of)
+    return _from_yaml(text, where)
+
+
+# -- GenICam's persistence format ------------------------------------------------------------------
+def to_persistence(features: FeatureSet) -> str:
+    """The text of a set in GenICam's persistence format."""
+    lines = [
+        f"# {BAG_GUID}",
+        "# GenApi persistence file (version 3.5.0)",
+        f"# Device = {_one_line(features.device)}",
+    ]
+    selected: dict[str, str] = {}
+    for key, value in features.settings.items():
+        if "\n" in str(value) or "\r" in str(value):
+            continue  # the format has no way to say it; YAML does
+        for selector, entry in key.selected:
+            if selected.get(selector) != entry:
+                lines.append(f"{selector}\t{entry}")
+                selected[selector] = entry
+        lines.append(f"{key.name}\t{int(value) if isinstance(value, bool) else format_value(value)}")
+        if key.name in selected:
+            selected[key.name] = format_value(value)
+    return "\n".join(lines) + "\n"
+
+
+def _script(text: str, where: str) -> Iterator[tuple[str, str]]:
+    for number, line in enumerate(text.split("\n"), 1):
+        line = line.removesuffix("\r")
+        if not line.strip() or line.startswith("#"):
+            continue
+        name, tab, value = line.partition("\t")
+        if not tab or not re.fullmatch(_NAME, name, re.ASCII):
+            raise UsageError(f"{where}, line {number}: '{line[:60]}' is not a name, a tabulator and a value")
+        yield name, value
+
+
+def _from_script(steps: list[tuple[str, str]], device: str, selectors_of: SelectorsOf | None) -> FeatureSet:
+    """What a script leaves behind on a camera, each selected instance apart."""
+    selectors_of = selectors_of or _guessed_selectors(steps)
+    choosing = {selector for name, _ in steps for selector in selectors_of(name)}
+    standing: dict[str, str] = {}
+    settings: dict[SettingKey, FeatureValue] = {}
+    for name, value in steps:
+        selected = tuple((s, standing[s]) for s in selectors_of(name) if s in standing)
+        if name in choosing:
+            standing[name] = value
+        else:
+            settings[SettingKey(name, selected)] = value
+    return FeatureSet(settings, device)
+
+
+def _guessed_selectors(steps: Iterable[tuple[str, str]]) -> SelectorsOf:
+    """For each feature the selectors (by SFNC they are named so) that moved between its occurrences."""
+    standing: dict[str, str] = {}
+    seen: dict[str, dict[str, str]] = {}
+    moved: dict[str, tuple[str, ...]] = {}
+    for name, value in steps:
+        if name.endswith("Selector"):
+            standing[name] = value
+            continue
+        before = seen.setdefault(name, dict(standing))
+        changed = tuple(s for s, entry in standing.items() if before.get(s, entry) != entry)
+        moved[name] = tuple(dict.fromkeys((*moved.get(name, ()), *changed)))
+    return lambda name: moved.get(name, ())
+
+
+def _device_of(text: str) -> str:
+    for line in text.splitlines()[:10]:
+        if line.startswith("# Device = "):
+            return line.removeprefix("# Device = ").strip()
+    return ""
+
+
+# -- YAML ------------------------------------------------------------------------------------------
+def to_yaml(features: FeatureSet) -> str:
+    """The text of a set as YAML 1.2 that YAML 1.1 reads alike."""
+    lines = [f"device: {json.dumps(features.device)}", "features:"]
+    lines += [f"  {key}: {_to_scalar(value)}" for key, value in features.settings.items()]
+    if len(lines) == 2:
+        lines[1] = "features: {}"
+    return "\n".join(lines) + "\n"
+
+
+def _from_yaml(text: str, where: str) -> FeatureSet:
+    settings: dict[SettingKey, FeatureValue] = {}
+    device, inside = "", False
+    for number, line in enumerate(text.split("\n"), 1):
+        if not line.strip() or line.lstrip().startswith("#") or line.rstrip() in ("---", "..."):
+            continue
+        match = _YAML_LINE.fullmatch(line.rstrip())
+        if match is None:
+            raise UsageError(
+                f"{where}, line {number}: '{line.strip()[:60]}' is not 'Name: value' of a file of settings"
+            )
+        indentation, name, rest = match[1], match[2], match[3] or ""
+        if not indentation:
+            inside = name == "features"
+            if name == "device":
+                device = str(_scalar(rest, where, number))
+        elif inside:
+            settings[_key(name, where, number)] = _scalar(rest, where, number)
+    if not settings and not re.search(r"^features:", text, re.MULTILINE):
+        raise UsageError(
+            f"{where} is no file of settings: it has neither GenICam's first line nor 'features:'"
+        )
+    return FeatureSet(settings, device)
+
+
+def _key(text: str, where: str, number: int) -> SettingKey:
+    match = _KEY.fullmatch(text)
+    if match is None:
+        raise UsageError(f"{where}, line {number}: '{text[:60]}' is no feature's name")
+    selected = []
+    for part in (match[2] or "").split(",") if match[2] else ():
+        selector, equals, entry = part.partition("=")
+        if not equals or not re.fullmatch(_NAME, selector.strip(), re.ASCII):
+            raise UsageError(f"{where}, line {number}: '[{match[2][:60]}]' is not [Selector=Entry]")
+        selected.append((selector.strip(), entry.strip()))
+    return SettingKey(match[1], tuple(selected))
+
+
+def _to_scalar(value: FeatureValue) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        # YAML 1.1 takes 1e-05 for text: a number needs its point.
+        text = repr(value) if math.isfinite(value) else json.dumps(repr(value))
+        return text.replace("e", ".0e") if "e" in text and "." not in text else text
+    if _PLAIN.fullmatch(value) and value.lower() not in _YAML_WORDS:
+        return value
+    return json.dumps(value, ensure_ascii=not value.isprintable())
+
+
+def _scalar(text: str, where: str, number: int) -> FeatureValue:
+    text = text.strip()
+    if text.startswith('"'):
+        return _quoted(text, where, number)
+    if text.startswith("'"):
+        match = re.match(r"'((?:[^']|'')*)'\s*(#.*)?$", text)
+        if match is None:
+            raise UsageError(f"{where}, line {number}: a text that begins with ' has no end")
+        return match[1].replace("''", "'")
+    text = re.sub(r"(^|\s)#.*$", "", text).strip()
+    if text[:1] in ("[", "{", "|", ">", "&", "*", "!", "%", "@", "`"):
+        raise UsageError(f"{where}, line {number}: '{text[:60]}' is not a plain value; put text into quotes")
+    if text in ("true", "false"):
+        return text == "true"
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    return float(text) if _FLOAT.fullmatch(text) else text
+
+
+def _quoted(text: str, where: str, number: int) -> str:
+    try:
+        value, end = json.JSONDecoder().raw_decode(text)
+    except ValueError:
+        raise UsageError(
+            f"{where}, line {number}: the text in quotes has no end, or a \\ that says nothing"
+        ) from None
+    rest = text[end:].strip()
+    if rest and not rest.startswith("#"):
+        raise UsageError(f"{where}, line {number}: '{rest[:60]}' behind the text in quotes")
+    return str(value)
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -1,0 +1,135 @@
+"""The sets of settings that a camera keeps itself (SFNC, UserSetControl)."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.features import FeatureKind
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.undo_history import Step
+from grabbergui.models.features.stream_pause import stream_paused
+from grabbergui.models.settings.feature_set import Progress, Selectors, capture, compare
+
+SELECTOR = "UserSetSelector"
+LOAD = "UserSetLoad"
+SAVE = "UserSetSave"
+STARTS_WITH = ("UserSetDefault", "UserSetDefaultSelector", "DefaultStartupSet")
+"Which set is loaded at power-on: SFNC 2's name, SFNC 1's, and an older one."
+
+FACTORY = ("Default", "Factory")
+"How the names of sets begin that cannot be overwritten."
+
+
+@dataclass(frozen=True)
+class UserSet:
+    """One of the camera's sets."""
+
+    name: str
+    "The selector's entry, e.g. `UserSet1`."
+    title: str
+    tooltip: str = ""
+    savable: bool = False
+    "Whether the present settings can be kept in it; not in the factory's."
+    startable: bool = False
+    "Whether the camera can be told to start with it."
+    starts: bool = False
+    "Whether the camera starts with it."
+
+
+def has_user_sets(grabber: FrameGrabber) -> bool:
+    """Whether the camera keeps sets that can be loaded."""
+    return grabber.has_feature(SELECTOR) and grabber.has_feature(LOAD)
+
+
+def user_sets(grabber: FrameGrabber) -> list[UserSet]:
+    """The camera's sets, in its order; the selector is moved and put back.
+
+    While it streams a camera may refuse to save; then any set but the factory's is taken for savable.
+    Raises FeatureError, TransportError.
+    """
+    _require(grabber)
+    starting = _starting(grabber)
+    default = grabber.feature(starting) if starting is not None else None
+    can_start = {entry.name for entry in default.entries if entry.available} if default is not None else set()
+    settable = default is not None and default.access.writable
+    found: list[UserSet] = []
+    selectors = Selectors(grabber)
+    with selectors.kept([SELECTOR]):
+        for entry in grabber.feature(SELECTOR).entries:
+            if not entry.available:
+                continue
+            selected = selectors.select([(SELECTOR, entry.name)])
+            savable = selected and grabber.has_feature(SAVE) and grabber.feature(SAVE).access.writable
+            if not savable and selected and grabber.streaming:
+                savable = not entry.name.startswith(FACTORY)
+            found.append(
+                UserSet(
+                    entry.name,
+                    entry.display_name or entry.name,
+                    entry.tooltip,
+                    savable,
+                    settable and entry.name in can_start,
+                    default is not None and default.value == entry.name,
+                )
+            )
+    return found
+
+
+def load(
+    hands: NotingGrabber,
+    name: str,
+    *,
+    progress: Progress = lambda done, of: None,
+    cancelled: threading.Event | None = None,
+) -> int:
+    """Let the camera load one of its sets, and note what that changed, so that it can be undone.
+
+    Returns how many settings are other than before; with `cancelled` set in time, nothing is loaded.
+    Raises FeatureError, TransportError.
+    """
+    _require(hands)
+    camera = hands.plain
+    with stream_paused(camera):
+        before = capture(camera, progress=lambda done, of: progress(done, 2 * of), cancelled=cancelled)
+        if cancelled is not None and cancelled.is_set():
+            return 0
+        with Selectors(camera).kept([SELECTOR]):
+            camera.write_feature(SELECTOR, name)
+            hands.execute(LOAD)
+        after = capture(camera, progress=lambda done, of: progress(of + done, 2 * of))
+    changed = [(d.key, d.first, d.second) for d in compare(before, after)]
+    if changed:
+        with hands.journal.within(Step(f"{LOAD} {name}")):
+            hands.journal.wrote(changed)
+    return len(changed)
+
+
+def save(hands: NotingGrabber, name: str) -> None:
+    """Keep the present settings in one of the camera's sets. Raises FeatureError, TransportError."""
+    _require(hands)
+    camera = hands.plain
+    # Not every camera saves while it streams.
+    with stream_paused(camera), Selectors(camera).kept([SELECTOR]):
+        camera.write_feature(SELECTOR, name)
+        hands.execute(SAVE)
+
+
+def start_with(hands: NotingGrabber, name: str) -> None:
+    """Let the camera start with this set from its next power-on. Raises FeatureError, TransportError."""
+    starting = _starting(hands)
+    if starting is None:
+        raise FeatureNotFoundError(f"{hands.info.title} always starts with the same set", STARTS_WITH[0])
+    hands.write_feature(starting, name)
+
+
+def _starting(grabber: FrameGrabber) -> str | None:
+    names = [name for name in STARTS_WITH if grabber.has_feature(name)]
+    return next((n for n in names if grabber.feature(n).kind is FeatureKind.ENUMERATION), None)
+
+
+def _require(grabber: FrameGrabber) -> None:
+    if not has_user_sets(grabber):
+        raise FeatureNotFoundError(f"{grabber.info.title} keeps no sets of settings", SELECTOR)

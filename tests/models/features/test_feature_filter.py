@@ -1,0 +1,51 @@
+from grabbergui.core.features import Category, FeatureDescription, FeatureKind, Visibility
+from grabbergui.models.features.filter import visible_names
+
+
+def describe(name, visibility=Visibility.BEGINNER, **more):
+    return FeatureDescription(name=name, kind=FeatureKind.INTEGER, visibility=visibility, **more)
+
+
+TREE = Category(
+    "Root",
+    members=(
+        Category(
+            "AcquisitionControl",
+            members=(
+                describe(
+                    "ExposureTime", display_name="Exposure Time", tooltip="How long the shutter is open."
+                ),
+                describe("ExposureMode", Visibility.EXPERT),
+                describe("SensorTaps", Visibility.GURU),
+                describe("Hidden", Visibility.INVISIBLE),
+            ),
+        ),
+        Category("Secrets", visibility=Visibility.GURU, members=(describe("Key"), describe("ExposureTime"))),
+        describe("AtTheRoot"),
+    ),
+)
+
+
+def test_each_visibility_sees_those_below():
+    assert visible_names(TREE, Visibility.BEGINNER) == ["ExposureTime", "AtTheRoot"]
+    assert visible_names(TREE, Visibility.EXPERT) == ["ExposureTime", "ExposureMode", "AtTheRoot"]
+    guru = ["ExposureTime", "ExposureMode", "SensorTaps", "Key", "AtTheRoot"]
+    assert visible_names(TREE, Visibility.GURU) == guru
+    assert "Hidden" in visible_names(TREE, Visibility.INVISIBLE)
+
+
+def test_text_is_found_in_name_display_name_and_tooltip_whatever_its_case():
+    assert visible_names(TREE, Visibility.GURU, "exposuretime") == ["ExposureTime"]
+    assert visible_names(TREE, Visibility.GURU, "exposure time") == ["ExposureTime"]
+    assert visible_names(TREE, Visibility.GURU, "SHUTTER") == ["ExposureTime"]
+    assert visible_names(TREE, Visibility.GURU, "exposure") == ["ExposureTime", "ExposureMode"]
+
+
+def test_every_word_must_match():
+    assert visible_names(TREE, Visibility.GURU, "mode exposure") == ["ExposureMode"]
+    assert visible_names(TREE, Visibility.GURU, "exposure banana") == []
+    assert visible_names(TREE, Visibility.BEGINNER, "mode") == []
+
+
+def test_blanks_are_no_filter():
+    assert visible_names(TREE, Visibility.BEGINNER, "  ") == ["ExposureTime", "AtTheRoot"]

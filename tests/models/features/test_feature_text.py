@@ -1,0 +1,149 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Representation
+from grabbergui.models.features.text import (
+    breakable,
+    coded_text,
+    number_text,
+    parse_coded,
+    parse_number,
+    tooltip_html,
+    value_text,
+)
+
+HEX, IPV4, MAC = Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS
+FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, unit="us", value=1.0)
+INTEGER = Feature(name="N", kind=FeatureKind.INTEGER, access=AccessMode.READ_WRITE, value=1)
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (0.0, "0"),
+        (0.1, "0.1"),
+        (0.10000000149011612, "0.1"),
+        (33.333333333, "33.33333"),
+        (10000.0, "10000"),
+        (1234567.0, "1234567"),
+        (12345678.9, "12345679"),
+        (-0.25, "-0.25"),
+        (1e-9, "1e-09"),
+        (1.7e308, "1.7e+308"),
+        (float("inf"), "inf"),
+        (2**63 - 1, "9223372036854775807"),
+    ],
+)
+def test_numbers_to_look_at(number, text):
+    assert number_text(number) == text
+
+
+def test_fewer_digits_where_there_is_less_room():
+    assert [number_text(11276.6321, digits) for digits in (7, 6, 5, 4)] == [
+        "11276.63",
+        "11276.6",
+        "11277",
+        "11277",
+    ]
+    assert number_text(0.0123456, 4) == "0.01235"
+    assert number_text(123456789, 4) == "123456789"
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_fraction_shown_is_the_fraction_to_seven_digits(number):
+    assert float(number_text(number)) == pytest.approx(number, rel=1e-6, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("5", 5.0), ("2.5e4", 25000.0), (" 10000 µs ", 10000.0), ("10us", 10.0), ("0,5", 0.5)],
+)
+def test_typed_fractions(text, number):
+    assert parse_number(text, FLOAT) == number
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("9223372036854775807", 2**63 - 1), ("0x1F", 31), ("1e3", 1000), ("2.6", 3)]
+)
+def test_typed_integers(text, number):
+    assert parse_number(text, INTEGER) == number
+
+
+@pytest.mark.parametrize("text", ["", "abc", "nan", "1 2", "--1", "inf ns"])
+def test_nonsense_is_a_value_error(text):
+    for feature in (FLOAT, INTEGER):
+        with pytest.raises(ValueError, match=r".*"):
+            parse_number(text, feature)
+
+
+@pytest.mark.parametrize(
+    ("number", "representation", "text"),
+    [
+        (255, HEX, "0xFF"),
+        (-1, HEX, "-0x1"),
+        (0xC0A8000A, IPV4, "192.168.0.10"),
+        (0x00111C012345, MAC, "00:11:1C:01:23:45"),
+    ],
+)
+def test_coded_numbers_both_ways(number, representation, text):
+    assert coded_text(number, representation) == text
+    assert parse_coded(text, representation) == number
+
+
+@given(st.integers(-(2**63), 2**63 - 1), st.sampled_from([HEX, IPV4, MAC]))
+def test_every_integer_survives_its_text(number, representation):
+    assert parse_coded(coded_text(number, representation), representation) == number
+
+
+def test_coded_numbers_are_also_taken_plain():
+    assert parse_coded("ff", HEX) == 255
+    assert parse_coded("00-11-1c-1-23-45", MAC) == 0x00111C012345
+    for text, representation in [("300.1.1.1", IPV4), ("zz", HEX), ("1:2:3", MAC)]:
+        with pytest.raises(ValueError, match=r".*"):
+            parse_coded(text, representation)
+
+
+def test_values_of_read_only_rows():
+    assert value_text(FLOAT) == "1 µs"
+    mode = Feature(
+        name="M",
+        kind=FeatureKind.ENUMERATION,
+        access=AccessMode.READ_ONLY,
+        value="On",
+        entries=(EnumEntry("On", "Switched on"),),
+    )
+    assert value_text(mode) == "Switched on"
+    switch = Feature(name="B", kind=FeatureKind.BOOLEAN, access=AccessMode.READ_ONLY, value=True)
+    assert value_text(switch) == "yes"
+    command = Feature(name="C", kind=FeatureKind.COMMAND, access=AccessMode.NOT_AVAILABLE)
+    assert value_text(command) == "–"
+
+
+def test_a_tooltip_tells_why_what_and_how():
+    locked = Feature(
+        name="Width",
+        kind=FeatureKind.INTEGER,
+        access=AccessMode.READ_ONLY,
+        value=64,
+        minimum=16,
+        maximum=2448,
+        increment=16,
+        unit="px",
+        display_name="Image <Width>",
+        tooltip="Of the picture.",
+        description="Of the picture.",
+        selectors=("RegionSelector",),
+    )
+    text = tooltip_html(locked)
+    assert "Image &lt;Width&gt;" in text
+    assert "read-only just now" in text
+    assert text.count("Of the picture.") == 1
+    assert "Value: 64 px" in text
+    assert "Selected by: RegionSelector" in text
+    assert "16 … 2448 px, step 16" in text
+    assert "<code>Width</code>" in text
+
+
+def test_camel_case_may_be_broken():
+    assert breakable("ExposureTimeAbs").split("\u200b") == ["Exposure", "Time", "Abs"]

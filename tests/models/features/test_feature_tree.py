@@ -1,0 +1,317 @@
+import itertools
+import threading
+import time
+
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
+from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.worker import FeatureWorker
+
+
+def number(name, value=1.0, **more):
+    fields = {"minimum": 0.0, "maximum": 100.0, "access": AccessMode.READ_WRITE, **more}
+    return Feature(name=name, kind=FeatureKind.FLOAT, value=value, **fields)
+
+
+class Stage:
+    """A model on a scripted grabber, and everything it told."""
+
+    def __init__(self, *features):
+        self.grabber = ScriptedGrabber(features)
+        self.worker = FeatureWorker("worker")
+        self.model = FeatureTreeModel(self.grabber, self.worker)
+        self.changed, self.errors = [], []
+        self.model.feature_changed.connect(self.changed.append)
+        self.model.failed.connect(self.errors.append)
+
+    def settle(self):
+        """Wait until the worker has nothing to do, delayed writes included."""
+        for delay in (0.06, 0, 0):
+            idle = threading.Event()
+            self.worker.submit(lambda: None, done=lambda _, idle=idle: idle.set(), delay=delay)
+            assert idle.wait(5)
+
+    def values(self, name):
+        return [feature.value for feature in self.changed if feature.name == name]
+
+    def written(self, name):
+        return [value for written, value, _ in self.grabber.writes if written == name]
+
+
+@pytest.fixture
+def stage():
+    stages = []
+
+    def build(*features):
+        stages.append(Stage(*features))
+        return stages[-1]
+
+    yield build
+    for stage in stages:
+        stage.grabber.gate.set()
+        stage.model.close()
+        assert stage.worker.close()
+
+
+def test_making_a_model_reads_nothing(stage):
+    s = stage(number("ExposureTime"), number("Gain"))
+    s.settle()
+    assert s.grabber.reads == []
+    assert s.model.feature("Gain") is None
+    assert s.model.description("Gain").kind is FeatureKind.FLOAT
+    assert s.model.description("Nothing") is None
+
+
+def test_favourites_are_what_this_camera_has(stage):
+    assert stage(number("GainRaw"), number("ExposureTimeAbs"), number("Width")).model.favourites == (
+        "ExposureTimeAbs",
+        "GainRaw",
+    )
+
+
+def test_requested_features_are_read_on_the_worker_and_told_even_if_unchanged(stage):
+    s = stage(number("A"), number("B"))
+    s.model.request(["A", "B"])
+    s.model.request(["A"])
+    s.settle()
+    s.model.request(["A"])
+    s.settle()
+    assert s.values("A") == [1.0, 1.0]
+    assert s.values("B") == [1.0]
+    assert s.grabber.threads == {"worker"}
+    assert s.model.feature("A") == s.grabber.known["A"]
+
+
+def test_a_write_overtakes_a_long_reading(stage):
+    features = [number(f"F{n}") for n in range(200)]
+    s = stage(*features)
+    s.grabber.delays = {feature.name: 0.002 for feature in features}
+    first = threading.Event()
+    s.model.feature_changed.connect(lambda feature: first.set())
+    s.model.request([feature.name for feature in features])
+    assert first.wait(5)
+    s.model.write("F199", 5.0)
+    deadline = time.monotonic() + 5
+    while not s.grabber.writes and time.monotonic() < deadline:
+        time.sleep(0.001)
+    assert len(s.grabber.reads) < 60
+
+
+def test_only_what_is_watched_is_read_again(stage):
+    s = stage(number("A"), number("B"))
+    s.model.watch(["A"])
+    s.settle()
+    assert s.values("A") == [1.0]
+    s.grabber.set("A", 2.0)
+    s.grabber.set("B", 3.0)
+    s.settle()
+    assert s.values("A") == [1.0, 2.0]
+    assert "B" not in s.grabber.reads
+    s.model.watch(["B"])
+    s.settle()
+    assert s.values("B") == [3.0]
+
+
+def test_what_changed_while_unwatched_is_read_when_watched_again(stage):
+    s = stage(number("A"), number("B"))
+    s.model.watch(["A", "B"])
+    s.settle()
+    s.model.watch(["B"])
+    s.grabber.set("A", 9.0)
+    s.settle()
+    reads = s.grabber.reads.count("B")
+    s.model.watch(["A", "B"])
+    s.settle()
+    assert s.values("A") == [1.0, 9.0]
+    assert s.grabber.reads.count("B") == reads
+
+
+def test_what_was_still_to_be_read_when_unwatched_is_read_when_watched_again(stage):
+    s = stage(number("A"), number("B"))
+    s.model.watch(["A"])
+    s.settle()
+    s.grabber.gate.clear()
+    s.model.request(["B"])
+    s.grabber.set("A", 9.0)
+    s.model.watch([])
+    s.grabber.gate.set()
+    s.settle()
+    s.model.watch(["A"])
+    s.settle()
+    assert s.values("A")[-1] == 9.0
+
+
+def test_a_notification_that_changed_nothing_is_not_told(stage):
+    s = stage(number("A"))
+    s.model.watch(["A"])
+    s.settle()
+    s.grabber.features_changed.emit(frozenset(["A"]))
+    s.settle()
+    assert s.grabber.reads == ["A", "A"]
+    assert s.values("A") == [1.0]
+
+
+def test_the_automatic_mode_of_what_is_watched_is_followed(stage):
+    auto = Feature(name="GainAuto", kind=FeatureKind.ENUMERATION, access=AccessMode.READ_WRITE, value="Off")
+    s = stage(number("Gain", auto="GainAuto"), auto)
+    s.model.watch(["Gain"])
+    s.settle()
+    s.grabber.set("GainAuto", "Continuous")
+    s.settle()
+    assert s.values("GainAuto") == ["Off", "Continuous"]
+    s.model.watch([])
+    s.model.watch(["Gain"])
+    s.grabber.set("GainAuto", "Once")
+    s.settle()
+    assert s.values("GainAuto")[-1] == "Once"
+
+
+def test_writes_are_at_least_50_ms_apart_and_the_last_one_is_sent(stage):
+    s = stage(number("Gain"))
+    for step in range(60):
+        s.model.write("Gain", float(step))
+        time.sleep(0.003)
+    s.settle()
+    times = [moment for _, _, moment in s.grabber.writes]
+    assert s.written("Gain")[0] == 0.0
+    assert s.written("Gain")[-1] == 59.0
+    assert all(b - a >= 0.049 for a, b in itertools.pairwise(times))
+    assert 2 <= len(times) < 60
+    assert s.values("Gain")[-1] == 59.0
+
+
+def test_while_a_newer_value_waits_the_older_one_is_not_shown(stage):
+    s = stage(number("Gain"))
+    s.grabber.gate.clear()
+    s.model.request(["Gain"])
+    s.model.write("Gain", 5.0)
+    s.grabber.gate.set()
+    s.settle()
+    assert s.values("Gain") == [5.0]
+
+
+def test_writes_keep_their_order_among_features_and_commands(stage):
+    command = Feature(name="UserSetSave", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY)
+    s = stage(number("Gain"), number("Other"), command)
+    order = []
+    s.grabber.on_write = lambda name, value: order.append(name) or value
+    s.grabber.execute = lambda name: order.append(name)
+    s.model.write("Gain", 1.0)
+    s.settle()
+    s.model.write("Gain", 2.0)
+    s.model.write("Gain", 3.0)
+    s.model.write("Other", 4.0)
+    s.model.execute("UserSetSave")
+    s.settle()
+    assert order == ["Gain", "Gain", "Other", "UserSetSave"]
+
+
+def test_a_refused_write_fails_and_the_cameras_truth_is_told(stage):
+    s = stage(number("Gain", 7.0))
+    s.model.write("Gain", 1000.0)
+    s.settle()
+    assert isinstance(s.errors[0], FeatureValueError)
+    assert "Gain" in str(s.errors[0])
+    assert s.values("Gain") == [7.0]
+
+
+def test_what_the_camera_made_of_the_value_is_told(stage):
+    s = stage(number("Gain"))
+    s.grabber.on_write = lambda name, value: round(value)
+    s.model.write("Gain", 2.7)
+    s.settle()
+    assert s.values("Gain") == [3]
+
+
+def test_a_held_feature_waits_and_is_told_on_release(stage):
+    s = stage(number("Gain"))
+    s.model.watch(["Gain"])
+    s.settle()
+    s.model.hold("Gain")
+    s.grabber.set("Gain", 8.0)
+    s.settle()
+    assert s.values("Gain") == [1.0]
+    assert s.model.feature("Gain").value == 8.0
+    s.model.release("Gain")
+    assert s.values("Gain") == [1.0, 8.0]
+    s.model.hold("Gain")
+    s.model.release("Gain")
+    assert s.values("Gain") == [1.0, 8.0]
+
+
+def test_a_command_runs_and_errors_of_it_are_told(stage):
+    command = Feature(name="TriggerSoftware", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY)
+    s = stage(command, number("Gain"))
+    s.model.execute("TriggerSoftware")
+    s.model.execute("Gain")
+    s.settle()
+    assert s.grabber.commands == ["TriggerSoftware"]
+    assert "Gain is no command" in str(s.errors[0])
+
+
+def test_one_odd_feature_does_not_take_the_others_with_it(stage, caplog):
+    s = stage(number("A"), number("B"), number("C"))
+    s.grabber.failures["B"] = RuntimeError("odd node")
+    s.model.request(["A", "B", "C", "Unknown"])
+    s.settle()
+    assert [feature.name for feature in s.changed] == ["A", "B", "C", "Unknown"]
+    assert s.changed[1].access is AccessMode.NOT_AVAILABLE
+    assert "odd node" in s.changed[1].problem
+    assert "Unknown" in s.changed[3].problem
+    assert "odd node" in caplog.text
+
+
+def test_a_timeout_keeps_the_last_known_value(stage):
+    s = stage(number("A", 4.0))
+    s.model.request(["A"])
+    s.settle()
+    s.grabber.failures["A"] = AckTimeoutError("no answer")
+    s.model.request(["A"])
+    s.settle()
+    assert s.values("A") == [4.0, 4.0]
+    assert [str(error) for error in s.errors] == ["no answer"]
+
+
+def test_a_lost_device_is_told_once(stage):
+    features = [number(f"F{n}") for n in range(50)]
+    s = stage(*features)
+    s.grabber.failures = {feature.name: DeviceLostError("gone") for feature in features}
+    s.model.request([feature.name for feature in features])
+    s.settle()
+    assert [str(error) for error in s.errors] == ["gone"]
+
+
+def test_reload_takes_the_new_tree(stage):
+    s = stage(number("A"))
+    told = []
+    s.model.structure_changed.connect(lambda: told.append(s.model.root))
+    s.model.request(["A"])
+    s.settle()
+    s.grabber.known = {"Gain": number("Gain")}
+    s.grabber.tree = Category("Root", members=(number("Gain"),))
+    s.model.reload()
+    s.settle()
+    assert told == [s.grabber.tree]
+    assert s.model.favourites == ("Gain",)
+    assert s.model.feature("A") is None
+
+
+def test_closing_sends_what_waits_and_stays_silent(stage):
+    s = stage(number("Gain"))
+    s.model.write("Gain", 1.0)
+    s.settle()
+    told = len(s.changed)
+    s.model.write("Gain", 2.0)
+    s.model.write("Gain", 3.0)
+    s.model.close()
+    s.model.close()
+    s.model.write("Gain", 4.0)
+    s.model.execute("Gain")
+    s.grabber.set("Gain", 9.0)
+    assert s.worker.close()
+    assert s.written("Gain")[-1] == 3.0
+    assert len(s.changed) == told
+    assert s.errors == []

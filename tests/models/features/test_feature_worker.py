@@ -1,0 +1,129 @@
+import logging
+import threading
+import time
+
+import pytest
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.models.features.worker import FeatureWorker
+
+
+@pytest.fixture
+def worker():
+    worker = FeatureWorker("test")
+    yield worker
+    assert worker.close(5.0)
+
+
+@pytest.fixture
+def gate(worker):
+    """Holds the worker inside a first job, so that what follows must wait; set it to let go."""
+    entered, gate = threading.Event(), threading.Event()
+    worker.submit(lambda: (entered.set(), gate.wait(5)))
+    assert entered.wait(5)
+    yield gate
+    gate.set()
+
+
+def test_jobs_run_in_order_on_one_other_thread(worker):
+    calls = []
+    for number in range(20):
+        worker.submit(lambda number=number: calls.append((number, threading.current_thread().name)))
+    assert worker.close()
+    assert calls == [(number, "test") for number in range(20)]
+
+
+def test_done_gets_the_result_on_the_worker(worker):
+    answers = []
+    worker.submit(lambda: 5, done=lambda value: answers.append((value, threading.current_thread().name)))
+    assert worker.close()
+    assert answers == [(5, "test")]
+
+
+def test_a_newer_job_replaces_a_waiting_one_of_its_key_and_goes_to_the_end(worker, gate):
+    calls = []
+    worker.submit(lambda: calls.append("first"), key="exposure", done=lambda _: calls.append("answered"))
+    worker.submit(lambda: calls.append("gain"), key="gain")
+    worker.submit(lambda: calls.append("no key"))
+    worker.submit(lambda: calls.append("second"), key="exposure")
+    gate.set()
+    assert worker.close()
+    assert calls == ["gain", "no key", "second"]
+
+
+def test_a_running_job_is_not_replaced(worker):
+    entered, gate, calls = threading.Event(), threading.Event(), []
+    worker.submit(lambda: (entered.set(), gate.wait(5), calls.append(1)), key="same")
+    assert entered.wait(5)
+    worker.submit(lambda: calls.append(2), key="same")
+    gate.set()
+    assert worker.close()
+    assert calls == [1, 2]
+
+
+def test_a_delayed_job_lets_others_pass(worker):
+    calls, done = [], threading.Event()
+    start = time.monotonic()
+    worker.submit(lambda: calls.append(time.monotonic() - start), delay=0.05, done=lambda _: done.set())
+    worker.submit(lambda: calls.append("at once"))
+    assert done.wait(5)
+    assert calls[0] == "at once"
+    assert calls[1] >= 0.05
+
+
+def test_closing_cuts_delays_short_and_keeps_the_order(worker):
+    calls = []
+    worker.submit(lambda: calls.append("delayed"), delay=60)
+    worker.submit(lambda: calls.append("delayed more"), delay=90)
+    assert worker.close()
+    assert calls == ["delayed", "delayed more"]
+
+
+def test_a_grabber_error_goes_to_failed(worker):
+    errors = []
+    error = GrabberError("Gain=99: out of range")
+
+    def refuse():
+        raise error
+
+    worker.submit(refuse, done=lambda _: errors.append("done"), failed=errors.append)
+    assert worker.close()
+    assert errors == [error]
+
+
+def test_a_bug_is_logged_and_reported_and_the_thread_survives(worker, caplog):
+    errors, calls = [], []
+    with caplog.at_level(logging.ERROR):
+        worker.submit(lambda: 1 / 0, failed=errors.append)
+        worker.submit(lambda: 1, done=lambda _: 1 / 0, failed=errors.append)
+        worker.submit(lambda: 1 / 0, failed=lambda _: 1 / 0)
+        worker.submit(lambda: calls.append("alive"))
+        assert worker.close()
+    assert calls == ["alive"]
+    assert [type(error) for error in errors] == [GrabberError, GrabberError]
+    assert "ZeroDivisionError" in str(errors[0])
+    assert "ZeroDivisionError" in caplog.text
+
+
+def test_closing_finishes_what_waits_and_takes_no_more(worker, gate):
+    calls = []
+    assert worker.submit(lambda: calls.append("waiting"))
+    gate.set()
+    assert worker.close()
+    assert not worker.submit(lambda: calls.append("late"))
+    assert calls == ["waiting"]
+
+
+def test_a_job_may_close_its_worker(worker):
+    answers = []
+    worker.submit(lambda: worker.close(), done=answers.append)
+    assert worker.close()
+    assert answers == [False]
+
+
+def test_closing_tells_when_a_job_does_not_end(worker, gate):
+    assert not worker.close(0.01)
+    assert worker.alive
+    gate.set()
+    assert worker.close()
+    assert not worker.alive

@@ -1,0 +1,64 @@
+import time
+
+import numpy as np
+
+from fakes import ScriptedGrabber
+from frames import frame_of
+from grabbergui.models.picture.frame_history import FrameHistory
+
+
+def picture(number, size=10):
+    return frame_of(np.full((size, size), number, np.uint8), frame_id=number)
+
+
+def ids(history):
+    return [frame.frame_id for frame in history.frames]
+
+
+def test_it_keeps_the_last_frames_as_they_were():
+    history = FrameHistory(most_frames=3)
+    frames = [picture(n) for n in range(5)]
+    for frame in frames:
+        history.add(frame)
+        frame.payload[:] = 99  # the stream's buffer is used again
+    assert ids(history) == [2, 3, 4]
+    assert [int(frame.raw()[0, 0]) for frame in history.frames] == [2, 3, 4]
+
+
+def test_its_memory_is_bounded_also_when_frames_change_their_size():
+    history = FrameHistory(most_frames=100, most_bytes=1000)
+    for number in range(50):
+        history.add(picture(number, 10))
+    assert len(history.frames) == 10
+    history.add(picture(60, 30))
+    assert ids(history) == [49, 60]
+    history.add(picture(61, 40))
+    assert ids(history) == [49, 60], "a frame larger than everything allowed is left out"
+    history.add(picture(62, 10))
+    assert ids(history) == [60, 62] and sum(f.payload.nbytes for f in history.frames) <= 1000
+
+
+def test_paused_it_stays_as_it_is():
+    history = FrameHistory()
+    history.add(picture(1))
+    history.pause(True)
+    history.add(picture(2))
+    assert ids(history) == [1]
+    history.pause(False)
+    history.add(picture(3))
+    assert ids(history) == [1, 3]
+
+
+def test_it_follows_a_grabber_and_begins_anew_with_the_next():
+    history, grabber = FrameHistory(), ScriptedGrabber()
+    history.attach(grabber)
+    grabber._fanout.put(picture(7))
+    deadline = time.monotonic() + 5
+    while ids(history) != [7]:
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+    assert history.detach(5)
+    assert ids(history) == [7]
+    history.attach(ScriptedGrabber())
+    assert ids(history) == []
+    assert history.detach(5)

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core.region import Region
+from grabbergui.models.picture.orientation import Orientation
+
+ALL = [Orientation(turns, x, y) for turns in range(4) for x in (False, True) for y in (False, True)]
+PICTURE = np.arange(12, dtype=np.uint8).reshape(3, 4)
+
+
+@pytest.mark.parametrize("orientation", ALL, ids=str)
+def test_every_pixel_is_where_the_view_shows_it(orientation):
+    view = orientation.applied(PICTURE)
+    height, width = view.shape
+    assert (width, height) == orientation.view_size(4, 3)
+    for y in range(height):
+        for x in range(width):
+            column, line = orientation.pixel(x, y, 4, 3)
+            assert PICTURE[line, column] == view[y, x]
+            assert orientation.to_view(Region(column, line, 1, 1), 4, 3) == Region(x, y, 1, 1)
+
+
+@given(st.sampled_from(ALL), st.integers(0, 30), st.integers(0, 20), st.integers(1, 9), st.integers(1, 9))
+def test_regions_go_there_and_back(orientation, x, y, width, height):
+    region = Region(x, y, width, height)
+    assert orientation.to_frame(orientation.to_view(region, 40, 30), 40, 30) == region
+
+
+@pytest.mark.parametrize("orientation", ALL, ids=str)
+def test_mirroring_and_turning_act_on_what_is_seen(orientation):
+    seen = orientation.applied(PICTURE)
+    assert np.array_equal(orientation.mirrored(x=True).applied(PICTURE), seen[:, ::-1])
+    assert np.array_equal(orientation.mirrored(y=True).applied(PICTURE), seen[::-1])
+    assert np.array_equal(orientation.turned(1).applied(PICTURE), np.rot90(seen, -1))
+    assert np.array_equal(orientation.turned(-1).applied(PICTURE), np.rot90(seen))
+
+
+def test_colour_keeps_its_components():
+    rgb = np.dstack([PICTURE, PICTURE + 100, PICTURE + 200])
+    turned = Orientation(1).applied(rgb)
+    assert turned.shape == (4, 3, 3)
+    assert turned[0, 0].tolist() == [8, 108, 208]

@@ -1,0 +1,119 @@
+"""The picture to show: the newest frame, only as fast as it is painted, only what is looked at."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.core import pfnc
+from grabbergui.core.frame import Frame
+from grabbergui.core.region import Region
+from grabbergui.models.picture.picture import PictureModel
+
+MONO8 = pfnc.by_name("Mono8")
+
+
+def frame(number, width=64, height=48, pixel_format=MONO8):
+    return Frame(np.full(width * height * 2, number, np.uint8), width, height, pixel_format, number)
+
+
+class Stream(ScriptedGrabber):
+    def send(self, *frames):
+        for one in frames:
+            self._fanout.put(one)
+
+
+def until(condition, seconds=5.0):
+    deadline = time.monotonic() + seconds
+    while not (result := condition()):
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.002)
+    return result
+
+
+@pytest.fixture
+def stream():
+    return Stream()
+
+
+@pytest.fixture
+def picture(stream):
+    model = PictureModel()
+    model.attach(stream)
+    yield model
+    assert model.detach(2)
+    assert not [thread for thread in threading.enumerate() if thread.name == "display"]
+
+
+def test_a_frame_is_offered_once_ready_to_paint(stream, picture):
+    ready = []
+    picture.ready.connect(lambda: ready.append(threading.current_thread().name))
+    stream.send(frame(7))
+    taken = until(picture.take)
+    assert taken.frame.frame_id == 7
+    assert taken.image.pixels.shape == (48, 64)
+    assert (taken.image.pixels == 7).all()
+    assert picture.take() is None
+    assert ready == ["display"]
+
+
+def test_while_nobody_paints_nothing_is_converted_and_then_the_newest_is_shown(stream, picture):
+    stream.send(frame(1))
+    until(lambda: picture.converted == 1)
+    for number in range(2, 8):
+        stream.send(frame(number))
+    assert picture.converted == 1
+    assert until(picture.take).frame.frame_id == 1
+    assert until(picture.take).frame.frame_id == 7
+    until(lambda: picture.received == 7)
+    assert picture.converted == 2
+
+
+def test_only_what_is_looked_at_is_converted_at_the_screens_resolution(stream, picture):
+    picture.look_at(Region(8, 4, 32, 24), (16, 12))
+    stream.send(frame(3))
+    image = until(picture.take).image
+    assert image.region == Region(8, 4, 32, 24)
+    assert image.pixels.shape == (12, 16)
+
+
+def test_a_standing_picture_follows_the_view(stream, picture):
+    stream.send(frame(5))
+    until(picture.take)
+    picture.look_at(Region(0, 0, 10, 10), (10, 10))
+    again = until(picture.take)
+    assert again.frame.frame_id == 5
+    assert again.image.region == Region(0, 0, 10, 10)
+    assert picture.received == 1, "looking elsewhere is no new frame"
+
+
+def test_a_format_that_cannot_be_shown_is_told_once_and_the_frame_is_kept(stream, picture):
+    problems = []
+    picture.failed.connect(problems.append)
+    strange = pfnc.by_code(0x81080001)
+    stream.send(frame(1, pixel_format=strange))
+    until(lambda: problems)
+    stream.send(frame(2, pixel_format=strange))
+    until(lambda: picture.frame is not None and picture.frame.frame_id == 2)
+    assert len(problems) == 1
+    assert "0x81080001" in problems[0]
+    stream.send(frame(3))
+    assert until(picture.take).frame.frame_id == 3
+    assert picture.problem == ""
+
+
+def test_a_payload_that_is_too_short_does_not_end_the_picture(stream, picture):
+    short = Frame(np.zeros(10, np.uint8), 64, 48, MONO8, 1)
+    stream.send(short)
+    until(lambda: picture.problem)
+    stream.send(frame(2))
+    assert until(picture.take).frame.frame_id == 2
+
+
+def test_the_last_frame_stays_when_the_source_is_gone(stream, picture):
+    stream.send(frame(9))
+    until(picture.take)
+    assert picture.detach(2)
+    assert picture.frame.frame_id == 9

@@ -1,0 +1,321 @@
+"""Settings saved, compared, loaded and rolled back on the simulated camera."""
+
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui import sources
+from grabbergui.core.errors import UsageError
+from grabbergui.core.features import AccessMode
+from grabbergui.core.grabber import Access
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import (
+    FeatureSet,
+    Selectors,
+    SettingKey,
+    capture,
+    compare,
+    same_value,
+)
+from grabbergui.models.settings.loading import Outcome, load_onto, roll_back
+
+COLOUR = "sim:?width=64&height=48&pixel_format=BayerRG8"
+
+
+@pytest.fixture
+def camera():
+    grabber = sources.create(COLOUR)
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+def outcomes(report):
+    return {str(setting.key): setting.outcome for setting in report.settings}
+
+
+def red(value=None):
+    return SettingKey("BalanceRatio", (("BalanceRatioSelector", "Red"),))
+
+
+@pytest.mark.parametrize("name", ["settings.yaml", "settings.pfs"])
+def test_what_was_saved_comes_back_onto_another_camera(camera, tmp_path, name):
+    camera.write_feature("ExposureTime", 1234)
+    camera.write_feature("BalanceRatioSelector", "Blue")
+    camera.write_feature("BalanceRatio", 1.75)
+    camera.write_feature("BalanceRatioSelector", "Red")
+    camera.write_feature("BalanceRatio", 1.25)
+    saved = capture(camera)
+    files.save(saved, tmp_path / name)
+
+    other = sources.create("sim:")
+    other.open()
+    try:
+        read = files.load(tmp_path / name, Selectors(other).of)
+        assert compare(saved, read) == []
+        report = load_onto(other, read)
+        assert report.settled, [str(s) for s in report.settings]
+        assert compare(capture(other), saved) == []
+        assert other.feature("PixelFormat").value == "BayerRG8"
+        assert load_onto(other, read).count(Outcome.EQUAL) == len(read)
+    finally:
+        other.close()
+
+
+def test_selectors_stand_afterwards_where_they_stood(camera):
+    camera.write_feature("BalanceRatioSelector", "Blue")
+    saved = capture(camera)
+    assert red() in saved.settings
+    assert camera.feature("BalanceRatioSelector").value == "Blue"
+    load_onto(camera, FeatureSet({red(): 2.0}))
+    assert camera.feature("BalanceRatioSelector").value == "Blue"
+    camera.write_feature("BalanceRatioSelector", "Red")
+    assert camera.feature("BalanceRatio").value == pytest.approx(2.0, abs=1e-3)
+
+
+def test_only_what_differs_is_written(camera, monkeypatch):
+    saved = capture(camera)
+    camera.write_feature("Gain", 6)
+    written = []
+    really = camera.write_feature
+    monkeypatch.setattr(camera, "write_feature", lambda n, v: (written.append(n), really(n, v))[1])
+    report = load_onto(camera, saved)
+    assert [name for name in written if not name.endswith("Selector")] == ["Gain"]
+    assert outcomes(report)["Gain"] is Outcome.WRITTEN
+    assert report.count(Outcome.EQUAL) == len(saved) - 1
+
+
+def test_a_wrong_order_is_mended_by_further_passes(camera):
+    camera.write_feature("OffsetX", 0)
+    camera.write_feature("Width", camera.feature("Width").maximum)
+    assert camera.feature("OffsetX").maximum == 0
+    report = load_onto(camera, FeatureSet({SettingKey("OffsetX"): 200, SettingKey("Width"): 64}))
+    assert report.settled, [str(s) for s in report.settings]
+    assert camera.feature("OffsetX").value == 200
+
+
+def test_each_setting_tells_what_became_of_it(camera):
+    settings = {
+        SettingKey("ExposureTime"): 2000.0,
+        SettingKey("Gain"): 1e9,
+        SettingKey("Flavour"): "vanilla",
+        SettingKey("DeviceModelName"): "other",
+        SettingKey("TriggerSoftware"): 1,
+        SettingKey("TriggerMode", (("TriggerSelector", "Nowhere"),)): "On",
+        SettingKey("PixelFormat"): "BayerRG8",
+    }
+    report = load_onto(camera, FeatureSet(settings))
+    assert outcomes(report) == {
+        "ExposureTime": Outcome.WRITTEN,
+        "Gain": Outcome.REFUSED,
+        "Flavour": Outcome.UNKNOWN,
+        "DeviceModelName": Outcome.REFUSED,
+        "TriggerSoftware": Outcome.REFUSED,
+        "TriggerMode[TriggerSelector=Nowhere]": Outcome.REFUSED,
+        "PixelFormat": Outcome.EQUAL,
+    }
+    reasons = {setting.key.name: setting.reason for setting in report.settings}
+    assert "out of range" in reasons["Gain"]
+    assert "read-only" in reasons["DeviceModelName"]
+    assert not report.settled
+    assert report.summary() == "1 written, 1 equal, 4 refused, 1 unknown"
+
+
+def test_rolled_back_as_it_was(camera):
+    before = capture(camera)
+    report = load_onto(
+        camera, FeatureSet({SettingKey("ExposureAuto"): "Continuous", SettingKey("Width"): 128, red(): 3.0})
+    )
+    assert compare(before, capture(camera))
+    roll_back(camera, report)
+    left = [d for d in compare(before, capture(camera)) if d.key.name != "ExposureTime"]
+    assert left == []
+
+
+def test_progress_grows_up_to_the_whole(camera):
+    seen = []
+    wanted = FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Width"): 128, red(): 2.0})
+    assert load_onto(camera, wanted, progress=lambda done, of: seen.append(done / of)).settled
+    assert seen == sorted(seen)
+    assert seen[0] < 0.1 and seen[-1] == 1.0
+    assert len(seen) > 10
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.71])
+def test_cancelled_at_any_moment_it_tells_so_and_can_be_rolled_back(camera, share):
+    before = capture(camera)
+    cancelled = threading.Event()
+    wanted = FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Width"): 128, red(): 2.0})
+
+    def cancel(done, of):
+        if done / of >= share:
+            cancelled.set()
+
+    report = load_onto(camera, wanted, progress=cancel, cancelled=cancelled)
+    assert report.count(Outcome.CANCELLED) == (2 if share > 0.7 else 3)
+    assert report.count(Outcome.WRITTEN) == (1 if share > 0.7 else 0)
+    if report.count(Outcome.WRITTEN):
+        assert roll_back(camera, report).settled
+    assert compare(before, capture(camera)) == []
+
+
+def test_an_automatic_mode_that_the_set_turns_on_stays_on(camera):
+    settings = {SettingKey("ExposureAuto"): "Continuous", SettingKey("ExposureTime"): 777.0}
+    report = load_onto(camera, FeatureSet(settings))
+    assert outcomes(report)["ExposureTime"] is Outcome.LEFT_ALONE
+    assert camera.feature("ExposureAuto").value == "Continuous"
+
+
+def test_a_switch_that_the_set_turns_off_stays_off(camera):
+    settings = {SettingKey("AcquisitionFrameRate"): 7.0, SettingKey("AcquisitionFrameRateEnable"): False}
+    load_onto(camera, FeatureSet(settings))
+    assert camera.feature("AcquisitionFrameRateEnable").value is False
+
+
+def test_a_dry_run_writes_nothing(camera):
+    before = capture(camera)
+    report = load_onto(camera, FeatureSet({SettingKey("Gain"): 3.0}), dry_run=True)
+    assert outcomes(report) == {"Gain": Outcome.WOULD_WRITE}
+    assert compare(before, capture(camera)) == []
+
+
+def test_a_running_stream_runs_on_with_the_new_size(camera):
+    queue = camera.open_queue()
+    camera.start()
+    queue.get(5)
+    report = load_onto(camera, FeatureSet({SettingKey("Width"): 128, SettingKey("BinningHorizontal"): 2}))
+    assert report.settled, [str(s) for s in report.settings]
+    assert camera.streaming
+    queue.clear()
+    assert queue.get(5).width == 128
+
+
+def test_for_reading_only_what_is_selected_is_taken():
+    grabber = sources.create(COLOUR)
+    grabber.open(Access.MONITOR)
+    try:
+        if grabber.access is not Access.MONITOR:
+            pytest.skip("the simulated camera gives control to whoever asks for less")
+        saved = capture(grabber)
+        assert SettingKey("Width") in saved.settings
+        assert len([key for key in saved.settings if key.name == "BalanceRatio"]) == 1
+        assert any("BalanceRatio" in text for text in saved.left_out)
+        assert grabber.feature("Width").access is AccessMode.READ_ONLY
+    finally:
+        grabber.close()
+
+
+def test_a_file_alone_tells_instances_apart(camera):
+    saved = capture(camera)
+    text = files.to_persistence(saved)
+    other = files.to_persistence(FeatureSet({**saved.settings, red(): 2.5}))
+    differences = compare(files.parse(text, "a"), files.parse(other, "b"))
+    assert [str(d.key) for d in differences] == [str(red())]
+    assert str(differences[0]).endswith("→ 2.5")
+
+
+# A file of pylon's, cut short: the names of older cameras, a selector put back at its end.
+PYLON = (
+    "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\r\n"
+    "# GenApi persistence file (version 3.1.0)\r\n"
+    "# Device = Basler::GigECamera -- Basler generic GigEVision camera interface\r\n"
+    "GainAuto\tOff\r\nGainSelector\tAll\r\nGainRaw\t136\r\nBlackLevelSelector\tAll\r\nBlackLevelRaw\t32\r\n"
+    "BalanceRatioSelector\tRed\r\nBalanceRatioRaw\t64\r\nBalanceRatioSelector\tGreen\r\n"
+    "BalanceRatioRaw\t70\r\nBalanceRatioSelector\tRed\r\nReverseX\t0\r\nDeviceUserID\ta\tb \r\n"
+)
+
+
+def test_a_file_of_other_viewers_is_read():
+    read = files.parse(PYLON, "x")
+    assert read.device.startswith("Basler::GigECamera")
+    named = {str(key): value for key, value in read.settings.items()}
+    assert named["GainRaw"] == "136"
+    assert named["BalanceRatioRaw[BalanceRatioSelector=Green]"] == "70"
+    assert named["BalanceRatioRaw[BalanceRatioSelector=Red]"] == "64" or "BalanceRatioRaw" in named
+    assert named["DeviceUserID"] == "a\tb "
+
+
+HOSTILE = {
+    "nothing": "",
+    "prose": "Dear camera,\nplease be brighter.\n",
+    "several user sets": "# {4709CB3C-7322-4460-84C3-DA11DDA09939}\n[Default]\n",
+    "no tabulator": "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\nWidth 640\n",
+    "a tag": "features:\n  Width: !!python/object:os.system 1\n",
+    "a list": "features:\n  Width: [1, 2]\n",
+    "no end": 'features:\n  Width: "640\n',
+    "half a selector": "features:\n  Gain[All]: 1\n",
+    "no name": "features:\n  1Gain: 1\n",
+    "nested": "features:\n  Gain: {a: {b: {}}}\n",
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_hostile_files_are_refused_with_their_name(text):
+    with pytest.raises(UsageError, match=r"evil\.txt"):
+        files.parse(text, "evil.txt")
+
+
+def test_binary_and_huge_files_are_refused(tmp_path):
+    (tmp_path / "binary").write_bytes(b"\x89PNG\xff\x00")
+    (tmp_path / "huge").write_bytes(b"#" * (files.MAX_FILE_BYTES + 1))
+    for name in ("binary", "huge"):
+        with pytest.raises(UsageError, match=name):
+            files.load(tmp_path / name)
+    with pytest.raises(files.SettingsFileError):
+        files.load(tmp_path)
+    with pytest.raises(files.SettingsFileError):
+        files.save(FeatureSet({}), tmp_path / "nowhere" / "x.yaml")
+
+
+def test_only_settings_are_overwritten(tmp_path):
+    path = tmp_path / "x.yaml"
+    for value in (1, 2):
+        files.save(FeatureSet({SettingKey("Width"): value}), path)
+    assert files.load(path).settings == {SettingKey("Width"): 2}
+    path.write_text("my diary\n")
+    with pytest.raises(UsageError):
+        files.save(FeatureSet({}), path)
+    assert path.read_text() == "my diary\n"
+
+
+NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,12}", fullmatch=True)
+ENTRIES = st.from_regex(r"[A-Za-z0-9_]{1,12}", fullmatch=True)
+VALUES = st.one_of(
+    st.booleans(),
+    st.integers(-(2**63), 2**63 - 1),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.text(max_size=40),
+)
+KEYS = st.builds(SettingKey, NAMES, st.lists(st.tuples(NAMES, ENTRIES), max_size=2).map(tuple))
+
+
+@given(st.dictionaries(KEYS, VALUES, max_size=8), st.text(max_size=30))
+def test_yaml_keeps_every_value(settings, device):
+    read = files.parse(files.to_yaml(FeatureSet(settings, device)), "x")
+    assert read.device == device
+    assert list(read.settings) == list(settings)
+    assert all(
+        type(read.settings[key]) is type(value) and read.settings[key] == value
+        for key, value in settings.items()
+    )
+
+
+@given(st.text(max_size=300))
+def test_any_text_is_a_set_or_refused(text):
+    for start in ("", "# {05D8C294-F295-4dfb-9D01-096BD04049F4}\n", "features:\n  "):
+        try:
+            files.parse(start + text, "x")
+        except UsageError as error:
+            assert "x" in str(error)
+
+
+def test_values_mean_the_same_however_they_are_written():
+    assert same_value(True, "1")
+    assert same_value("0x10", 16)
+    assert same_value(10000.0, "10000")
+    assert same_value(0.1, "0.1000000")
+    assert not same_value(2**63 - 1, 2**63 - 2)
+    assert not same_value("Off", False)
+    assert not same_value("On", "Off")
