@@ -24,7 +24,7 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescr
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import Role, automatic_mode_of
 from grabbergui.driver.device import Device
-from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi import loading, node_features
 from grabbergui.driver.genapi.event_reader import EventReader
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.genapi.xml_text import clean_xml, port_name
@@ -49,10 +49,9 @@ class CameraNodeMap:
         self._on_change = on_change
         self._changed: set[str] = set()
         self._port = RegisterPort(device)
-        self._map = genapi.NodeMap()
         text = clean_xml(xml)
         try:
-            self._map.load_xml_from_string(text)
+            self._map = loading.load(text)
             self._map.connect(self._port, port_name(text))
         except (genapi.GenericException, RuntimeError) as error:
             raise RemoteProtocolError(
