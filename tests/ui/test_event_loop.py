@@ -88,7 +88,6 @@ def longest_turns(attempt):
     for _ in range(ATTEMPTS):
         for phase, turn in attempt().items():
             best[phase] = min(turn, best.get(phase, turn))
-        print({p: round(t*1000) for p,t in best.items()})
         slow = {phase: f"{turn * 1000:.0f} ms" for phase, turn in best.items() if turn >= longest()}
         if not slow:
             break
