@@ -9,6 +9,7 @@ from grabbergui.models.connection import LinkState
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow
+from patience import PATIENCE
 
 
 class Desk:
@@ -43,20 +44,32 @@ class Desk:
         self.window.picture.painted.connect(lambda: painted.append(1))
         self.until(lambda: len(painted) >= pictures)
 
-    def until(self, condition, seconds=10.0):
+    def until(self, condition, seconds=PATIENCE):
         self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(seconds * 1000))
 
 
 @pytest.fixture
-def window_desk(qtbot, tmp_path):
+def desks(qtbot, tmp_path):
+    """Makes desks, each with a window of its own."""
     before = set(threading.enumerate())
-    desk = Desk(qtbot, tmp_path / "snapshots")
-    yield desk
-    desk.window.close()
-    desk.program.shut_down()
-    desk.program.connection.wait_closed(10)
+    made = []
+
+    def make():
+        made.append(Desk(qtbot, tmp_path / "snapshots"))
+        return made[-1]
+
+    yield make
+    for desk in made:
+        desk.window.close()
+        desk.program.shut_down()
+        desk.program.connection.wait_closed(PATIENCE)
     # A measurement that is under way on a busy machine may end a little later; a leak never does.
     for thread in set(threading.enumerate()) - before:
-        thread.join(5)
+        thread.join(PATIENCE)
     left = [thread.name for thread in threading.enumerate() if thread not in before]
     assert not left, f"threads left behind: {left}"
+
+
+@pytest.fixture
+def window_desk(desks):
+    return desks()

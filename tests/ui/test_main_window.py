@@ -1,7 +1,6 @@
 """The window as a person uses it, on the simulated camera."""
 
 import threading
-import time
 from dataclasses import replace
 
 import cv2
@@ -22,6 +21,7 @@ from grabbergui.ui.editors.number_editors import RangeEditor
 from grabbergui.ui.editors.simple_editors import ReadingLabel
 from grabbergui.ui.theme import DARK, LIGHT
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
+from patience import PATIENCE, attempts
 
 
 def test_the_picture_arrives_and_the_state_says_so(window_desk):
@@ -128,32 +128,36 @@ def test_twenty_times_connected_and_let_go_leaves_no_thread(window_desk):
     for _ in range(20):
         window_desk.connect()
         window_desk.program.connection.disconnect()
-    assert window_desk.program.connection.wait_closed(10)
+    assert window_desk.program.connection.wait_closed(PATIENCE)
     window_desk.until(lambda: threading.active_count() == before)
 
 
-def test_closing_while_it_streams_and_searches_takes_less_than_a_second(window_desk):
-    window_desk.program.begin("sim:")
-    window_desk.until(lambda: window_desk.program.connection.state is LinkState.STREAMING)
-    begun = time.monotonic()
-    window_desk.window.close()
-    assert time.monotonic() - begun < 1.0
+def test_closing_while_it_streams_and_searches_takes_less_than_a_second(desks):
+    for watch in attempts(1.0):
+        desk = desks()
+        desk.program.begin("sim:")
+        desk.until(lambda desk=desk: desk.program.connection.state is LinkState.STREAMING)
+        with watch:
+            desk.window.close()
 
 
-def test_closing_while_a_camera_does_not_answer_takes_less_than_a_second(window_desk):
+def test_closing_while_a_camera_does_not_answer_takes_little_more_than_a_second(desks):
     answer = threading.Event()
 
     def create(uri):
-        answer.wait(10)
+        answer.wait(PATIENCE)
         raise SourceNotFoundError(f"{uri} does not answer")
 
-    window_desk.program.connection._create = create
-    window_desk.program.begin("gige:10.255.255.1")
-    window_desk.until(lambda: "Connecting" in window_desk.window.picture.note.summaryLabel.text())
-    begun = time.monotonic()
-    window_desk.window.close()
-    assert time.monotonic() - begun < 1.2
-    answer.set()
+    for watch in attempts(1.2):
+        answer.clear()
+        desk = desks()
+        note = desk.window.picture.note
+        desk.program.connection._create = create
+        desk.program.begin("gige:10.255.255.1")
+        desk.until(lambda note=note: "Connecting" in note.summaryLabel.text())
+        with watch:
+            desk.window.close()
+        answer.set()
 
 
 def test_a_note_over_the_picture_says_where_it_stops(window_desk):
