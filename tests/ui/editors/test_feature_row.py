@@ -1,0 +1,138 @@
+"""A feature's row: the editor that suits it, why it cannot be used, and whatever a camera may claim of it."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PyQt5.QtCore import Qt
+from sample_features import AUTO, COMMAND, EXPOSURE, MODE, WIDTH, A, K, R, feature
+
+from grabbergui.core.features import Feature
+from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
+
+
+@pytest.fixture
+def row(qtbot):
+    def make(shown):
+        row = FeatureRow(shown)
+        qtbot.addWidget(row)
+        row.told = []
+        row.edited.connect(lambda name, value: row.told.append((name, value)))
+        row.executed.connect(lambda name: row.told.append(name))
+        row.held.connect(lambda name: row.told.append(f"held {name}"))
+        row.released.connect(lambda name: row.told.append(f"released {name}"))
+        row.resize(320, row.sizeHint().height())
+        row.show()
+        return row
+
+    return make
+
+
+def test_a_row_is_empty_until_its_feature_is_known(row, qtbot):
+    made = row(EXPOSURE)
+    assert made.editor is None
+    made.setFeature(EXPOSURE)
+    assert isinstance(made.editor, RangeEditor)
+    qtbot.waitUntil(made.editor.slider().isVisible)
+    made.editor.slider().setValue(0)
+    assert made.told == [("ExposureTime", 10.0)]
+
+
+def test_a_row_that_cannot_be_written_is_disabled_and_says_why(row):
+    made = row(WIDTH)
+    made.setFeature(WIDTH)
+    made.setFeature(replace(WIDTH, access=A.READ_ONLY))
+    assert isinstance(made.editor, RangeEditor)
+    assert not made.editor.isEnabled()
+    assert not made.editor.slider().isEnabled()
+    assert "read-only just now" in made.toolTip()
+    made.setFeature(WIDTH)
+    assert made.editor.isEnabled()
+    assert "read-only" not in made.toolTip()
+    assert made.told == []
+
+
+def test_a_row_changes_its_editor_when_the_range_does(row):
+    made = row(WIDTH)
+    made.setFeature(WIDTH)
+    made.setFeature(replace(WIDTH, maximum=2**63 - 1))
+    assert type(made.editor) is NumberEditor
+    made.setFeature(WIDTH)
+    assert type(made.editor) is RangeEditor
+
+
+def test_a_problem_disables_the_row_and_says_which(row):
+    made = row(WIDTH)
+    made.setFeature(WIDTH)
+    made.setFeature(replace(WIDTH, access=A.NOT_AVAILABLE, value=None, problem="no such node"))
+    assert not made.editor.isEnabled()
+    assert "no such node" in made.toolTip()
+
+
+def test_an_editor_that_fails_disables_only_its_row(row, caplog, monkeypatch):
+    monkeypatch.setattr(RangeEditor, "setFeature", lambda self, feature: 1 / 0)
+    made = row(WIDTH)
+    made.setFeature(WIDTH)
+    assert not made.isEnabled()
+    assert "Width cannot be shown" in caplog.text
+
+
+def test_a_command_row_runs_its_command(row, qtbot):
+    made = row(COMMAND)
+    made.setFeature(COMMAND)
+    qtbot.mouseClick(made.editor.button, Qt.LeftButton)
+    assert made.told == ["F"]
+
+
+def test_the_auto_button_of_a_row_writes_the_automatic_mode(row):
+    gain = feature(K.FLOAT, 1.0, name="Gain", minimum=0.0, maximum=48.0, auto="GainAuto")
+    made = row(gain)
+    made.setFeature(gain)
+    made.setAuto(AUTO)
+    made.auto.click()
+    assert made.told == [("GainAuto", "Continuous")]
+
+
+def test_typing_holds_the_row(row, qtbot):
+    made = row(WIDTH)
+    made.setFeature(WIDTH)
+    qtbot.keyClicks(made.editor.field, "1")
+    assert made.told == ["held Width"]
+    made.setFeature(replace(WIDTH, problem="gone"))
+    assert made.told == ["held Width", "released Width"]
+
+
+anything = st.one_of(
+    st.none(), st.booleans(), st.integers(-(2**64), 2**64), st.floats(), st.text(max_size=5), st.just("On")
+)
+bound = st.one_of(st.none(), st.integers(-(2**64), 2**64), st.floats(allow_nan=False))
+features = st.builds(
+    Feature,
+    name=st.just("Odd"),
+    kind=st.sampled_from(K),
+    access=st.sampled_from(A),
+    value=anything,
+    minimum=bound,
+    maximum=bound,
+    increment=st.one_of(st.none(), st.integers(0, 2**40), st.floats(0, 1e9)),
+    representation=st.sampled_from(R),
+    entries=st.sampled_from([(), MODE.entries]),
+    unit=st.sampled_from(["", "us", "<b>"]),
+    maximum_length=st.one_of(st.none(), st.integers(1, 10)),
+    problem=st.sampled_from(["", "", "odd"]),
+)
+
+
+@given(st.lists(features, min_size=1, max_size=4))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_no_feature_however_odd_breaks_its_row_or_is_written(qtbot, oddities):
+    made = FeatureRow(oddities[0])
+    qtbot.addWidget(made)
+    told = []
+    made.edited.connect(lambda name, value: told.append(value))
+    for odd in oddities:
+        made.setFeature(odd)
+        assert made.isEnabled(), "an exception disabled the row, see the log"
+    assert told == []

@@ -1,0 +1,123 @@
+"""Numbers typed and stepped: the nearest one allowed is written, and none that nobody typed."""
+
+from dataclasses import replace
+
+import pytest
+from PyQt5.QtCore import Qt
+from sample_features import EXPOSURE, FREE, WIDE, WIDTH, K, feature
+
+
+def test_a_number_is_shown_with_its_unit_and_typed_without(take, qtbot):
+    hand = take(EXPOSURE)
+    field = hand.editor.field
+    assert field.text() == "10000 µs"
+    field.setFocus()
+    field.selectAll()
+    qtbot.keyClicks(field, "2.5e4")
+    assert hand.values == []
+    assert hand.holds == ["start"]
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values == [25000.0]
+    assert hand.holds == ["start", "finish"]
+    assert field.text() == "25000 µs"
+
+
+@pytest.mark.parametrize(("typed", "taken"), [("100", 96), ("99999", 2448), ("-3", 16), ("0x20", 32)])
+def test_what_is_typed_becomes_the_nearest_number_allowed(take, qtbot, typed, taken):
+    hand = take(WIDTH)
+    qtbot.keyClick(hand.editor.field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(hand.editor.field, typed)
+    qtbot.keyClick(hand.editor.field, Qt.Key_Return)
+    assert hand.values == [taken]
+
+
+@pytest.mark.parametrize("typed", ["", "abc", "1 2 3", "nan"])
+def test_nonsense_typed_changes_nothing(take, qtbot, typed):
+    hand = take(WIDTH)
+    field = hand.editor.field
+    qtbot.keyClick(field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(field, typed or "5")
+    if not typed:
+        qtbot.keyClick(field, Qt.Key_Backspace)
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values == []
+    assert field.text() == "640"
+    assert hand.holds == ["start", "finish"]
+
+
+def test_escape_gives_up_what_was_typed(take, qtbot):
+    hand = take(WIDTH)
+    qtbot.keyClicks(hand.editor.field, "1")
+    qtbot.keyClick(hand.editor.field, Qt.Key_Escape)
+    assert hand.editor.field.text() == "640"
+    assert hand.values == []
+    assert hand.holds == ["start", "finish"]
+
+
+def test_what_is_typed_stays_while_the_camera_moves(take, qtbot):
+    hand = take(WIDTH)
+    field = hand.editor.field
+    qtbot.keyClick(field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(field, "3")
+    hand.editor.setFeature(replace(WIDTH, value=1024))
+    assert field.text() == "3"
+    qtbot.keyClicks(field, "20")
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values == [320]
+
+
+def test_leaving_a_field_untouched_writes_nothing(take, qtbot):
+    hand = take(FREE)
+    hand.editor.field.setFocus()
+    qtbot.keyClick(hand.editor.field, Qt.Key_Return)
+    hand.editor.field.clearFocus()
+    assert hand.editor.field.text() == "0.1234568"
+    assert hand.values == []
+
+
+def test_64_bit_integers_keep_every_digit(take, qtbot):
+    hand = take(WIDE)
+    field = hand.editor.field
+    assert field.text() == "4611686018427387905"
+    field.stepBy(1)
+    assert hand.values == [2**62 + 2]
+    qtbot.keyClick(field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(field, "9223372036854775807")
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values[-1] == 2**63 - 1
+
+
+def test_fractions_keep_every_digit_typed(take, qtbot):
+    hand = take(FREE)
+    qtbot.keyClick(hand.editor.field, "a", Qt.ControlModifier)
+    qtbot.keyClicks(hand.editor.field, "33.333333333333336")
+    qtbot.keyClick(hand.editor.field, Qt.Key_Return)
+    assert hand.values == [33.333333333333336]
+
+
+def test_a_fraction_is_shown_with_the_digits_there_is_room_for(take, qtbot):
+    hand = take(replace(EXPOSURE, value=11276.6321))
+    field = hand.editor.field
+    assert field.text() == "11276.63 µs"
+
+    def is_short_once_narrower():
+        field.setFixedWidth(field.width() - 4)
+        return field.text() == "11277 µs"
+
+    qtbot.waitUntil(is_short_once_narrower)
+    qtbot.keyClick(field, Qt.Key_Return)
+    assert hand.values == []
+    field.setFixedWidth(400)
+    qtbot.waitUntil(lambda: field.text() == "11276.63 µs")
+
+
+def test_arrow_keys_step_until_the_end_of_the_range(take, qtbot):
+    hand = take(feature(K.INTEGER, 2432, minimum=16, maximum=2448, increment=16))
+    field = hand.editor.field
+    field.setFocus()
+    qtbot.keyClick(field, Qt.Key_Up)
+    assert hand.values == [2448]
+    assert hand.editor.slider().value() == hand.editor.slider().maximum()
+    hand.editor.setFeature(replace(WIDTH, value=2448))
+    assert not field.stepEnabled() & field.StepUpEnabled
+    assert field.stepEnabled() & field.StepDownEnabled
