@@ -10,6 +10,8 @@ T = TypeVar("T")
 
 PATIENCE = 30.0
 """Seconds after which something counts as never happening."""
+PROGRAM = 120.0
+"""Seconds that a program of its own may take to start, do its work and end."""
 TRIES = 5
 """Others may hold the machine's cores just then; a delay in the design would show in every try."""
 TURNS, AT_REST = 400_000, 0.02

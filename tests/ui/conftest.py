@@ -4,12 +4,28 @@ import threading
 
 import pytest
 from PyQt5.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 
 from grabbergui.models.connection import LinkState
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow
 from patience import PATIENCE
+
+
+class PatientBot(QtBot):
+    """As patient as every other test."""
+
+    def waitUntil(self, callback, *, timeout=int(1000 * PATIENCE)):
+        super().waitUntil(callback, timeout=timeout)
+
+    def waitSignal(self, signal, **options):
+        return super().waitSignal(signal, **{"timeout": int(1000 * PATIENCE), **options})
+
+
+@pytest.fixture
+def qtbot(qapp, request):
+    return PatientBot(request)
 
 
 class Desk:
@@ -45,7 +61,7 @@ class Desk:
         self.until(lambda: len(painted) >= pictures)
 
     def until(self, condition, seconds=PATIENCE):
-        self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(seconds * 1000))
+        self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(1000 * seconds))
 
 
 @pytest.fixture

@@ -31,6 +31,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.ui.language import speak
 from grabbergui.ui.widgets.elided_label import ElidedLabel
 from grabbergui.ui.widgets.tab_order import LINE, reading_order
+from patience import PROGRAM
 
 CONTROLS = (
     QAbstractButton,
@@ -60,7 +61,7 @@ def full_of_panels(desk):
     window.actionPause.trigger()
     desk.until(window.picture.pauseBar.isVisible)
     window.features.levelBox.setCurrentIndex(2)
-    desk.until(lambda: settled(window), 20)
+    desk.until(lambda: settled(window))
     return window
 
 
@@ -232,7 +233,7 @@ desk.screenshot("window.png")
         [sys.executable, "-m", "grabbergui", "gui", "--offscreen", "--script", str(script)],
         capture_output=True,
         text=True,
-        timeout=50,
+        timeout=PROGRAM,
         env=environment,
         cwd=tmp_path,
     )

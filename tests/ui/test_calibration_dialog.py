@@ -83,8 +83,8 @@ class Stand:
             self.until(lambda before=before: self.looks > before)
             self.until(lambda: self.model._offer is None)
 
-    def until(self, condition, seconds=10.0):
-        self.qtbot.waitUntil(lambda: bool(condition()), timeout=int(seconds * 1000))
+    def until(self, condition):
+        self.qtbot.waitUntil(lambda: bool(condition()))
 
     def click(self, button):
         self.qtbot.mouseClick(button, Qt.LeftButton)
@@ -120,7 +120,7 @@ def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialo
     with qtbot.assertNotEmitted(dialog.boardChosen):
         dialog.setBoard(board)
     assert dialog.board == board
-    with qtbot.waitSignal(dialog.boardChosen, timeout=5000) as caught:
+    with qtbot.waitSignal(dialog.boardChosen) as caught:
         dialog.kindBox.setCurrentIndex(1)
     assert caught.args[0].kind == "chessboard"
     assert not dialog.markerBox.isEnabled()
@@ -379,7 +379,7 @@ def test_it_may_be_calibrated_at_once(chooser, tmp_path, qtbot):
     assert chooser.calibrating.isVisible()
     Calibration.from_field_of_view(640, 480, 70).save(path)
     chooser.calibrating.findChild(CalibratingController).model.saved.emit(path)
-    qtbot.waitUntil(lambda: chooser.choice is not None, timeout=5000)
+    qtbot.waitUntil(lambda: chooser.choice is not None)
     assert not dialog.isVisible()
 
 

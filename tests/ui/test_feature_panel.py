@@ -97,7 +97,7 @@ class Desk:
                 for name in self.panel.watched
             )
 
-        self.qtbot.waitUntil(full, timeout=20_000)
+        self.qtbot.waitUntil(full)
 
     def shown(self):
         self.filled()
@@ -425,7 +425,7 @@ def test_the_slider_follows_the_automatic_mode_and_taking_it_ends_that(sim):
     before = row.editor.field.text()
     row.auto.click()
     sim.qtbot.waitUntil(row.auto.isChecked)
-    sim.qtbot.waitUntil(lambda: row.editor.field.text() != before, timeout=15_000)
+    sim.qtbot.waitUntil(lambda: row.editor.field.text() != before)
     row.auto.click()
     sim.qtbot.waitUntil(lambda: not row.auto.isChecked())
     sim.qtbot.waitUntil(row.editor.isEnabled)

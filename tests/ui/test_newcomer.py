@@ -207,17 +207,21 @@ in_full = pytest.mark.skipif(
 
 @pytest.mark.parametrize("seconds", [2, pytest.param(10, marks=in_full)])
 def test_seconds_are_recorded_and_played_back(newcomer, seconds):
+    asked = time.monotonic()
     newcomer.press("Record")
     newcomer.until(lambda: newcomer.reads(" frames"))
     begun = time.monotonic()
-    newcomer.until(lambda: time.monotonic() - begun > seconds, seconds + 5)
+    newcomer.until(lambda: time.monotonic() - begun > seconds)
+    recorded = time.monotonic() - begun
     newcomer.press("Stop recording")
-    newcomer.until(lambda: newcomer.window.recordingBar.playButton.isVisible(), 20)
+    newcomer.until(newcomer.window.recordingBar.playButton.isVisible)
+    ended = time.monotonic()
     newcomer.press("Play")
     newcomer.until(lambda: newcomer.desk.program.connection.source.uri.scheme == "file")
     newcomer.until(lambda: newcomer.desk.program.connection.state is LinkState.STREAMING)
     newcomer.desk.watch(5)
     played = newcomer.desk.grabber
-    assert played.feature("PlaybackDuration").value == pytest.approx(seconds, abs=0.7)
-    assert played.feature("PlaybackFrameCount").value > 10 * seconds
+    # From the first frame to the last one, each of which may have come a moment earlier or later.
+    assert recorded - 0.3 <= played.feature("PlaybackDuration").value <= ended - asked
+    assert played.feature("PlaybackFrameCount").value > 5 * seconds
     assert newcomer.frame().pixel_format.name == "BayerRG8"

@@ -141,7 +141,7 @@ def test_a_recording_ends_at_its_limit(window_desk, limit, amount, check):
     window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     window_desk.until(bar.recordButton.isChecked)
     recorder = window_desk.program.recording._recorder
-    window_desk.until(bar.playButton.isVisible, 20)
+    window_desk.until(bar.playButton.isVisible)
     assert check(recorder.progress), recorder.progress
     assert not bar.recordButton.isChecked()
 

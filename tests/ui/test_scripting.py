@@ -11,6 +11,7 @@ from PyQt5.QtGui import QImage
 
 from grabbergui.core.errors import UsageError
 from grabbergui.ui.scripting import load_script, run_script
+from patience import PROGRAM
 
 EXAMPLE = Path(__file__).parents[2] / "resources" / "scripts" / "check_camera.py"
 
@@ -103,13 +104,13 @@ def started(tmp_path, text, *options):
 def test_a_source_on_the_command_line_is_open_already(tmp_path):
     text = "desk.until(lambda: desk.program.connection.state.connected)\nprint(desk.wait_for_frames().width)"
     process = started(tmp_path, text + "\ndesk.end(4)", "sim:?width=320")
-    out, _ = process.communicate(timeout=50)
+    out, _ = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (4, "320\n")
 
 
 def test_a_time_limit_ends_it_with_a_failure(tmp_path):
     process = started(tmp_path, "desk.wait(30)\nprint('never')", "--duration", "1")
-    out, errors = process.communicate(timeout=25)
+    out, errors = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (1, "") and "Traceback" not in errors
 
 
@@ -118,7 +119,7 @@ def test_an_interrupt_ends_it(tmp_path):
     try:
         assert process.stdout.readline() == "up\n"
         process.send_signal(signal.SIGTERM)
-        out, errors = process.communicate(timeout=25)
+        out, errors = process.communicate(timeout=PROGRAM)
     finally:
         if process.poll() is None:
             process.kill()
