@@ -54,18 +54,27 @@ def save(features: FeatureSet, path: Path) -> None:
         load(path)
     text = to_yaml(features) if path.suffix.lower() in YAML_SUFFIXES else to_persistence(features)
     try:
-        descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
-        try:
-            with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
-            Path(draft).chmod(0o644)
-            Path(draft).replace(path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                Path(draft).unlink()
-            raise
+        # What is no file (a pipe, /dev/stdout) is written to, never replaced; a link stays a link.
+        if path.exists() and not path.is_file():
+            path.write_text(text, "utf-8")
+        else:
+            _replace(path.resolve(), text)
     except OSError as error:
         raise SettingsFileError(f"{path} could not be written: {error.strerror or error}") from error
+
+
+def _replace(path: Path, text: str) -> None:
+    """Let a file appear whole or not at all."""
+    descriptor, draft = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
+    try:
+        with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        Path(draft).chmod(0o644)
+        Path(draft).replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            Path(draft).unlink()
+        raise
 
 
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:

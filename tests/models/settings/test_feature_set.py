@@ -1,6 +1,8 @@
 """Settings saved, compared, loaded and rolled back on the simulated camera."""
 
+import os
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hypothesis import given
@@ -278,6 +280,25 @@ def test_only_settings_are_overwritten(tmp_path):
     with pytest.raises(UsageError):
         files.save(FeatureSet({}), path)
     assert path.read_text() == "my diary\n"
+
+
+def test_a_link_stays_a_link(tmp_path):
+    link, kept = tmp_path / "current.yaml", tmp_path / "kept.yaml"
+    kept.touch()
+    link.symlink_to(kept)
+    files.save(FeatureSet({SettingKey("Width"): 1}), link)
+    assert link.is_symlink()
+    assert files.load(kept).settings == {SettingKey("Width"): 1}
+
+
+def test_what_is_no_file_is_written_to_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe.yaml"
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor(1) as pool:
+        written = pool.submit(pipe.read_text)
+        files.save(FeatureSet({SettingKey("Width"): 1}), pipe)
+        assert "Width: 1" in written.result(10)
+    assert pipe.is_fifo()
 
 
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,12}", fullmatch=True)
