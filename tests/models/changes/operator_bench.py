@@ -1,0 +1,35 @@
+"""A camera with an operator at work on it."""
+
+from grabbergui.models.changes.change import Origin
+from grabbergui.models.changes.journal import ChangeJournal
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.reverting import revert
+from grabbergui.models.changes.undo_history import PAUSE, Direction
+
+UNDO, REDO = Direction.UNDO, Direction.REDO
+OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK
+
+
+class Bench:
+    """A grabber, the operator's hands on it, and a clock."""
+
+    def __init__(self, grabber):
+        self.grabber = grabber
+        self.now = 100.0
+        self.journal = ChangeJournal(clock=lambda: self.now, time_of_day=lambda: 1e9 + self.now)
+        self.hands = NotingGrabber(grabber, self.journal, clock=lambda: self.now)
+        self.hands.open()  # a camera looks at what moves by itself only while somebody listens
+
+    def value(self, name):
+        return self.grabber.feature(name).value
+
+    def write(self, name, value, wait=PAUSE):
+        self.hands.write_feature(name, value)
+        self.now += wait
+
+    def revert(self, direction, times=1):
+        return [problem for _ in range(times) for problem in revert(self.hands, direction)]
+
+    @property
+    def log(self):
+        return [(str(change), change.origin) for change in self.journal.changes]

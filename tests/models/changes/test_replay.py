@@ -1,0 +1,86 @@
+"""Changes made again, by a command line and by a program."""
+
+import shlex
+import subprocess
+import sys
+
+import pytest
+from operator_bench import CAMERA, UNDO
+
+from grabbergui import cli, sources
+from grabbergui.models.changes import replay
+from grabbergui.models.settings.feature_set import SettingKey
+
+URI = "sim:?width=64&height=64&pixel_format=RGB8"
+NAMES = ["ExposureTime", "Gain", "BalanceRatioSelector", "BalanceRatio", "Gamma", "DeviceUserID"]
+
+
+@pytest.fixture
+def tuned(sim):
+    """A camera on which an operator was at work, and its settings at the end."""
+    sim.write("ExposureTime", 4000.0)
+    sim.write("Gain", 3.0)
+    sim.write("ExposureTime", 5000.0)
+    sim.write("BalanceRatioSelector", "Blue")
+    sim.write("BalanceRatio", 2.5)
+    sim.write("BalanceRatioSelector", "Red")
+    sim.write("BalanceRatio", 1.5)
+    sim.write("Gamma", 2.0)
+    sim.revert(UNDO)
+    sim.write("DeviceUserID", "it's $HOME")
+    sim.journal.saw(SettingKey("BlackLevel"), 1.0, 9.0, CAMERA)
+    return sim
+
+
+def after(camera):
+    return [camera.feature(name).value for name in NAMES]
+
+
+def test_the_command_line_makes_the_changes_again(tuned, capsys, monkeypatch):
+    line = replay.command_line(URI, tuned.journal.changes)
+    words = shlex.split(line)
+    assert words[:3] == ["grabbergui", "set", URI]
+    assert not [w for w in words if w.startswith(("Gamma", "BlackLevel")) or w == "ExposureTime=4000"]
+    opened, create = [], sources.create
+
+    def remembered(uri):
+        opened.append(create(uri))
+        monkeypatch.setattr(opened[-1], "close", lambda: None)
+        return opened[-1]
+
+    monkeypatch.setattr(sources, "create", remembered)
+    assert cli.main(words[1:]) == 0
+    (camera,) = opened
+    monkeypatch.undo()
+    try:
+        assert after(camera) == after(tuned.grabber)
+        camera.write_feature("BalanceRatioSelector", "Blue")
+        assert camera.feature("BalanceRatio").value == 2.5
+    finally:
+        camera.close()
+    assert "Gain = 3 dB" in capsys.readouterr().out
+
+
+def test_the_program_makes_the_changes_again(tuned):
+    text = replay.program(URI, tuned.journal.changes)
+    assert "ExposureTime', 5000.0" in text
+    text = text.replace("finally:", "    print([camera.feature(n).value for n in NAMES])\nfinally:")
+    text = f"NAMES = {NAMES}\n{text}"
+    ran = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=50)
+    assert ran.returncode == 0, ran.stderr
+    assert ran.stdout.strip() == repr(after(tuned.grabber))
+
+
+def test_commands_stand_where_they_were_run(sim):
+    sim.write("Gain", 3.0)
+    sim.hands.execute("TimestampLatch")
+    sim.write("Gain", 6.0)
+    assert replay.command_line("sim:", sim.journal.changes) == (
+        "grabbergui set sim: Gain=3\ngrabbergui run sim: TimestampLatch\ngrabbergui set sim: Gain=6\n"
+    )
+    assert "camera.execute('TimestampLatch')" in replay.program("sim:", sim.journal.changes)
+
+
+def test_nothing_changed_makes_an_empty_line_and_a_program_that_runs(bench):
+    assert replay.command_line("sim:", ()) == ""
+    compile(replay.program("sim:", ()), "program", "exec")

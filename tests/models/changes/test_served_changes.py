@@ -1,0 +1,66 @@
+"""Changes on a camera that is on a network too: whose they were, and undoing one's own alone."""
+
+import threading
+import time
+
+import pytest
+from operator_bench import NETWORK, OPERATOR, UNDO
+
+from grabbergui import sources
+from grabbergui.core.shared import SharedGrabber
+from grabbergui.models.changes.noting import CONSEQUENCES
+from grabbergui.models.changes.reverting import revert
+from grabbergui.models.connection import Connection, LinkState
+
+URI = "sim:?width=64&height=64&pixel_format=RGB8"
+
+
+@pytest.fixture
+def served():
+    """A camera that is on a network too, and a connection to it as the window makes one."""
+    camera = sources.create(URI)
+    camera.open()
+    link = Connection(lambda uri: SharedGrabber(camera))
+    link.connect_to("sim:", start=False)
+    deadline = time.monotonic() + 10
+    while link.state is not LinkState.OPEN:
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    yield camera, link.source
+    link.disconnect()
+    assert link.wait_closed(10)
+    camera.close()
+
+
+def noted(source, *wanted):
+    deadline = time.monotonic() + 5
+    while not set(wanted) <= {(str(c), c.origin) for c in source.journal.changes}:
+        assert time.monotonic() < deadline, source.journal.changes
+        time.sleep(0.005)
+
+
+def test_on_a_served_camera_the_log_tells_the_operator_from_the_network(served):
+    camera, source = served
+    told = threading.Event()
+    source.features.feature_changed.connect(lambda feature: told.set())
+    source.features.watch(["Gain", "Gamma"])
+    assert told.wait(5)
+    source.features.write("Gain", 3.0)
+    noted(source, ("Gain 0 → 3", OPERATOR))
+    time.sleep(CONSEQUENCES)  # what comes sooner may be a consequence of the operator's own change
+    camera.write_feature("Gamma", 2.0)
+    noted(source, ("Gamma 1 → 2", NETWORK))
+    assert source.journal.next_text(UNDO) == "Gain 0 → 3"
+    source.features.run(lambda: revert(source.hands, UNDO))
+    noted(source, ("Gain 3 → 0", OPERATOR))
+    assert camera.feature("Gamma").value == 2.0
+
+
+def test_undo_comes_behind_the_writes_that_wait(served):
+    camera, source = served
+    source.features.write("Gain", 3.0)
+    source.features.write("Gain", 6.0)
+    done = threading.Event()
+    source.features.run(lambda: revert(source.hands, UNDO), done=lambda problems: done.set())
+    assert done.wait(5)
+    assert camera.feature("Gain").value == 0

@@ -1,0 +1,26 @@
+"""A camera that regulates itself once, when it is asked to."""
+
+import pytest
+
+from grabbergui.core.sfnc import Role
+from grabbergui.models.changes.reverting import revert
+from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.tuning.camera_once import has_once, let_camera
+
+
+def test_the_simulated_cameras_own_once(sim):
+    s = sim("pixel_format=RGB8&exposure=100")
+    assert has_once(s.grabber, Role.EXPOSURE) and has_once(s.grabber, Role.BALANCE_RATIO)
+    before = s.light(None).mean
+    assert "ExposureAuto is done" in s.run(lambda bench: let_camera(bench, Role.EXPOSURE)), s.failures
+    assert s.value("ExposureAuto") == "Off"
+    assert s.light(None).mean > before + 0.1
+    assert revert(s.hands, Direction.UNDO) == []
+    assert s.value("ExposureTime") == pytest.approx(100)
+
+
+def test_a_camera_without_automatic_has_no_once(stage):
+    s = stage()
+    assert not has_once(s.grabber, Role.EXPOSURE)
+    s.run(lambda bench: let_camera(bench, Role.EXPOSURE))
+    assert "does not regulate" in s.failures[0]

@@ -1,0 +1,62 @@
+"""Exposure by one push, on a camera without any automatic and on the simulated one."""
+
+import time
+
+import pytest
+from stage import REGION, on
+
+from grabbergui.models.changes.reverting import revert
+from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.tuning.exposure import MOST_TURNS, TOLERANCE, expose
+
+
+@pytest.mark.parametrize("light", [0.02, 0.3, 1.0, 40.0])
+def test_exposure_finds_the_target_without_any_automatic(stage, light):
+    s = stage(light=light)
+    assert "Exposed" in s.run(on(REGION, expose)), s.failures
+    assert s.light().mean == pytest.approx(0.5, abs=TOLERANCE)
+    assert 0.0 <= s.said[0][0] <= s.said[-1][0] < 1.0
+    assert len(s.said) <= MOST_TURNS
+
+
+def test_the_time_grows_up_to_the_frame_rates_room_and_gain_does_the_rest(stage):
+    s = stage(light=0.1, rate=50.0)
+    assert "Exposed" in s.run(on(REGION, expose)), s.failures
+    assert s.value("ExposureTimeRaw") == 20_000
+    assert 60 < s.value("GainRaw") < 300
+    s.grabber.light = 2.0
+    assert "Exposed" in s.run(on(REGION, expose)), s.failures
+    assert s.value("GainRaw") == 0, "gain is lowered before the time is shortened"
+
+
+def test_what_cannot_be_reached_is_said_and_the_nearest_is_kept(stage):
+    s = stage(light=0.001, gain=False)
+    assert "As bright as it gets" in s.run(on(REGION, expose))
+    assert s.value("ExposureTimeRaw") == 33_320
+    s = stage(light=5000.0)
+    assert "As dark as it gets" in s.run(on(REGION, expose))
+    assert s.value("ExposureTimeRaw") == 20
+
+
+def test_all_that_was_tuned_is_undone_in_one_step(stage):
+    s = stage(light=0.1)
+    s.run(on(REGION, expose), name="Exposure on a region")
+    assert s.journal.next_text(Direction.UNDO) == "Exposure on a region"
+    assert revert(s.hands, Direction.UNDO) == []
+    assert (s.value("ExposureTimeRaw"), s.value("GainRaw")) == (1000, 0)
+    assert s.journal.next_text(Direction.UNDO) == ""
+
+
+@pytest.mark.parametrize(
+    "options", ["pixel_format=Mono8", "pixel_format=BayerRG12p&exposure=50", "exposure=45000&fps=20"]
+)
+def test_exposure_on_a_region_of_the_simulated_camera(sim, options):
+    s = sim(options)
+    s.grabber.write_feature("Gamma", 0.8)
+    s.grabber.write_feature("ExposureAuto", "Continuous")
+    begun = time.monotonic()
+    assert "Exposed" in s.run(on(REGION, expose)), s.failures
+    # The scene wanders, so a little more than the tolerance is allowed.
+    assert s.light().mean == pytest.approx(0.5, abs=2 * TOLERANCE)
+    assert s.value("ExposureAuto") == "Off"
+    assert time.monotonic() - begun < 20

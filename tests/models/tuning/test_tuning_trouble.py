@@ -1,0 +1,98 @@
+"""What goes wrong while a camera is tuned: all is as it was, or it is said what is not."""
+
+import threading
+
+import pytest
+from stage import REGION, on
+
+from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
+from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.tuning import bench as bench_module
+from grabbergui.models.tuning.exposure import MOST_TURNS, expose
+
+
+def test_no_frames_is_a_failure_that_says_what_to_do(stage, monkeypatch):
+    monkeypatch.setattr(bench_module, "FRAME_PATIENCE", 0.2)
+    s = stage()
+    s.grabber.sending.clear()
+    s.run(on(REGION, expose))
+    assert "start the camera" in s.failures[0]
+
+
+def test_a_refusal_on_the_way_restores_everything(stage):
+    s = stage(light=0.01)
+    s.grabber.refusals["GainRaw"] = FeatureError("GainRaw=9: the camera answered: busy", "GainRaw")
+    s.run(on(REGION, expose))
+    assert s.failures == ["Exposure: GainRaw=9: the camera answered: busy"]
+    assert s.value("ExposureTimeRaw") == 1000
+    assert s.journal.next_text(Direction.UNDO) == ""
+
+
+def test_what_could_not_be_restored_is_said(stage):
+    s = stage(light=0.01)
+
+    def refuse(name, value):
+        if name == "GainRaw":
+            s.grabber.refusals["ExposureTimeRaw"] = FeatureError("ExposureTimeRaw is locked", "")
+            raise DeviceLostError("the camera is gone")
+        return value
+
+    s.grabber.on_write = refuse
+    s.run(on(REGION, expose))
+    assert s.failures == ["Exposure: the camera is gone; not all is as it was: ExposureTimeRaw is locked"]
+
+
+def test_cancelling_restores_everything(stage):
+    s = stage(light=0.01)
+    s.push.progressed.connect(lambda share, text: s.push.cancel() if share > 0.1 else None)
+    s.run(on(REGION, expose))
+    assert s.failures == ["Exposure: cancelled"]
+    assert (s.value("ExposureTimeRaw"), s.value("GainRaw")) == (1000, 0)
+
+
+def test_a_scene_that_never_settles_ends_within_its_bounds_and_restores(stage):
+    s = stage()
+    s.push.progressed.connect(lambda *_: setattr(s.grabber, "light", 30.0 if s.grabber.light < 1 else 0.03))
+    s.run(on(REGION, expose))
+    assert "did not settle" in s.failures[0]
+    assert len(s.said) == MOST_TURNS
+    assert s.value("ExposureTimeRaw") == 1000
+
+
+def test_only_one_at_a_time(stage):
+    s = stage()
+    entered, leave = threading.Event(), threading.Event()
+
+    def slow(bench):
+        entered.set()
+        assert leave.wait(5)
+        return "done"
+
+    assert s.push.start("Slow", slow, s.hands, s.worker)
+    assert entered.wait(5) and s.push.running
+    assert not s.push.start("Other", slow, s.hands, s.worker)
+    leave.set()
+    assert s.push.wait(5) and not s.push.running
+    assert s.results == ["done"]
+
+
+def test_closing_the_camera_ends_it(stage):
+    s = stage(light=0.01)
+    closed = threading.Event()
+
+    def close(*_):
+        s.worker.close(0)
+        closed.set()
+
+    s.push.progressed.connect(close)
+    s.run(on(REGION, expose))
+    assert closed.is_set() and "closed" in s.failures[0]
+
+
+def test_no_frame_error_is_a_grabbers(stage):
+    s = stage()
+    s.grabber.sending.clear()
+    bench = bench_module.TuningBench(s.hands, s.worker, None, lambda *_: None)
+    bench._frames.close()
+    with pytest.raises(FrameTimeoutError):
+        bench.light(None)
