@@ -1,0 +1,113 @@
+"""The panel on whole cameras: the simulated one, and the descriptions of real ones."""
+
+import logging
+import os
+import struct
+import time
+from pathlib import Path
+
+import pytest
+from PyQt5.QtCore import Qt
+
+from fakes import XmlDevice
+from grabbergui import sources
+from grabbergui.core.features import AccessMode, Category, Visibility
+from grabbergui.driver.camera import Camera
+
+EXPOSURE_REGISTER = 0x100330
+"""Of the simulated camera: microseconds, a big-endian double."""
+
+
+@pytest.fixture
+def sim(desk):
+    camera = sources.create("sim:?width=64&height=64")
+    camera.open()
+    return desk(camera)
+
+
+def exposure_register(d):
+    return struct.unpack(">d", d.grabber.device.read(EXPOSURE_REGISTER, 8))[0]
+
+
+def reachable(category: Category) -> set[str]:
+    names: set[str] = set()
+    for member in category.members:
+        if member.visibility <= Visibility.GURU:
+            names |= reachable(member) if isinstance(member, Category) else {member.name}
+    return names
+
+
+def test_a_slider_moves_the_cameras_register(sim):
+    slider = sim.row("ExposureTime", sim.strip).editor.slider()
+    sim.qtbot.mousePress(slider, Qt.LeftButton, pos=slider.rect().center())
+    slider.setSliderPosition(slider.maximum())
+    sim.qtbot.mouseRelease(slider, Qt.LeftButton, pos=slider.rect().center())
+    sim.qtbot.waitUntil(lambda: exposure_register(sim) == 1e6)
+    sim.qtbot.waitUntil(lambda: sim.row("ExposureTime").editor.field.text() == "1000000 µs")
+    assert sim.errors == []
+
+
+def test_the_slider_follows_the_automatic_mode_and_taking_it_ends_that(sim):
+    sim.grabber.start()
+    row = sim.row("ExposureTime")
+    sim.qtbot.waitUntil(lambda: row.auto is not None)
+    before = row.editor.field.text()
+    row.auto.click()
+    sim.qtbot.waitUntil(row.auto.isChecked)
+    sim.qtbot.waitUntil(lambda: row.editor.field.text() != before)
+    row.auto.click()
+    sim.qtbot.waitUntil(lambda: not row.auto.isChecked())
+    sim.qtbot.waitUntil(row.editor.isEnabled)
+    row.editor.field.stepBy(1)
+    assert sim.errors == []
+
+
+def test_what_the_automatic_mode_alone_locks_can_be_moved_and_taken_back(sim):
+    row = sim.row("ExposureTime")
+    sim.qtbot.waitUntil(lambda: row.auto is not None)
+    row.auto.click()
+    sim.qtbot.waitUntil(row.auto.isChecked)
+    sim.qtbot.waitUntil(lambda: sim.model.feature("ExposureTime").access is AccessMode.READ_ONLY)
+    sim.qtbot.waitUntil(lambda: row.editor.isEnabled() and row.editor.slider().isEnabled())
+    sim.qtbot.keyClick(row.editor.slider(), Qt.Key_Home)
+    sim.qtbot.waitUntil(lambda: sim.grabber.feature("ExposureAuto").value == "Off")
+    sim.qtbot.waitUntil(lambda: not row.auto.isChecked())
+    least = sim.grabber.feature("ExposureTime").minimum
+    assert sim.grabber.feature("ExposureTime").value == least
+    assert not sim.errors
+
+
+def test_every_feature_of_the_simulated_camera_is_shown_and_none_written(sim, caplog, monkeypatch):
+    writes = []
+    monkeypatch.setattr(sim.grabber.device, "write", lambda *args: writes.append(args))
+    sim.open_everything()
+    assert sim.panel.watched == reachable(sim.model.root)
+    assert [name for name in sim.panel.watched if sim.model.feature(name).problem] == []
+    assert writes == []
+    assert "cannot be shown" not in caplog.text
+
+
+def vendor_descriptions():
+    beside = Path(__file__).parents[3].parent / "shared" / "genicam-xml"
+    folder = Path(os.environ.get("GRABBERGUI_GENICAM_XML", beside))
+    return sorted(folder.glob("*.xml"))
+
+
+@pytest.mark.parametrize(
+    "path",
+    vendor_descriptions() or [pytest.param(None, marks=pytest.mark.skip("no folder of vendors' XML"))],
+    ids=lambda path: path.stem if path else "none",
+)
+def test_tour_of_a_vendors_camera(desk, path, caplog):
+    """The panel of a real description opens in less than a second, and every section can be opened."""
+    device = XmlDevice(path.read_bytes())
+    camera = Camera(device)
+    start = time.process_time()
+    camera.open()
+    d = desk(camera)
+    d.filled()
+    assert time.process_time() - start < 1.0
+    d.open_everything()
+    assert d.panel.watched == reachable(d.model.root)
+    assert device.writes == []
+    assert not [r for r in caplog.records if r.levelno >= logging.ERROR]

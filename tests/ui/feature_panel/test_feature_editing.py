@@ -1,0 +1,119 @@
+"""Features moved in the panel and among the favourites, and what the camera makes of it."""
+
+import itertools
+
+from panel_desk import A
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QWidget
+
+from grabbergui.core.errors import GrabberError
+
+
+def test_dragging_a_slider_writes_at_most_every_50_ms_and_the_last_value(desk):
+    d = desk()
+    editor = d.row("Gain").editor
+    slider = editor.slider()
+    slider.setSliderDown(True)
+    for position in range(0, 1000, 10):
+        slider.setSliderPosition(position)
+        d.qtbot.wait(2)
+    last = editor.field.text()
+    slider.setSliderDown(False)
+    d.qtbot.waitUntil(lambda: d.grabber.known["Gain"].value == float(last))
+    times = [moment for _, _, moment in d.grabber.writes]
+    assert min(b - a for a, b in itertools.pairwise(times)) >= 0.049
+    assert 2 <= len(times) < 100
+    d.qtbot.waitUntil(lambda: d.row("Gain", d.strip).editor.field.text() == last)
+
+
+def test_while_dragged_nothing_from_outside_moves_the_slider(desk):
+    d = desk()
+    slider = d.row("Gain").editor.slider()
+    slider.setSliderDown(True)
+    position = slider.value()
+    d.grabber.set("Gain", 40.0)
+    d.qtbot.waitUntil(lambda: d.model.feature("Gain").value == 40.0)
+    d.qtbot.wait(30)
+    assert slider.value() == position
+    slider.setSliderDown(False)
+    d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "40")
+    assert d.grabber.writes == []
+
+
+def test_a_refused_write_is_told_and_the_widget_shows_the_truth(desk):
+    d = desk()
+    d.row("Gain")
+    d.grabber.refusals["Gain"] = GrabberError("Gain=9: the camera answered: busy")
+    d.row("Gain").editor.field.stepBy(30)
+    assert d.row("Gain").editor.field.text() == "9"
+    d.qtbot.waitUntil(lambda: bool(d.errors))
+    assert d.errors == ["Gain=9: the camera answered: busy"]
+    d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "6")
+
+
+def test_what_the_camera_made_of_a_value_is_shown(desk):
+    d = desk()
+    d.grabber.on_write = lambda name, value: 16.0
+    d.row("Gain").editor.field.stepBy(90)
+    d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "16")
+
+
+def test_the_auto_button_beside_a_control(desk):
+    d = desk()
+    row = d.row("ExposureTime")
+    d.qtbot.waitUntil(lambda: row.auto is not None)
+    row.auto.click()
+    d.qtbot.waitUntil(lambda: d.written("ExposureAuto") == ["Continuous"])
+    d.qtbot.waitUntil(row.auto.isChecked)
+    d.qtbot.waitUntil(lambda: d.row("ExposureAuto").editor.combo.currentText() == "Continuous")
+    assert d.row("ExposureTime", d.strip).auto.isChecked()
+    # The camera regulates, and the slider follows.
+    before = row.editor.slider().value()
+    d.grabber.set("ExposureTime", 5e5)
+    d.qtbot.waitUntil(lambda: row.editor.slider().value() > before)
+    row.auto.click()
+    d.qtbot.waitUntil(lambda: d.written("ExposureAuto") == ["Continuous", "Off"])
+
+
+def test_a_feature_that_gets_locked_turns_grey_and_comes_back(desk):
+    d = desk()
+    row = d.row("Gain")
+    d.grabber.set("Gain", access=A.READ_ONLY)
+    d.qtbot.waitUntil(lambda: not row.editor.isEnabled())
+    assert "read-only" in row.toolTip()
+    d.grabber.set("Gain", access=A.READ_WRITE)
+    d.qtbot.waitUntil(row.editor.isEnabled)
+
+
+def test_other_locks_stay_however_the_automatic_mode_is(desk):
+    d = desk()
+    row = d.row("ExposureTime")
+    d.grabber.set("ExposureTime", access=A.READ_ONLY)
+    d.qtbot.waitUntil(lambda: not row.editor.isEnabled())
+    d.grabber.set("ExposureAuto", "Continuous", access=A.READ_ONLY)
+    d.qtbot.waitUntil(lambda: row.auto is not None and row.auto.isChecked())
+    assert not row.editor.isEnabled() and not row.editor.slider().isEnabled()
+
+
+def test_a_command_is_run(desk):
+    d = desk()
+    d.qtbot.mouseClick(d.row("TriggerSoftware").editor.button, Qt.LeftButton)
+    d.qtbot.waitUntil(lambda: d.grabber.commands == ["TriggerSoftware"])
+
+
+def test_favourites_are_there_whatever_the_camera_calls_them(desk):
+    d = desk()
+    rows = [d.row(name, d.strip) for name in ("ExposureTime", "Gain", "AcquisitionFrameRateAbs")]
+    assert [row.title for row in rows] == ["Exposure", "Gain", "Frame rate"]
+    assert sorted(rows, key=QWidget.x) == rows
+    rows[2].editor.field.stepBy(1)
+    d.qtbot.waitUntil(lambda: d.written("AcquisitionFrameRateAbs") == [25.1])
+    d.qtbot.waitUntil(lambda: d.row("AcquisitionFrameRateAbs").editor.field.text() == "25.1")
+
+
+def test_a_favourite_of_a_closed_section_is_followed_too(desk):
+    d = desk()
+    d.qtbot.mouseClick(d.panel.section("AnalogControl").header, Qt.LeftButton)
+    assert "Gain" not in d.panel.watched
+    d.grabber.set("Gain", 33.0)
+    d.qtbot.waitUntil(lambda: d.row("Gain", d.strip).editor.field.text() == "33")

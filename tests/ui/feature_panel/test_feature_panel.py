@@ -1,0 +1,177 @@
+"""What the panel shows: sections, levels, what is searched for, however many features there are."""
+
+import time
+
+from panel_desk import K, camera_features, feature
+from PyQt5.QtCore import Qt
+
+from fakes import ScriptedGrabber
+from grabbergui.core.features import Category
+from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.ui.editors.feature_row import FeatureRow
+from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel
+from grabbergui.ui.widgets.section import Section
+
+
+def test_without_a_camera_the_panel_says_so(qtbot):
+    panel = FeaturePanel()
+    qtbot.addWidget(panel)
+    assert "connected" in panel.messageLabel.text()
+    assert not panel.filterEdit.isEnabled()
+
+
+def test_showing_every_feature_writes_none(desk):
+    d = desk()
+    d.panel.levelBox.setCurrentIndex(2)
+    for section in d.panel.findChildren(Section):
+        section.setOpen(True)
+    d.panel.filterEdit.setText("e")
+    d.panel.filterEdit.clear()
+    assert set(d.shown()) == {f.name for f in camera_features()}
+    for known in camera_features():
+        d.grabber.features_changed.emit(frozenset([known.name]))
+    d.grabber.set("Gain", 12.0)
+    d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "12")
+    assert d.grabber.writes == []
+    assert d.grabber.commands == []
+
+
+def test_only_sections_that_are_open_are_built_and_read(desk):
+    d = desk()
+    d.filled()
+    assert not d.panel.section("DeviceControl").open
+    assert d.panel.rows.rows("DeviceUserID") == []
+    assert "DeviceUserID" not in d.grabber.reads
+    assert d.panel.section("AcquisitionControl").open
+    d.qtbot.mouseClick(d.panel.section("DeviceControl").header, Qt.LeftButton)
+    assert d.row("DeviceUserID").editor.line.text() == "cam"
+    d.qtbot.mouseClick(d.panel.section("DeviceControl").header, Qt.LeftButton)
+    assert not d.row("DeviceUserID").isVisible()
+    reads = d.grabber.reads.count("DeviceUserID")
+    d.grabber.set("DeviceUserID", "other")
+    d.grabber.set("Gain", 1.0)
+    d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "1")
+    assert d.grabber.reads.count("DeviceUserID") == reads
+
+
+def test_rows_stand_in_the_cameras_order(desk):
+    d = desk()
+    d.filled()
+    names = [row.name for row in d.panel.section("AcquisitionControl").findChildren(FeatureRow)]
+    rows = sorted(names, key=lambda name: d.row(name).y())
+    assert rows == [f.name for f in camera_features() if f.category == "AcquisitionControl"]
+
+
+def test_a_selected_feature_stands_below_its_selector(desk):
+    d = desk()
+    selector, selected = d.row("TriggerSelector"), d.row("TriggerMode")
+    assert selected.layout().contentsMargins().left() > selector.layout().contentsMargins().left()
+
+
+def test_visibility_levels(desk):
+    d = desk()
+    assert "BlackLevel" not in d.shown()
+    d.panel.levelBox.setCurrentText("Expert")
+    assert "BlackLevel" in d.shown()
+    assert "Fuse" not in d.shown()
+    d.panel.levelBox.setCurrentText("Guru")
+    assert "Fuse" in d.shown()
+    d.panel.levelBox.setCurrentText("Beginner")
+    assert not {"Fuse", "BlackLevel"} & set(d.shown())
+
+
+def test_the_filter_finds_what_is_collapsed_and_hides_the_rest(desk):
+    d = desk()
+    d.filled()
+    d.qtbot.keyClicks(d.panel.filterEdit, "userid")
+    assert d.shown() == ["DeviceUserID"]
+    assert d.panel.section("AnalogControl").isHidden()
+    d.panel.filterEdit.setText("shutter")
+    assert d.shown() == ["ExposureTime"]
+    d.panel.filterEdit.setText("fuse")
+    assert d.shown() == []
+    assert d.panel.messageLabel.text() == "Guru shows 1 more."
+    d.panel.filterEdit.setText("xyz")
+    assert d.panel.messageLabel.text() == "Nothing matches."
+    d.panel.filterEdit.clear()
+    assert "DeviceUserID" not in d.shown()
+    assert "Gain" in d.shown()
+
+
+def test_another_camera_replaces_the_first(desk):
+    d = desk()
+    d.filled()
+    other = ScriptedGrabber([feature("GainRaw", K.INTEGER, 3, "Analog", minimum=0, maximum=10)])
+    worker = FeatureWorker()
+    model = FeatureTreeModel(other, worker)
+    d.controller.set_model(model)
+    assert d.row("GainRaw").editor.field.text() == "3"
+    assert d.shown() == ["GainRaw"]
+    d.grabber.set("Gain", 1.0)
+    d.row("GainRaw").editor.field.stepBy(1)
+    d.qtbot.waitUntil(lambda: other.known["GainRaw"].value == 4)
+    d.controller.set_model(None)
+    assert d.shown() == []
+    assert d.strip.hintLabel.isVisible()
+    model.close()
+    assert worker.close()
+
+
+def test_a_camera_that_changes_its_tree_is_shown_anew(desk):
+    d = desk()
+    d.filled()
+    gamma = feature("Gamma", K.FLOAT, 1.0, "Fresh", minimum=0.1, maximum=4.0)
+    d.grabber.known, d.grabber.tree = {"Gamma": gamma}, Category("Root", members=(gamma,))
+    d.model.reload()
+    d.qtbot.waitUntil(lambda: d.panel.watched == {"Gamma"})
+    assert d.shown() == ["Gamma"]
+    assert d.strip.hintLabel.isVisible()
+
+
+def test_a_row_that_fails_leaves_the_others(desk, caplog):
+    grabber = ScriptedGrabber(camera_features())
+    grabber.failures["TriggerMode"] = RuntimeError("odd node")
+    d = desk(grabber)
+    d.filled()
+    assert not d.row("TriggerMode").editor.isEnabled()
+    assert "odd node" in d.row("TriggerMode").toolTip()
+    assert d.row("ExposureTime").editor.isEnabled()
+
+
+def huge_grabber(count=3500, per_category=500):
+    features = [
+        feature(f"Feature{n}", K.FLOAT, 1.0, f"Category{n // per_category}", minimum=0.0, maximum=9.0)
+        for n in range(count)
+    ]
+    return ScriptedGrabber(features)
+
+
+def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(desk, qapp):
+    # In seconds of this thread's own work: how busy the machine is otherwise must not matter.
+    grabber = huge_grabber()
+    start = time.thread_time()
+    d = desk(grabber)
+    worst = 0.0
+    assert time.thread_time() - start < 0.5
+    d.panel.section("Category3").header.click()
+    deadline = time.monotonic() + 20
+    while len(grabber.reads) < 1000 or any(
+        not row.editor for name in d.panel.watched for row in d.panel.rows.rows(name)
+    ):
+        assert time.monotonic() < deadline
+        turn = time.thread_time()
+        qapp.processEvents()
+        worst = max(worst, time.thread_time() - turn)
+    assert worst < 0.1
+    # Two sections were opened, nothing else was read.
+    assert len(set(grabber.reads)) == 1000
+
+
+def test_a_search_shows_so_many_and_says_how_many_more(desk):
+    d = desk(huge_grabber())
+    d.panel.filterEdit.setText("feature")
+    assert len(d.panel.watched) == MOST_FOUND
+    assert d.panel.messageLabel.text() == "3300 more match; type another letter."
+    d.panel.filterEdit.setText("feature3499")
+    assert d.shown() == ["Feature3499"]
