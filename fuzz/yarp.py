@@ -12,6 +12,7 @@ from grabbergui.net.yarp.os import bottle_text, carrier, datagrams, mjpeg, names
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.bottle_scan import BottleScanner
 from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.receiver import Receiver
 from grabbergui.net.yarp.os.values import Dialect
 
 MOST_MEMORY = 1 << 20
@@ -34,9 +35,9 @@ def seeds() -> list[bytes]:
     return [
         *(b"\0" + form for form in (bottle.encode(), bottle.encode(Dialect.YARP4), *captures)),
         *(b"\1" + text.encode() for text in texts),
-        b"\2\1" + carrier.encode_greeting(carrier.by_name("tcp"), "/me")[8:] + message,
-        b"\2\0" + message,
+        b"\2" + message + message,
         b"\3" + image.encode_header("mono", 4, 2, 8) + bytes(16),
+        b"\4" + carrier.encode_greeting(carrier.TCP, "/me"),
         *(b"\4" + capture for capture in captures),
         b"\5" + joined([b"".join(map(bytes, part)) for part in datagrams.split([message, bytes(3000)], 512)]),
         b"\6" + _stream_of(b".jpg"),
@@ -89,20 +90,13 @@ def _text(source: Input) -> None:
 
 
 def _connection(source: Input) -> None:
-    receiver = carrier.Receiver(named=bool(source.number(1) & 1), limit=MOST_MEMORY)
+    messages = Receiver(limit=MOST_MEMORY)
 
     def receive() -> None:
-        data = source.rest()
-        while data:
-            wanted = receiver.wanted
-            if not wanted:
-                raise AssertionError("waits for nothing")
-            count = min(len(wanted), len(data))
-            wanted[:count] = data[:count]
-            data = data[count:]
-            message = receiver.received(count)
-            if message is not None:
-                refusing(Bottle.decode, message.body)
+        for message in messages.feed(source.rest()):
+            refusing(Bottle.decode, message.body)
+        if not messages.wanted:
+            raise AssertionError("waits for nothing")
 
     refusing(receive)
 
@@ -121,6 +115,9 @@ def _greeting(source: Input) -> None:
     refusing(carrier.identify, data[:8])
     if len(data) >= 8:
         refusing(carrier.decode_number, data[:8])
+    if len(data) >= 12:
+        size = refusing(carrier.decode_name_size, data[8:12])
+        carrier.decode_name(data[12 : 12 + (size or 0)])
 
 
 def _datagrams(source: Input) -> None:

@@ -9,7 +9,8 @@ from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle, Properties
 from grabbergui.net.yarp.os.bottle_scan import BottleScanner
 from grabbergui.net.yarp.os.bottle_text import is_complete
-from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, Receiver, encode_number
+from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, decode_name_size, encode_number
+from grabbergui.net.yarp.os.receiver import Receiver
 from grabbergui.net.yarp.os.values import Dialect, Float32, Int8, Int16, Int64, Vocab, Vocab64
 
 TCP_GREETING = encode_number(MAGIC_BASE + TCP.code)
@@ -17,13 +18,9 @@ TCP_GREETING = encode_number(MAGIC_BASE + TCP.code)
 
 def bodies(name):
     for conversation in streams(name, TCP_GREETING):
-        receiver, data = Receiver(), memoryview(conversation.client[8:])
-        while len(data):
-            count = min(len(receiver.wanted), len(data))
-            receiver.wanted[:count] = data[:count]
-            data = data[count:]
-            message = receiver.received(count)
-            if message is not None and message.letter == "D":
+        start = 12 + decode_name_size(conversation.client[8:12])
+        for message in Receiver().feed(conversation.client[start:]):
+            if message.letter == "D":
                 yield bytes(message.body)
 
 

@@ -7,10 +7,9 @@ Messages follow: an index of block lengths, a port command, the body. All intege
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum, auto
-from typing import Final
+from typing import Final, NamedTuple
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Buffer
@@ -23,10 +22,17 @@ NAME_LIMIT: Final = 1000
 MESSAGE_LIMIT: Final = 1 << 28
 """Bytes of one message that we receive: a 64-megapixel RGB picture fits."""
 
+COMMAND_LIMIT: Final = 4000
+"""Bytes of a command in words, its NUL included."""
+
 _MAGIC = struct.Struct("<2si2s")
 _I32 = struct.Struct("<i")
 _COMMAND = struct.Struct("<icccc")
 _INDEX_HEAD: Final = 18
+_MANY_BLOCKS: Final = 255
+
+HEAD_LIMIT: Final = _INDEX_HEAD + _I32.size * (_MANY_BLOCKS + 1) + _COMMAND.size + COMMAND_LIMIT
+"""Bytes before the body of a message."""
 
 ACK: Final = _MAGIC.pack(b"YA", 0, b"RP")
 """Acknowledges one message on tcp."""
@@ -113,6 +119,19 @@ def encode_greeting(carrier: Carrier, sender: str) -> bytes:
     return encode_number(MAGIC_BASE + carrier.code) + _I32.pack(len(name)) + name
 
 
+def decode_name_size(data: Buffer) -> int:
+    """Bytes of the sender's name, from the four after the greeting's number. Raises RemoteProtocolError."""
+    (size,) = _I32.unpack(data)
+    if not 1 <= size <= NAME_LIMIT:
+        raise RemoteProtocolError(f"sender's name of {size} bytes, allowed are 1 to {NAME_LIMIT}")
+    return int(size)
+
+
+def decode_name(data: Buffer) -> str:
+    """The sender's name that follows, modifiers included: `/grabber (recv bayer)`."""
+    return str(data, "utf-8", "surrogateescape").rstrip("\0")
+
+
 def encode_command(command: str) -> bytes:
     """A port command: one letter, or text as in ``D 3 1795228516.98942``."""
     if len(command) == 1 and command != "q":
@@ -125,11 +144,62 @@ def encode_message(command: str, body: Sequence[Buffer] = ()) -> list[Buffer]:
     """A message in pieces, ready for a gathering write; the body is not copied."""
     head = encode_command(command)
     lengths = [len(head), *(len(part) for part in body)]
-    if len(lengths) > 255:
+    if len(lengths) > _MANY_BLOCKS:
         body = [b"".join(body)]
         lengths = [len(head), len(body[0])]
     index = encode_number(INDEX_MAGIC) + bytes((len(lengths), 1)) + b"\xff" * 8
     return [index + struct.pack(f"<{len(lengths) + 1}i", *lengths, 0) + head, *body]
+
+
+class Head(NamedTuple):
+    """What stands before a message's body."""
+
+    command: str
+    size: int
+    "Bytes of the head."
+    body_size: int
+
+
+def decode_head(data: memoryview, limit: int = MESSAGE_LIMIT) -> Head | None:
+    """The head that `data` begins with, None while it is not complete.
+
+    Raises RemoteProtocolError as soon as it can be none, or is that of a message longer than `limit`.
+    """
+    if len(data) < _INDEX_HEAD:
+        return None
+    if decode_number(data) != INDEX_MAGIC:
+        raise RemoteProtocolError(f"message index {bytes(data[:8])!r}, must begin with number {INDEX_MAGIC}")
+    blocks = data[8]
+    if not blocks:
+        raise RemoteProtocolError("message of no blocks")
+    # After the blocks' lengths comes the number of those of a reply, always 0.
+    start = _INDEX_HEAD + _I32.size * (blocks + 1)
+    if len(data) < start:
+        return None
+    lengths = struct.unpack_from(f"<{blocks}i", data, _INDEX_HEAD)
+    size = sum(lengths)
+    if min(lengths) < 0 or not _COMMAND.size <= size <= limit:
+        raise RemoteProtocolError(f"message of {size} bytes, allowed are {_COMMAND.size} to {limit}")
+    if len(data) < start + _COMMAND.size:
+        return None
+    return _decode_command(data, start, size - _COMMAND.size)
+
+
+def _decode_command(data: memoryview, start: int, rest: int) -> Head | None:
+    """The end of a head: a port command, before `rest` bytes of its text and the body."""
+    length, tilde, letter, zero, one = _COMMAND.unpack_from(data, start)
+    if (tilde, zero, one) != (b"~", b"\0", b"\1"):
+        found = bytes(data[start : start + _COMMAND.size])
+        raise RemoteProtocolError(f"port command {found!r}, must be ....~.01")
+    start += _COMMAND.size
+    if letter != b"\0":
+        return Head(letter.decode("latin-1"), start, rest)
+    if not 1 <= length <= min(rest, COMMAND_LIMIT):
+        raise RemoteProtocolError(f"port command of {length} bytes, in a message of {rest}")
+    if len(data) < start + length:
+        return None
+    command = str(data[start : start + length], "utf-8", "surrogateescape").rstrip("\0")
+    return Head(command, start + length, rest - length)
 
 
 @dataclass
@@ -152,137 +222,3 @@ class Message:
     def envelope(self) -> str:
         """What a data command carries beside its letter."""
         return self.command.partition(" ")[2] if self.letter in "dD" else ""
-
-
-class _Phase(Enum):
-    NAME_LENGTH = auto()
-    NAME = auto()
-    INDEX = auto()
-    LENGTHS = auto()
-    COMMAND = auto()
-    COMMAND_TEXT = auto()
-    BODY = auto()
-
-
-def _fresh(size: int) -> memoryview:
-    return memoryview(bytearray(size))
-
-
-class Receiver:
-    """The receiving end of a binary connection, after the greeting's first eight bytes.
-
-    The caller fills `wanted` (never more), calls `received`, and gets a message or None. Bodies are read
-    straight into the memory that `allocate` gives. `name` is set once the sender has told it.
-    """
-
-    def __init__(
-        self,
-        *,
-        named: bool = True,
-        allocate: Callable[[int], memoryview] = _fresh,
-        limit: int = MESSAGE_LIMIT,
-    ) -> None:
-        self.name = ""
-        "The sender's, modifiers included: `/grabber (recv bayer)`."
-        self._allocate = allocate
-        self._limit = limit
-        self._filled = 0
-        self._body_size = 0
-        self._command = ""
-        self._phase = _Phase.INDEX
-        self._buffer = memoryview(b"")
-        if named:
-            self._expect(_Phase.NAME_LENGTH, 4)
-        else:
-            self._expect(_Phase.INDEX, _INDEX_HEAD)
-
-    @property
-    def wanted(self) -> memoryview:
-        """Where the next bytes go; as long as may be read."""
-        return self._buffer[self._filled :]
-
-    @property
-    def idle(self) -> bool:
-        """Whether the stream stands between two messages."""
-        return self._phase is _Phase.INDEX and not self._filled
-
-    @property
-    def greeted(self) -> bool:
-        """Whether the sender's name has come."""
-        return self._phase not in (_Phase.NAME_LENGTH, _Phase.NAME)
-
-    def received(self, count: int) -> Message | None:
-        """Note `count` bytes more in `wanted`. Raises RemoteProtocolError; nothing can follow it."""
-        self._filled += count
-        if self._filled < len(self._buffer):
-            return None
-        return self._complete()
-
-    def _expect(self, phase: _Phase, size: int, buffer: memoryview | None = None) -> None:
-        self._phase = phase
-        self._buffer = memoryview(bytearray(size)) if buffer is None else buffer
-        self._filled = 0
-
-    def _complete(self) -> Message | None:
-        data = self._buffer
-        if self._phase is _Phase.NAME_LENGTH:
-            length = _I32.unpack(data)[0]
-            if not 1 <= length <= NAME_LIMIT:
-                raise RemoteProtocolError(f"sender's name of {length} bytes, allowed are 1 to {NAME_LIMIT}")
-            self._expect(_Phase.NAME, length)
-        elif self._phase is _Phase.NAME:
-            self.name = str(data, "utf-8", "surrogateescape").rstrip("\0")
-            self._expect(_Phase.INDEX, _INDEX_HEAD)
-        elif self._phase is _Phase.INDEX:
-            self._begin_lengths(data)
-        elif self._phase is _Phase.LENGTHS:
-            self._begin_command(data)
-        elif self._phase is _Phase.COMMAND:
-            return self._end_command(data)
-        elif self._phase is _Phase.COMMAND_TEXT:
-            self._command = str(data, "utf-8", "surrogateescape").rstrip("\0")
-            return self._begin_body()
-        else:
-            return self._message(data)
-        return None
-
-    def _begin_lengths(self, data: memoryview) -> None:
-        if decode_number(data) != INDEX_MAGIC:
-            raise RemoteProtocolError(
-                f"message index {bytes(data[:8])!r}, must begin with number {INDEX_MAGIC}"
-            )
-        blocks = data[8]
-        if not blocks:
-            raise RemoteProtocolError("message of no blocks")
-        self._expect(_Phase.LENGTHS, 4 * blocks + 4)
-
-    def _begin_command(self, data: memoryview) -> None:
-        lengths = struct.unpack(f"<{len(data) // 4 - 1}i", data[:-4])
-        total = sum(lengths)
-        if min(lengths) < 0 or not _COMMAND.size <= total <= self._limit:
-            raise RemoteProtocolError(f"message of {total} bytes, allowed are 8 to {self._limit}")
-        self._body_size = total - _COMMAND.size
-        self._expect(_Phase.COMMAND, _COMMAND.size)
-
-    def _end_command(self, data: memoryview) -> Message | None:
-        length, tilde, letter, zero, one = _COMMAND.unpack(data)
-        if (tilde, zero, one) != (b"~", b"\0", b"\1"):
-            raise RemoteProtocolError(f"port command {bytes(data)!r}, must be ....~.01")
-        if letter != b"\0":
-            self._command = letter.decode("latin-1")
-            return self._begin_body()
-        if not 1 <= length <= min(self._body_size, NAME_LIMIT * 4):
-            raise RemoteProtocolError(f"port command of {length} bytes, in a message of {self._body_size}")
-        self._body_size -= length
-        self._expect(_Phase.COMMAND_TEXT, length)
-        return None
-
-    def _begin_body(self) -> Message | None:
-        if not self._body_size:
-            return self._message(memoryview(b""))
-        self._expect(_Phase.BODY, 0, self._allocate(self._body_size))
-        return None
-
-    def _message(self, body: memoryview) -> Message:
-        self._expect(_Phase.INDEX, _INDEX_HEAD)
-        return Message(self._command, body)

@@ -9,7 +9,8 @@ from typing import Final
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.carrier import Message, Receiver
+from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.receiver import Receiver
 
 PREFIX: Final = struct.Struct("<Ii")
 """CRC-32 of what follows the prefix, and the counter."""
@@ -51,8 +52,7 @@ class Joiner:
         "Messages lost to wrong checksums or gaps."
         self._allocate = allocate
         self._limit = limit
-        self._next = 0
-        self._receiver = self._fresh()
+        self._start_anew()
 
     def datagram(self, data: Buffer) -> Message | None:
         """Take one datagram; gives the message that it completes."""
@@ -69,28 +69,19 @@ class Joiner:
             return None
         self._next += 1
         try:
-            return self._feed(body)
+            message = next(self._receiver.feed(body), None)
         except RemoteProtocolError:
             self._drop()
             return None
-
-    def _feed(self, body: memoryview) -> Message | None:
-        while len(body):
-            wanted = self._receiver.wanted
-            count = min(len(wanted), len(body))
-            wanted[:count] = body[:count]
-            body = body[count:]
-            message = self._receiver.received(count)
-            if message is not None:
-                self._next = 0
-                return message
-        return None
+        if message is not None:
+            self._start_anew()
+        return message
 
     def _drop(self) -> None:
         if self._next or not self._receiver.idle:
             self.damaged += 1
-        self._next = 0
-        self._receiver = self._fresh()
+        self._start_anew()
 
-    def _fresh(self) -> Receiver:
-        return Receiver(named=False, allocate=self._allocate, limit=self._limit)
+    def _start_anew(self) -> None:
+        self._next = 0
+        self._receiver = Receiver(allocate=self._allocate, limit=self._limit)

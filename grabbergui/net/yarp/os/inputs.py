@@ -7,7 +7,7 @@ import socket
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from grabbergui.core.errors import (
@@ -20,8 +20,9 @@ from grabbergui.core.errors import (
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import mjpeg, sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Carrier, Message, Receiver
+from grabbergui.net.yarp.os.carrier import Carrier, Message
 from grabbergui.net.yarp.os.datagrams import Joiner
+from grabbergui.net.yarp.os.receiver import Receiver
 from grabbergui.net.yarp.os.text_lines import LineReader
 from grabbergui.net.yarp.os.values import Dialect
 
@@ -44,6 +45,16 @@ class ConnectionInfo:
     "The name it gave: a port's, or free text such as `admin` and `anon_rpc`."
     carrier: str
     address: tuple[str, int]
+
+    @property
+    def title(self) -> str:
+        """For messages: the name, or the address where none is known."""
+        return self.peer or self.place
+
+    @property
+    def place(self) -> str:
+        """`HOST:PORT`."""
+        return f"{self.address[0]}:{self.address[1]}"
 
 
 @dataclass(frozen=True)
@@ -121,15 +132,13 @@ class Input:
     """One accepted connection."""
 
     def __init__(self, host: Host, sock: socket.socket) -> None:
-        self.peer = ""
-        "The sender's name, known after the greeting."
-        self.carrier_text = ""
+        self.info = ConnectionInfo("", "", sock.getpeername()[:2])
+        "Who is at the other end; the name and the carrier are known after the greeting."
         self.received = 0
         "Messages."
         self._host = host
         self._sock = sock
         self._closed = False
-        self._address = sock.getpeername()[:2]
         self._thread = threading.Thread(target=self._run, name=f"yarp {host.name} input", daemon=True)
 
     def start(self) -> None:
@@ -148,9 +157,9 @@ class Input:
             self._thread.join(5)
 
     @property
-    def info(self) -> ConnectionInfo:
-        """Who is at the other end."""
-        return ConnectionInfo(self.peer, self.carrier_text, self._address)
+    def peer(self) -> str:
+        """The sender's name, empty before the greeting."""
+        return self.info.peer
 
     def answer_lines(self, greeting: bytes, answer: Callable[[str], str]) -> None:
         """Answer line by line until the peer leaves, as a name server does."""
@@ -165,11 +174,10 @@ class Input:
             self._serve()
         except GrabberError as error:
             if not self._closed:
-                who = self.peer or f"{self._address[0]}:{self._address[1]}"
                 level = logging.WARNING if isinstance(error, ProtocolError) else logging.INFO
-                log.log(level, "%s: connection from %s closed: %s", self._host.name, who, error)
+                log.log(level, "%s: connection from %s closed: %s", self._host.name, self.info.title, error)
         except Exception:
-            log.exception("%s: connection from %s failed", self._host.name, self.peer or self._address)
+            log.exception("%s: connection from %s failed", self._host.name, self.info.title)
         finally:
             self._host.leave(self)
             sockets.hang_up(self._sock)
@@ -181,7 +189,7 @@ class Input:
             sockets.authenticate(self._sock, self._host.key, accepting=True)
         greeting = sockets.receive_exactly(self._sock, 8)
         if greeting == NAME_SERVER_GREETING:
-            self.peer = "name client"
+            self.info = replace(self.info, peer="name client")
             self._host.legacy(self, greeting)
             return
         carrier = wire.identify(greeting)
@@ -195,9 +203,9 @@ class Input:
     def _enter(self, sender: str, carrier: Carrier) -> None:
         name, _, modifiers = sender.partition(" ")
         options = Bottle.from_text(modifiers) if modifiers and name.startswith("/") else Bottle()
-        self.peer = name if name.startswith("/") else sender
         pairs = [option for option in options if isinstance(option, list) and len(option) > 1]
-        self.carrier_text = "+".join((carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
+        text = "+".join((carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
+        self.info = replace(self.info, peer=name if name.startswith("/") else sender, carrier=text)
         plug_in = options.find("recv")
         if plug_in:
             raise RemoteProtocolError(f"plug-in {plug_in!s} is not supported, connect without +recv")
@@ -205,31 +213,32 @@ class Input:
 
     # -- binary ----------------------------------------------------------------------------------
     def _serve_messages(self, carrier: Carrier) -> None:
-        receiver = Receiver(allocate=self._host.allocate, limit=self._host.limit)
-        while not receiver.greeted:
-            self._fill(receiver)
-        self._enter(receiver.name, carrier)
+        size = wire.decode_name_size(sockets.receive_exactly(self._sock, 4))
+        self._enter(wire.decode_name(sockets.receive_exactly(self._sock, size)), carrier)
         if carrier.datagrams:
             self._serve_datagrams()
             return
         sockets.send(self._sock, [wire.encode_number(self._host.port_number)])
-        while (message := self._fill(receiver)) is not _EOF:
-            if message is not None and not self._handle(message, carrier):
+        receiver = Receiver(allocate=self._host.allocate, limit=self._host.limit)
+        while (message := self._next(receiver)) is not None:
+            if not self._handle(message, carrier):
                 return
 
-    def _fill(self, receiver: Receiver) -> Message | None:
-        """Read once; the message that it completes, None, or `_EOF`."""
-        try:
-            count = sockets.receive_some(self._sock, receiver.wanted)
-        except AckTimeoutError:
-            if receiver.idle and receiver.greeted and not self._closed:
-                return None
-            raise
-        if not count:
-            if receiver.idle:
-                return _EOF
-            raise TransportError("the peer closed it within a message")
-        return receiver.received(count)
+    def _next(self, receiver: Receiver) -> Message | None:
+        """The next message; None where the peer has closed the connection."""
+        while (message := receiver.take()) is None:
+            try:
+                count = sockets.receive_some(self._sock, receiver.wanted, all_of_it=receiver.in_body)
+            except AckTimeoutError:
+                if receiver.idle and not self._closed:
+                    continue
+                raise
+            if not count:
+                if receiver.idle:
+                    return None
+                raise TransportError("the peer closed it within a message")
+            receiver.received(count)
+        return message
 
     def _handle(self, message: Message, carrier: Carrier) -> bool:
         """Act on a message and acknowledge it; whether the connection goes on."""
@@ -289,7 +298,7 @@ class Input:
                 except (BlockingIOError, ConnectionError):
                     continue
                 # Not its port: a YARP built without ACE sends from another one than it dialled with.
-                if sender[0] != self._address[0]:
+                if sender[0] != self.info.address[0]:
                     continue
                 message = joiner.datagram(buffer[:size])
                 if message is not None and not self._handle(message, wire.UDP):
@@ -356,7 +365,7 @@ class Input:
         self._enter("mjpeg reader", wire.MJPEG)
         sockets.send(self._sock, [mjpeg.RESPONSE])
         sockets.set_deadline(self._sock, None)
-        end = self._host.attach(f"{self._address[0]}:{self._address[1]}", wire.MJPEG, self._sock.dup())
+        end = self._host.attach(self.info.place, wire.MJPEG, self._sock.dup())
         try:
             while self._sock.recv(4096):
                 pass
@@ -364,9 +373,6 @@ class Input:
             pass
         finally:
             end()
-
-
-_EOF = Message("")
 
 
 def _binary(reply: Reply) -> list[Buffer]:

@@ -175,9 +175,8 @@ class Port:
         with self._lock:
             if outgoing:
                 return {output.reader: output.carrier_text for output in self._outputs}
-            return {
-                connection.peer: connection.carrier_text for connection in self._inputs if connection.peer
-            }
+            known = [connection.info for connection in self._inputs if connection.peer]
+            return {info.peer: info.carrier for info in known}
 
     def add(self, target: Target) -> None:
         """Connect to a reader; one connected already is dropped first.

@@ -82,13 +82,13 @@ def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
     return total
 
 
-def receive_some(sock: socket.socket, into: memoryview) -> int:
-    """Read up to the whole of it, once; 0 means the peer has closed.
+def receive_some(sock: socket.socket, into: memoryview, *, all_of_it: bool = False) -> int:
+    """Read what has come, or `all_of_it` unless the deadline passes before; 0 means the peer has closed.
 
     Raises AckTimeoutError when the deadline passed with nothing, TransportError.
     """
     try:
-        return sock.recv_into(into, 0, socket.MSG_WAITALL)
+        return sock.recv_into(into, 0, socket.MSG_WAITALL if all_of_it else 0)
     except BlockingIOError as error:
         raise AckTimeoutError("the peer sends nothing") from error
     except OSError as error:
@@ -100,7 +100,7 @@ def receive_exactly(sock: socket.socket, size: int) -> bytes:
     data = bytearray(size)
     view = memoryview(data)
     while len(view):
-        count = receive_some(sock, view)
+        count = receive_some(sock, view, all_of_it=True)
         if not count:
             raise TransportError("the peer closed the connection")
         view = view[count:]
