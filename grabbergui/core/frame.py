@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -75,7 +76,7 @@ class Frame:
         """The picture in grey: (height, width) uint8, read-only; a view without a copy for Mono8."""
         return self._cached("mono", pixels.to_mono)
 
-    def _cached(self, key: str, convert: Any) -> NDArray[Any]:
+    def _cached(self, key: str, convert: Callable[[Frame], NDArray[Any]]) -> NDArray[Any]:
         with self._lock:
             array: NDArray[Any] | None = self._converted.get(key)
             if array is None:

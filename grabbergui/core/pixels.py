@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from grabbergui.core import colour, unpacking
 from grabbergui.core.pfnc import Family
 from grabbergui.core.region import Region
-
-if TYPE_CHECKING:
-    from grabbergui.core.frame import Frame
+from grabbergui.core.unpacking import SensorPicture
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,23 +25,23 @@ class DisplayImage:
     "The part of the frame that `pixels` covers, edge to edge, in the frame's pixels."
 
 
-def to_raw(frame: Frame) -> NDArray[Any]:
+def to_raw(frame: SensorPicture) -> NDArray[Any]:
     """What `Frame.raw` gives: see there. Raises PixelFormatError."""
     return unpacking.lines(frame)
 
 
-def to_mono(frame: Frame) -> NDArray[np.uint8]:
+def to_mono(frame: SensorPicture) -> NDArray[np.uint8]:
     """What `Frame.mono` gives: luma of colour, the eight highest bits of deeper formats."""
     return colour.to_grey(_eight_bit_lines(frame), frame.pixel_format)
 
 
-def to_rgb(frame: Frame) -> NDArray[np.uint8]:
+def to_rgb(frame: SensorPicture) -> NDArray[np.uint8]:
     """What `Frame.rgb` gives; how each family becomes RGB is told in `core.colour`."""
     return colour.to_rgb(_eight_bit_lines(frame), frame.pixel_format)
 
 
 def for_display(
-    frame: Frame, region: Region | None = None, size: tuple[int, int] | None = None
+    frame: SensorPicture, region: Region | None = None, size: tuple[int, int] | None = None
 ) -> DisplayImage:
     """An 8-bit picture of a region (the whole frame if None), never larger than `size`.
 
@@ -74,7 +72,7 @@ def for_display(
     return DisplayImage(picture, region)
 
 
-def value_at(frame: Frame, x: int, y: int) -> tuple[int, ...]:
+def value_at(frame: SensorPicture, x: int, y: int) -> tuple[int, ...]:
     """The sensor's values of one pixel: one of mono and Bayer, (R, G, B[, alpha]) or (Y, U, V) of colour.
 
     That is their order, whatever it is in memory. Reads a few bytes only. Raises PixelFormatError, and
@@ -94,21 +92,21 @@ def value_at(frame: Frame, x: int, y: int) -> tuple[int, ...]:
     return values
 
 
-def _eight_bit_lines(frame: Frame, first: int = 0, last: int | None = None) -> NDArray[np.uint8]:
+def _eight_bit_lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[np.uint8]:
     return colour.eight_bits(unpacking.lines(frame, first, last), frame.pixel_format.depth)
 
 
-def _whole_cells(region: Region, frame: Frame) -> Region:
+def _whole_cells(region: Region, frame: SensorPicture) -> Region:
     left, top = region.x & ~1, region.y & ~1
     right, bottom = min(-(-region.right // 2) * 2, frame.width), min(-(-region.bottom // 2) * 2, frame.height)
     return Region(left, top, right - left, bottom - top)
 
 
-def _part(frame: Frame, region: Region) -> NDArray[np.uint8]:
+def _part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
     return _eight_bit_lines(frame, region.y, region.bottom)[:, region.x : region.right]
 
 
-def _demosaiced_part(frame: Frame, region: Region) -> NDArray[np.uint8]:
+def _demosaiced_part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
     """A region in RGB, as it is in the whole picture: interpolated with the pixels around it."""
     margin = 2
     left, top = max(0, region.x - margin), max(0, region.y - margin)

@@ -7,7 +7,7 @@ shifts them, and joins the parts, so that every step is one pass of numpy over a
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,17 @@ from numpy.typing import NDArray
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.pfnc import Layout, PixelFormat
 
-if TYPE_CHECKING:
-    from grabbergui.core.frame import Frame
+
+class SensorPicture(Protocol):
+    """What must be known of a payload to lay out its pixels; a `Frame` is one and tells what they mean."""
+
+    payload: NDArray[np.uint8]
+    width: int
+    height: int
+    pixel_format: PixelFormat
+    padding_x: int
+    big_endian: bool
+
 
 _Part = tuple[int, int]
 "Mask of the bits to keep, and how far they move to the left."
@@ -51,7 +60,7 @@ def packed(pixel_format: PixelFormat) -> bool:
     return pixel_format.layout in (Layout.PACKED_LSB, Layout.PACKED_GIGE)
 
 
-def check(frame: Frame) -> None:
+def check(frame: SensorPicture) -> None:
     """Raise PixelFormatError unless the payload holds a picture that can be laid out."""
     pixel_format, size = frame.pixel_format, f"{frame.width}×{frame.height}"
     if not pixel_format.convertible:
@@ -74,7 +83,7 @@ def check(frame: Frame) -> None:
         )
 
 
-def lines(frame: Frame, first: int = 0, last: int | None = None) -> NDArray[Any]:
+def lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[Any]:
     """Lines `first` up to, but without, `last` as the sensor gave them.
 
     Shape (lines, width) uint8 or native uint16 with the value in the low bits; (lines, width, n) uint8 for
@@ -97,7 +106,7 @@ def lines(frame: Frame, first: int = 0, last: int | None = None) -> NDArray[Any]
     return pixels[skipped:].reshape(last - first, frame.width)
 
 
-def value_at(frame: Frame, x: int, y: int) -> tuple[int, ...]:
+def value_at(frame: SensorPicture, x: int, y: int) -> tuple[int, ...]:
     """The components of one pixel in memory order, read from its own few bytes. Raises PixelFormatError."""
     check(frame)
     pixel_format, payload = frame.pixel_format, frame.payload
@@ -120,7 +129,7 @@ def value_at(frame: Frame, x: int, y: int) -> tuple[int, ...]:
     return (high << low_bits | shared & (1 << low_bits) - 1,)
 
 
-def _whole_lines(frame: Frame, payload: NDArray[np.uint8], first: int, last: int) -> NDArray[Any]:
+def _whole_lines(frame: SensorPicture, payload: NDArray[np.uint8], first: int, last: int) -> NDArray[Any]:
     pixel_format = frame.pixel_format
     item = 2 if pixel_format.depth > 8 else 1
     dtype = np.dtype(f"{'>' if frame.big_endian else '<'}u{item}")
@@ -134,7 +143,9 @@ def _whole_lines(frame: Frame, payload: NDArray[np.uint8], first: int, last: int
     return array if array.flags.aligned and dtype == native else array.astype(native)
 
 
-def _padded_packed_lines(frame: Frame, payload: NDArray[np.uint8], first: int, last: int) -> NDArray[Any]:
+def _padded_packed_lines(
+    frame: SensorPicture, payload: NDArray[np.uint8], first: int, last: int
+) -> NDArray[Any]:
     """Each line begins on a byte of its own: stretch it to whole words, unpack, and cut it off."""
     line = frame.pixel_format.line_bytes(frame.width)
     stride = line + frame.padding_x
