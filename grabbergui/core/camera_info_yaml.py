@@ -14,6 +14,12 @@ from grabbergui.core.errors import UsageError
 _ENTRY = re.compile(r"( *)([A-Za-z_][\w.-]*) *:(?: +(.*))?")
 _INTEGER = re.compile(r"[-+]?\d{1,18}", re.ASCII)
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
+_QUOTED = re.compile(r"""'((?:[^']|'')*)'|"((?:[^"\\]|\\.)*)\"""")
+_ESCAPED = re.compile(r"\\(.)")
+_ESCAPES = {"n": "\n", "t": "\t"}
+"What an escaped letter stands for; other signs stand for themselves."
+_PLAIN = re.compile(r"(?!(?:y|n|yes|no|on|off|true|false|null)$)[A-Za-z_][\w./-]*", re.ASCII | re.IGNORECASE)
+"Text that needs no quotes: YAML 1.1 takes the words left out for truth values or nothing."
 
 
 def read(text: str, where: str) -> dict[str, Any]:
@@ -23,19 +29,20 @@ def read(text: str, where: str) -> dict[str, Any]:
     lines = enumerate(text.splitlines(), 1)
     target, key = values, ""
     for number, raw in lines:
-        line = raw.split(" #")[0].rstrip()
-        if not line.strip() or line.lstrip().startswith("#") or line in ("---", "..."):
+        line = raw.rstrip()
+        if not line or line.lstrip().startswith("#") or line.split(" #")[0].rstrip() in ("---", "..."):
             continue
         if line.startswith("%YAML"):
             continue
         if line.lstrip().startswith("- ") and key:
-            items = target[key] if isinstance(target.get(key), list) else []
-            target[key] = [*items, _scalar(line.lstrip()[2:])]
+            if not isinstance(target.get(key), list):
+                target[key] = []
+            target[key].append(_scalar(_uncommented(line.lstrip()[2:])))
             continue
         match = _ENTRY.fullmatch(line)
         if not match:
             raise UsageError(f"{where}, line {number}: '{line.strip()[:60]}' is not 'key: value'")
-        indentation, key, value = match[1], match[2], (match[3] or "").strip()
+        indentation, key, value = match[1], match[2], _uncommented(match[3] or "")
         if indentation and inner is None:
             raise UsageError(f"{where}, line {number}: '{key}' is indented below nothing")
         target = inner if indentation and inner is not None else values
@@ -47,7 +54,7 @@ def read(text: str, where: str) -> dict[str, Any]:
             continue
         while value.startswith("[") and "]" not in value:
             try:
-                value += " " + next(lines)[1].split(" #")[0].strip()
+                value += " " + _uncommented(next(lines)[1])
             except StopIteration:
                 raise UsageError(f"{where}, line {number}: the list of '{key}' has no end") from None
         target[key] = _list(value) if value.startswith("[") else _scalar(value)
@@ -66,6 +73,15 @@ def write(values: dict[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _uncommented(text: str) -> str:
+    """A value without the comment behind it; within quotes there is none."""
+    text = text.strip()
+    quoted = _QUOTED.match(text)
+    if quoted is not None:
+        return quoted[0] if text[quoted.end() :].lstrip()[:1] in ("", "#") else text
+    return "" if text.startswith("#") else text.split(" #")[0].rstrip()
+
+
 def _list(text: str) -> list[Any]:
     inside = text[1 : text.index("]")].strip()
     return [_scalar(part.strip()) for part in inside.split(",") if part.strip()]
@@ -73,8 +89,11 @@ def _list(text: str) -> list[Any]:
 
 def _scalar(text: str) -> int | float | str:
     text = text.strip()
-    if len(text) >= 2 and text[0] == text[-1] and text[0] in "\"'":
-        return text[1:-1]
+    quoted = _QUOTED.fullmatch(text)
+    if quoted is not None and quoted[1] is not None:
+        return quoted[1].replace("''", "'")
+    if quoted is not None:
+        return _ESCAPED.sub(lambda sign: _ESCAPES.get(sign[1], sign[1]), quoted[2])
     if _INTEGER.fullmatch(text):
         return int(text)
     if _NUMBER.fullmatch(text):
@@ -89,6 +108,7 @@ def _text(value: Any) -> str:
         # YAML 1.1 takes 1e-05 for text: a number needs its point.
         text = repr(value)
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
-    if isinstance(value, str) and (not re.fullmatch(r"[A-Za-z_][\w./-]*", value)):
-        return '"' + value.replace('"', "'") + '"'
+    if isinstance(value, str) and not _PLAIN.fullmatch(value):
+        # In single quotes nothing but they themselves means anything; a line's end would end the value.
+        return "'" + " ".join(value.splitlines()).replace("'", "''") + "'"
     return str(value)
