@@ -192,8 +192,10 @@ class Feature(FeatureDescription):
             return text
         number = _to_int(value) if self.kind is FeatureKind.INTEGER else _to_float(value)
         low, high = self.minimum, self.maximum
-        if (low is not None and number < low) or (high is not None and number > high):
-            raise ValueError("out of range")
+        if low is not None and number < low:
+            number = _limit_as_shown(number, low)
+        elif high is not None and number > high:
+            number = _limit_as_shown(number, high)
         if self.kind is FeatureKind.INTEGER and self.increment and low is not None:
             below = (int(number) - int(low)) % int(self.increment)
             if below:
@@ -260,6 +262,13 @@ def format_value(value: FeatureValue | None) -> str:
         return "true" if value else "false"
     # repr keeps every digit of a float; what is whole is shown whole.
     return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
+
+
+def _limit_as_shown(number: int | float, limit: int | float) -> int | float:
+    """The limit, for a number beyond it that people are shown for it; shown limits are rounded."""
+    if isinstance(limit, float) and format_number(number) == format_number(limit):
+        return limit
+    raise ValueError("out of range")
 
 
 def _to_bool(value: FeatureValue) -> bool:

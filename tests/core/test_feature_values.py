@@ -138,3 +138,13 @@ def test_a_feature_in_two_categories_is_listed_once_depth_first():
     root = Category("Root", members=(Category("Analog", members=(gain, width)), width, gain))
     assert [description.name for description in root.descriptions()] == ["Gain", "Width"]
     assert root.title == "Root" and gain.title == "Gain"
+
+
+@pytest.mark.parametrize("limit", [33333.333366666664, -33333.333366666664, 0.1 + 0.2, 1e6 / 3])
+def test_a_limit_is_taken_as_it_is_shown(limit):
+    """People type what the range says, which has ten digits."""
+    knob = feature(FeatureKind.FLOAT, minimum=min(limit, 0.0), maximum=max(limit, 0.0))
+    assert knob.validated(format_number(limit)) in (limit, float(format_number(limit)))
+    assert knob.minimum <= knob.validated(format_number(limit)) <= knob.maximum
+    with pytest.raises(FeatureValueError, match="out of range"):
+        knob.validated(limit * (1 + 1e-8))
