@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
@@ -21,6 +23,8 @@ class SharedGrabber(FrameGrabber):
         super().__init__(grabber.info)
         self._grabber = grabber
         self._queues: list[FrameQueue] = []
+        self._lock = threading.Lock()
+        "Of the list of queues, as any thread may open one."
 
     def open(self, access: Access = Access.CONTROL) -> None:
         """Listen to the grabber; it is open already."""
@@ -37,9 +41,10 @@ class SharedGrabber(FrameGrabber):
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
         self._grabber.noticed.disconnect(self._on_noticed, missing_ok=True)
         self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
-        for queue in self._queues:
+        with self._lock:
+            queues, self._queues = self._queues, []
+        for queue in queues:
             queue.close()
-        self._queues.clear()
 
     @property
     def access(self) -> Access:
@@ -90,7 +95,8 @@ class SharedGrabber(FrameGrabber):
     def open_queue(self, depth: int = 2) -> FrameQueue:
         """See FrameGrabber."""
         queue = self._grabber.open_queue(depth)
-        self._queues = [*(q for q in self._queues if not q.closed), queue]
+        with self._lock:
+            self._queues = [*(q for q in self._queues if not q.closed), queue]
         return queue
 
     def _on_features_changed(self, names: frozenset[str]) -> None:
