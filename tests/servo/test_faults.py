@@ -14,6 +14,7 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.state_machine import State
+from patience import PATIENCE, until
 
 BOARD = at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
 FACE = (1.35, -0.1, 0.8)
@@ -271,24 +272,20 @@ def test_a_stop_is_not_held_up_by_a_command_that_hangs():
 
     def hang(twist):
         entered.set()
-        leave.wait(10)
+        leave.wait(PATIENCE)
 
     robot.move_hand = hang
     gate = CommandGate(robot, Config())
     sender = threading.Thread(target=gate.send, args=(fast(), 0.0))
     sender.start()
-    assert entered.wait(5)
+    assert entered.wait(PATIENCE)
     stopper = threading.Thread(target=gate.halt, args=("pressed",))
     before = robot.stops
     stopper.start()
-    for _ in range(500):
-        if robot.stops > before:
-            break
-        stopper.join(0.01)
-    assert robot.stops > before
+    until(lambda: robot.stops > before)
     leave.set()
-    sender.join(5)
-    stopper.join(5)
+    sender.join(PATIENCE)
+    stopper.join(PATIENCE)
     assert not robot.moving
 
 

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from test_closed_loop import options
 
+from patience import PROGRAM
+
 LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"
 RUN = """
 import sys
@@ -97,7 +99,7 @@ def test_launch_starts_it_and_all_ends_with_the_loop(domain, tmp_path):
         start_new_session=True,
     )
     try:
-        said, _ = launched.communicate(timeout=50)
+        said, _ = launched.communicate(timeout=PROGRAM)
     finally:
         if launched.poll() is None:
             os.killpg(launched.pid, signal.SIGKILL)
