@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 
-from grabbergui.core import pfnc
-from grabbergui.core.errors import UsageError
+from grabbergui.core import pfnc, picture_files
+from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.driver.playback.recording import DEFAULT_RATE, Recording, rising
@@ -51,11 +50,9 @@ class FolderRecording(Recording):
         if note is not None and file.suffix == ".raw":
             return rebuilt(content, note, received_ns)
         try:
-            pixels = cv2.imdecode(content, cv2.IMREAD_UNCHANGED) if content.size else None
-        except cv2.error:
-            pixels = None
-        if pixels is None:
-            raise RecordingError(f"{file} is no picture that can be read, or was cut short")
+            pixels = picture_files.decode(content)
+        except RemoteProtocolError as error:
+            raise RecordingError(f"{file}: {error}") from None
         if note is None:
             note = _foreign(pixels, index)
         elif format_named(note.pixel_format).family is Family.RGB and pixels.ndim == 3:

@@ -9,6 +9,7 @@ from typing import Final
 import cv2
 import numpy as np
 
+from grabbergui.core import picture_files
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Buffer
@@ -64,12 +65,7 @@ def _comment(envelope: str) -> bytes:
 def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
     """Image header, pixels (rgb or mono) and envelope of one picture. Raises RemoteProtocolError."""
     data = np.frombuffer(jpeg, np.uint8)
-    try:
-        pixels = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if len(data) else None
-    except cv2.error:
-        pixels = None
-    if pixels is None:
-        raise RemoteProtocolError(f"{len(data)} bytes that are no JPEG picture")
+    pixels = picture_files.decode(data)
     if pixels.dtype != np.uint8:
         raise RemoteProtocolError(f"a picture of {pixels.dtype}, JPEG has bytes")
     colour = pixels.ndim == 3

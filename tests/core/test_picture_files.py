@@ -1,0 +1,99 @@
+"""Pictures that others sent as files: what their headers announce, and what is refused unread."""
+
+import struct
+import tracemalloc
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grabbergui.core import picture_files
+from grabbergui.core.errors import RemoteProtocolError
+
+PICTURE = np.arange(21 * 13 * 3, dtype=np.uint16).astype(np.uint8).reshape(13, 21, 3)
+KINDS = (".png", ".jpg", ".bmp", ".tiff")
+
+
+def encoded(kind, *parameters):
+    return cv2.imencode(kind, PICTURE, parameters)[1].reshape(-1)
+
+
+def png_of(width, height):
+    header = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    pixels = b"IDAT" + zlib.compress(bytes(1000))
+    parts = (header, pixels, b"IEND")
+    chunks = (struct.pack(">I", len(p) - 4) + p + struct.pack(">I", zlib.crc32(p)) for p in parts)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def jpeg_of(width, height):
+    file = encoded(".jpg").tobytes()
+    at = file.index(b"\xff\xc0")
+    return file[: at + 5] + struct.pack(">HH", height, width) + file[at + 9 :]
+
+
+def bmp_of(width, height):
+    file = encoded(".bmp").tobytes()
+    return file[:18] + struct.pack("<ii", width, height) + file[26:]
+
+
+@pytest.mark.parametrize("kind", [*KINDS[:3], ".progressive"])
+def test_headers_announce_the_size(kind):
+    progressive = kind == ".progressive"
+    file = encoded(".jpg", cv2.IMWRITE_JPEG_PROGRESSIVE, 1) if progressive else encoded(kind)
+    assert picture_files.announced_size(file.tobytes()) == (21, 13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_pictures_are_decoded(kind):
+    picture = picture_files.decode(encoded(kind))
+    assert picture.shape == PICTURE.shape
+    assert kind == ".jpg" or np.array_equal(picture, PICTURE)
+
+
+@pytest.mark.parametrize(
+    ("file", "size"),
+    [
+        (png_of(30000, 30000), "30000×30000"),
+        (png_of(2**32 - 1, 1), "4294967295×1"),
+        (jpeg_of(65500, 65500), "65500×65500"),
+        (bmp_of(20000, -20000), "20000×20000"),
+    ],
+)
+def test_what_announces_too_much_is_refused_before_memory_is_taken(file, size):
+    tracemalloc.start()
+    try:
+        with pytest.raises(RemoteProtocolError, match=size):
+            picture_files.decode(np.frombuffer(file, np.uint8))
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_jpeg_is_measured_behind_filling_and_comments():
+    file = encoded(".jpg").tobytes()
+    more = b"\xff\xd8" + b"\xff\xff\xff\xfe" + struct.pack(">H", 2 + 300) + bytes(300) + file[2:]
+    assert picture_files.announced_size(more) == (21, 13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_cut_short_is_refused_or_shown_as_far_as_it_goes(kind):
+    file = encoded(kind)
+    for length in range(0, file.size, 7):
+        try:
+            picture = picture_files.decode(file[:length])
+        except RemoteProtocolError:
+            continue
+        assert picture.shape == PICTURE.shape
+
+
+BEGINNINGS = (b"", b"\xff\xd8", b"\xff\xd8\xff\xc0", b"\x89PNG\r\n\x1a\n", b"BM")
+
+
+@given(st.sampled_from(BEGINNINGS), st.binary(max_size=60))
+def test_any_bytes_are_measured_or_not(begin, rest):
+    size = picture_files.announced_size(begin + rest)
+    assert size is None or min(size) >= 0
