@@ -22,6 +22,7 @@ from grabbergui.driver.aravis.library import (
 )
 from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.stream_slot import StreamSlot
 
 
 class AravisDevice(Device):
@@ -32,8 +33,7 @@ class AravisDevice(Device):
         self._name = name
         self._library: Any = None
         self._device: int | None = None
-        self._stream: AravisStream | None = None
-        self._statistics = StreamStatistics()
+        self._slot = StreamSlot()
         self._writable = False
         # The signal's handler must live as long as the device.
         self._on_control_lost = CONTROL_LOST_CALLBACK(self._on_signal)
@@ -154,19 +154,15 @@ class AravisDevice(Device):
             raise AccessDeniedError("Aravis receives pictures only for whoever controls the camera")
         self.close_stream()
         assert self._device is not None
-        self._stream = AravisStream(library, self._device, request, deliver)
+        self._slot.put(AravisStream(library, self._device, request, deliver))
 
     def close_stream(self) -> None:
         """See Device."""
-        stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.close()
-            self._statistics = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
+        self._slot.close()
 
     def stream_statistics(self) -> StreamStatistics:
         """See Device."""
-        stream = self._stream
-        return stream.statistics() if stream is not None else replace(self._statistics)
+        return self._slot.statistics()
 
     def _library_of_open(self) -> Any:
         if self._device is None:

@@ -24,6 +24,7 @@ from grabbergui.driver.gentl.failures import answering, opening
 from grabbergui.driver.gentl.producer import FoundCamera, Producer
 from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.description import fetch_description
+from grabbergui.driver.stream_slot import StreamSlot
 
 _ACCESS = {
     Access.CONTROL: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_CONTROL,
@@ -40,8 +41,7 @@ class GentlDevice(Device):
         self._name = name
         self._producer: Producer | None = None
         self._device: Any = None
-        self._stream: GentlStream | None = None
-        self._statistics = StreamStatistics()
+        self._slot = StreamSlot()
         self._writable = False
         self._told_lost = threading.Event()
 
@@ -111,21 +111,17 @@ class GentlDevice(Device):
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         """See Device."""
-        if self._stream is not None:
+        if self._slot.taken:
             raise LocalProtocolError("the stream is open already")
-        self._stream = GentlStream(self._opened(), request, deliver)
+        self._slot.put(GentlStream(self._opened(), request, deliver))
 
     def close_stream(self) -> None:
         """See Device."""
-        stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.close()
-            self._statistics = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
+        self._slot.close()
 
     def stream_statistics(self) -> StreamStatistics:
         """See Device."""
-        stream = self._stream
-        return stream.statistics() if stream is not None else replace(self._statistics)
+        return self._slot.statistics()
 
     # -- inside ----------------------------------------------------------------------------------
     def _opened(self) -> Any:

@@ -44,13 +44,7 @@ Address = tuple[str, int]
 SLOW_COMMAND_S = 0.3
 "How long the camera takes to save a user set, as if it wrote flash memory."
 
-_STATUS = {
-    Refusal.INVALID_ADDRESS: Status.INVALID_ADDRESS,
-    Refusal.WRITE_PROTECT: Status.WRITE_PROTECT,
-    Refusal.BAD_ALIGNMENT: Status.BAD_ALIGNMENT,
-    Refusal.INVALID_PARAMETER: Status.INVALID_PARAMETER,
-    Refusal.ACCESS_DENIED: Status.ACCESS_DENIED,
-}
+_STATUS = {refusal: Status[refusal.name] for refusal in Refusal}
 _WRITES = (CommandCode.WRITEREG, CommandCode.WRITEMEM)
 _FAILED = 0x8000
 _ON_CONTROL = Control.EXCLUSIVE | Control.CONTROL

@@ -42,13 +42,7 @@ from grabbergui.driver.u3v.stream_protocol import Leader, PayloadType, Trailer, 
 TRANSFERS_AHEAD = 4
 "Transfers left in the stream pipe at which the next frame is rendered."
 
-_STATUS = {
-    Refusal.INVALID_ADDRESS: Status.INVALID_ADDRESS,
-    Refusal.WRITE_PROTECT: Status.WRITE_PROTECT,
-    Refusal.BAD_ALIGNMENT: Status.BAD_ALIGNMENT,
-    Refusal.INVALID_PARAMETER: Status.INVALID_PARAMETER,
-    Refusal.ACCESS_DENIED: Status.ACCESS_DENIED,
-}
+_STATUS = {refusal: Status[refusal.name] for refusal in Refusal}
 
 
 @dataclass
