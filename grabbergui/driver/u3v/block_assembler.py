@@ -8,6 +8,7 @@ several blocks in a row have followed the plan.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -92,7 +93,7 @@ class BlockAssembler:
 
     def __post_init__(self) -> None:
         self._sizes = self.plan.payload_sizes
-        self._offsets = [sum(self._sizes[:index]) for index in range(len(self._sizes))]
+        self._offsets = list(itertools.accumulate(self._sizes, initial=0))
         self._scratch = np.empty(self.buffer_size, np.uint8)
 
     @property
@@ -135,7 +136,8 @@ class BlockAssembler:
             self.ignored += 1
             self._lose_step()
             return None
-        if is_trailer(head):
+        # Pixels may begin as a trailer does; one that comes early has its block's id, too.
+        if is_trailer(head) and (request.kind is not Kind.PAYLOAD or _closes(head, block)):
             return self._end(request, head, block)
         if request.kind is not Kind.PAYLOAD:
             self.ignored += 1
@@ -167,11 +169,8 @@ class BlockAssembler:
 
     def _end(self, request: Request, head: bytes, block: Block) -> Block | None:
         assert block.leader is not None
-        try:
-            trailer = Trailer.decode(head, block.leader.payload_type)
-        except RemoteProtocolError:
-            trailer = None
-        if trailer is None or trailer.block_id != block.leader.block_id:
+        trailer = Trailer.decode(head, block.leader.payload_type)
+        if trailer.block_id != block.leader.block_id:
             # A leader that contradicts its trailer: one of them belongs to another block.
             self.ignored += 1
             self._drop_block()
@@ -241,3 +240,9 @@ class BlockAssembler:
     def _lose_step(self) -> None:
         self.in_step = False
         self._followed = 0
+
+
+def _closes(head: bytes, block: Block) -> bool:
+    """Whether what begins as a trailer is that of this block."""
+    assert block.leader is not None
+    return Trailer.decode(head, block.leader.payload_type).block_id == block.leader.block_id

@@ -37,10 +37,10 @@ class Abrm:
     SBRM_ADDRESS = 0x1D8
     DEVICE_CONFIGURATION = 0x1E0
     TIMESTAMP = 0x1F0
-    "u64, ticks; valid after a latch."
+    "u64, nanoseconds; valid after a latch."
     TIMESTAMP_LATCH = 0x1F8
     TIMESTAMP_INCREMENT = 0x1FC
-    "u64, nanoseconds a tick."
+    "u64, nanoseconds by which it advances at a time: how exact it is, not a factor."
     ACCESS_PRIVILEGE = 0x204
     PROTOCOL_ENDIANNESS = 0x208
     IMPLEMENTATION_ENDIANNESS = 0x20C

@@ -14,7 +14,6 @@ from typing import Any
 
 from grabbergui.core.errors import (
     AccessDeniedError,
-    AckTimeoutError,
     DeviceLostError,
     DeviceStatusError,
     GrabberError,
@@ -103,6 +102,10 @@ class U3vDevice(Device):
             registers.clear_halts()
             self._camera, self._handle, self._registers = camera, handle, registers
             self._read_bootstrap(registers)
+            self.info = camera.info
+            with contextlib.suppress(DeviceStatusError):
+                self.info = replace(self.info, **self._names(registers))
+            # Last: a thread that would have to be ended where anything after it fails.
             self._start_watching(camera, handle, registers)
         except BaseException:
             self._camera = self._handle = self._registers = None
@@ -114,9 +117,6 @@ class U3vDevice(Device):
         self._access = access
         # The same camera again after a replug, whatever was asked for the first time.
         self._name = self._name or camera.info.serial
-        self.info = camera.info
-        with contextlib.suppress(DeviceStatusError):
-            self.info = replace(self.info, **self._names(registers))
         return access
 
     def close(self) -> None:
@@ -196,12 +196,13 @@ class U3vDevice(Device):
             return
         registers = self._opened()
         try:
-            increment = registers.read_u64(Abrm.TIMESTAMP_INCREMENT) or 1
             self._clock.synchronise(
                 lambda: registers.write_u32(Abrm.TIMESTAMP_LATCH, 1),
-                lambda: registers.read_u64(Abrm.TIMESTAMP) * increment,
+                lambda: registers.read_u64(Abrm.TIMESTAMP),
             )
-        except (DeviceStatusError, AckTimeoutError) as error:
+        except DeviceLostError:
+            raise
+        except GrabberError as error:  # whatever is wrong with it, the camera does without
             self._has_clock = False
             log.info("%s: its clock cannot be read: %s", self.info.title, error)
 

@@ -112,7 +112,10 @@ class LibusbQueue(TransferQueue):
     def reset_endpoint(self) -> None:
         """Halt and clear."""
         try:
-            self._handle.controlWrite(0x02, usb1.REQUEST_SET_FEATURE, 0, self._stream.endpoint_in, b"", 500)
+            with contextlib.suppress(usb1.USBErrorPipe):  # a device may refuse to be halted
+                self._handle.controlWrite(
+                    0x02, usb1.REQUEST_SET_FEATURE, 0, self._stream.endpoint_in, b"", 500
+                )
             self._handle.clearHalt(self._stream.endpoint_in)
         except usb1.USBError as error:
             raise self._ours(error) from error

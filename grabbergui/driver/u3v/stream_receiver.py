@@ -25,8 +25,6 @@ log = logging.getLogger(__name__)
 
 BYTES_IN_FLIGHT = 8 << 20
 "Half of Linux's default limit (usbfs_memory_mb = 16) for all transfers of all programs."
-BUFFERS = 32
-"Payload buffers that may be in use at once, those being filled included."
 WAIT_TIME = 0.1
 "Seconds after which the thread looks whether it should end."
 ERRORS_IN_A_ROW = 5
@@ -53,7 +51,7 @@ class StreamReceiver:
         self._on_lost = on_lost
         self._deliver_incomplete = deliver_incomplete
         self._assembler = BlockAssembler(plan, self._take_buffer, packet_size)
-        self._pool = BufferPool(self._assembler.buffer_size, BUFFERS)
+        self._pool = BufferPool(self._assembler.buffer_size)
         self._statistics = StreamStatistics()
         self._meter = RateMeter()
         self._last_id: int | None = None

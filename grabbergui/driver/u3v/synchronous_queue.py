@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 from collections import deque
 
@@ -61,7 +62,8 @@ class SynchronousQueue(TransferQueue):
 
     def reset_endpoint(self) -> None:
         """Halt and clear."""
-        self._handle.set_halt(self._stream.endpoint_in)
+        with contextlib.suppress(EndpointHaltedError):  # a device may refuse to be halted
+            self._handle.set_halt(self._stream.endpoint_in)
         self._handle.clear_halt(self._stream.endpoint_in)
 
     def wake(self) -> None:

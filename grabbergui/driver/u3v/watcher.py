@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError
+from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.driver.u3v.enumeration import BulkInterface
 from grabbergui.driver.u3v.gencp import Event, decode_events
 from grabbergui.driver.u3v.stream_protocol import round_up
@@ -22,6 +22,8 @@ WAIT_TIME = 0.2
 "Seconds after which the thread looks whether it should end."
 PRESENCE_PERIOD = 1.0
 "Seconds between looks whether a camera without event interface is still plugged in."
+ERRORS_IN_A_ROW = 5
+"Failed transfers after which the camera is given up, though it is still plugged in."
 CLOCK_PERIOD = 10.0
 "Seconds between readings of the camera's clock: crystals drift by up to a millisecond in that time."
 
@@ -45,6 +47,8 @@ class Watcher:
         self._on_event = on_event
         self._on_lost = on_lost
         self._synchronise_clock = synchronise_clock
+        self._errors = 0
+        "Failed event transfers since one that did not."
         self._stopping = threading.Event()
         packet_size = event.packet_size if event else 1024
         room = round_up(min(max(longest_event, packet_size), LARGEST_EVENT), packet_size)
@@ -84,6 +88,12 @@ class Watcher:
         except EndpointHaltedError:
             self._handle.clear_halt(event.endpoint_in)
             return
+        except DeviceLostError:
+            raise
+        except TransportError as error:
+            self._endure(error)
+            return
+        self._errors = 0
         try:
             records = decode_events(self._inbox[:length].tobytes())
         except RemoteProtocolError as error:
@@ -92,6 +102,14 @@ class Watcher:
             return
         for record in records:
             self._on_event(record.event_id, self._adapted(record))
+
+    def _endure(self, error: TransportError) -> None:
+        """Go on after a disturbance on the bus, or an event longer than announced; not after too many."""
+        log.info("event: %s", error)
+        self._errors += 1
+        if self._errors > ERRORS_IN_A_ROW or not self._handle.is_present():
+            raise error
+        self._stopping.wait(WAIT_TIME)  # a failure comes at once, where a time-out would have waited
 
     @staticmethod
     def _adapted(record: Event) -> bytes:

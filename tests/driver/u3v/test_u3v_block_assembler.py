@@ -141,3 +141,23 @@ def test_no_order_of_transfers_confuses_it_for_long(noise: list[bytes | int], de
         link.send(*block_transfers(block_id))
     assert link.ids[-3:] == [1002, 1003, 1004]
     assert link.blocks[-1].missing == 0
+
+
+def test_pixels_that_begin_as_a_trailer_are_pixels() -> None:
+    link = Link()
+    leader, first, _, last, trailer = block_transfers(5)
+    pixels = Trailer(77, 0, 2048, 2).encode(PayloadType.IMAGE).ljust(2048, b"\x55")
+    link.send(leader, first, pixels, last, trailer)
+    assert link.assembler.in_step
+    assert link.ids == [5]
+    assert link.blocks[0].missing == 0
+    assert link.blocks[0].buffer[2048:4096].tobytes() == pixels
+
+
+def test_a_plan_of_very_many_transfers_is_made_at_once() -> None:
+    plan = TransferPlan(1024, 1024, 300_000, 512, 0, 1024)
+    assembler = BlockAssembler(plan, lambda: None)
+    requests = [assembler.next_request() for _ in range(300_003)]
+    assert [request.kind for request in (requests[0], requests[-1])] == [Kind.LEADER, Kind.TRAILER]
+    start = assembler.next_request().block.buffer.ctypes.data
+    assert requests[-2].view.ctypes.data - start == 300_000 * 1024

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from u3v_bench import wait_for
 
+from grabbergui.core import buffers
 from grabbergui.core.errors import (
     AccessDeniedError,
     AckTimeoutError,
@@ -28,6 +29,7 @@ from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, STREAM_IN
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.u3v import source
+from grabbergui.driver.u3v.bootstrap import Abrm
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
 
@@ -66,7 +68,8 @@ def test_fifty_frames_arrive_whole(plug_in) -> None:
     assert steps[0] != 0
 
 
-def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in) -> None:
+def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in, monkeypatch) -> None:
+    monkeypatch.setattr(buffers, "MOST", 32)
     _, device = plug_in()
     camera = Camera(device)
     camera.open()
@@ -104,6 +107,52 @@ def test_time_stamps_are_on_the_hosts_clock(plug_in) -> None:
     assert all(before - 50_000_000 < frame.received_ns < after for frame in frames)
     offsets = [frame.received_ns - frame.timestamp_ns for frame in frames]
     assert max(offsets) - min(offsets) < 1_000_000, "mapped, not the time of arrival"
+
+
+def test_the_cameras_clock_is_in_nanoseconds_however_coarse_it_is(plug_in, monkeypatch) -> None:
+    simulated, device = plug_in()
+    read = simulated.registers.read
+
+    def coarse(address: int, length: int) -> bytes:
+        return (1000).to_bytes(8, "little") if address == Abrm.TIMESTAMP_INCREMENT else read(address, length)
+
+    monkeypatch.setattr(simulated.registers, "read", coarse)
+    device.open(Access.CONTROL)
+    device.open_stream(StreamRequest(64 * 48), lambda frame: None)
+    now = time.time_ns()
+    mapped = device._clock.host_time(simulated.model.timestamp(), arrival_ns=now + 50 * 10**9)
+    assert mapped < now + 10 * 10**9, "the arrival stands where the clock is not believed"
+    device.close()
+
+
+def test_a_camera_whose_clock_makes_no_sense_is_not_lost(plug_in, monkeypatch) -> None:
+    simulated, device = plug_in()
+    read, lost = simulated.registers.read, []
+
+    def cut_short(address: int, length: int) -> bytes:
+        return read(address, length)[: 2 if address == Abrm.TIMESTAMP else length]
+
+    monkeypatch.setattr(simulated.registers, "read", cut_short)
+    device.on_lost = lost.append
+    camera = Camera(device)
+    camera.open()
+    assert len(grab(camera, 3)) == 3
+    camera.close()
+    assert not lost
+
+
+def test_a_camera_that_refuses_to_be_halted_streams(plug_in, monkeypatch) -> None:
+    simulated, device = plug_in()
+    answer = simulated.control_request
+
+    def stubborn(request_type: int, request: int, value: int, index: int) -> bytes | None:
+        return None if (request_type, request) == (0x02, 3) else answer(request_type, request, value, index)
+
+    monkeypatch.setattr(simulated, "control_request", stubborn)
+    camera = Camera(device)
+    camera.open()
+    assert len(grab(camera, 3)) == 3
+    camera.close()
 
 
 def test_features_are_read_and_written(plug_in) -> None:
@@ -394,3 +443,20 @@ def test_unplugged_at_every_step_it_fails_clearly_and_opens_again(plug_in) -> No
     simulated.faults.unplug_after_commands = 0
     simulated.plug_in()
     _everything(device)
+
+
+def test_opening_that_fails_at_any_step_leaves_nothing_behind(plug_in) -> None:
+    simulated, device = plug_in()
+    device.open(Access.CONTROL)
+    device.close()
+    commands, bus = simulated.commands_seen, device._backend
+    threads = set(threading.enumerate())
+    for step in range(1, commands):
+        simulated.plug_in()
+        simulated.faults.unplug_after_commands = step
+        with pytest.raises(GrabberError):
+            device.open(Access.CONTROL)
+        assert bus.opened == 0, f"step {step}"
+        assert set(threading.enumerate()) <= threads, f"step {step}"
+        simulated.unplug()
+    simulated.faults.unplug_after_commands = 0
