@@ -10,10 +10,11 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
 from grabbergui.models.features import sensor_region
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.drawing_tool import Purpose
 
@@ -29,14 +30,14 @@ class RegionController(QObject):
         self._window = window
         self._connection = connection
         self._picture = picture
-        self._possible = False
-        self._bridge = bridge = Bridge(self)
-        bridge.bind(connection.opened, self._on_connection_opened)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        self._bridge = Bridge(self)
         window.actionRegion.triggered.connect(lambda: window.picture.draw(Purpose.SENSOR_REGION))
         window.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
         window.picture.drawing.regionDrawn.connect(self._on_region_drawn)
-        self._enable()
+        ability = CameraAbility(
+            self, connection, sensor_region.has_region, window.actionRegion, window.actionFullSensor
+        )
+        ability.ended.connect(window.picture.drawing.cancel)
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
         frame = self._picture.frame
@@ -65,28 +66,3 @@ class RegionController(QObject):
             done=lambda _: self._bridge.call(self._window.picture.canvas.fit),
             failed=failed,
         )
-
-    def _on_connection_opened(self, source: OpenSource) -> None:
-        grabber = source.grabber
-        if grabber is None or source.read_only:
-            return
-
-        def done(possible: bool) -> None:
-            self._bridge.call(lambda: self._allow(source, possible))
-
-        source.worker.submit(lambda: sensor_region.has_region(grabber), done=done)
-
-    def _allow(self, source: OpenSource, possible: bool) -> None:
-        self._possible = possible and source is self._connection.source
-        self._enable()
-
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
-        if state in (LinkState.CLOSED, LinkState.OPENING):
-            self._possible = False
-            self._window.picture.drawing.cancel()
-        self._enable()
-
-    def _enable(self) -> None:
-        possible = self._possible and self._connection.state.connected
-        self._window.actionRegion.setEnabled(possible)
-        self._window.actionFullSensor.setEnabled(possible)

@@ -9,11 +9,11 @@ from functools import partial
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
 from grabbergui.models.settings import user_sets
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.models.settings.user_sets import UserSet
-from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.camera_ability import CameraAbility
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.user_sets_dialog import UserSetsDialog
@@ -27,16 +27,12 @@ class UserSetsController(QObject):
     def __init__(self, window: MainWindow, connection: Connection, work: CameraWork) -> None:
         super().__init__(window)
         self._window = window
-        self._connection = connection
         self._work = work
-        self._possible = False
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
-        self._bridge = bridge = Bridge(self)
-        bridge.bind(connection.opened, self._on_connection_opened)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
         window.actionUserSets.triggered.connect(self.show)
-        self._enable()
+        ability = CameraAbility(self, connection, user_sets.has_user_sets, window.actionUserSets)
+        ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:
         """Ask the camera for its sets, and show them."""
@@ -54,6 +50,10 @@ class UserSetsController(QObject):
 
     def _on_dialog_finished(self, _: int) -> None:
         self.dialog = None
+
+    def _on_camera_ended(self) -> None:
+        if self.dialog is not None:
+            self.dialog.reject()
 
     def _load(self, name: str) -> None:
         def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> int:
@@ -87,31 +87,6 @@ class UserSetsController(QObject):
                 self.dialog.setSets(sets)
 
         self._work.run(title, work, done)
-
-    # -- whether it can be used --------------------------------------------------------------------
-    def _on_connection_opened(self, source: OpenSource) -> None:
-        grabber = source.grabber
-        if grabber is None or source.read_only:
-            return
-
-        def told(possible: bool) -> None:
-            self._bridge.call(lambda: self._allow(source, possible))
-
-        source.worker.submit(lambda: user_sets.has_user_sets(grabber), done=told)
-
-    def _allow(self, source: OpenSource, possible: bool) -> None:
-        self._possible = possible and source is self._connection.source
-        self._enable()
-
-    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
-        if state in (LinkState.CLOSED, LinkState.OPENING):
-            self._possible = False
-            if self.dialog is not None:
-                self.dialog.reject()
-        self._enable()
-
-    def _enable(self) -> None:
-        self._window.actionUserSets.setEnabled(self._possible and self._connection.state.connected)
 
 
 def _read(hands: NotingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
