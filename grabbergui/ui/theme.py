@@ -32,14 +32,21 @@ class Colours:
     "Behind editors, lists and text fields."
     raised: str
     "Buttons, headers."
+    hover: str
+    "Buttons and rows under the mouse."
     line: str
-    "Borders and dividers."
+    "Dividers."
+    edge: str
+    "Around fields and buttons: seen against `window`, `panel` and `raised`."
+    knob: str
+    "The handle of a slider."
     text: str
     muted: str
     "Text of less importance; at least 4.5:1 on `window`."
     faint: str
     "Disabled text."
     accent: str
+    accent_hover: str
     on_accent: str
     canvas: str
     "Around the picture: neutral, so that it does not change how colours are seen."
@@ -53,12 +60,16 @@ class Colours:
 LIGHT = Colours(
     window="#f3f5f7",
     panel="#ffffff",
-    raised="#e9edf1",
-    line="#cdd5dd",
+    raised="#fbfcfd",
+    hover="#e3e9ef",
+    line="#d3dae1",
+    edge="#a9b4bf",
+    knob="#ffffff",
     text="#17212b",
     muted="#566472",
     faint="#9aa6b1",
     accent="#0b6bcb",
+    accent_hover="#2a80d6",
     on_accent="#ffffff",
     canvas="#2a2d31",
     good="#137a3e",
@@ -72,11 +83,15 @@ DARK = Colours(
     window="#1e2226",
     panel="#16191c",
     raised="#2b3036",
+    hover="#3a4149",
     line="#3b424a",
+    edge="#56606b",
+    knob="#dfe5ea",
     text="#e4e8ec",
     muted="#9fabb7",
     faint="#66717c",
     accent="#4aa3ff",
+    accent_hover="#74b8ff",
     on_accent="#07182a",
     canvas="#101214",
     good="#5ccf8a",
@@ -101,8 +116,10 @@ def dress(app: QApplication, theme: Theme = Theme.AUTO) -> Colours:
     if app.platformName() == "offscreen":
         app.setFont(QFont(app.font().family(), OFFSCREEN_POINTS))
     app.setPalette(palette(colours))
-    style = (resources.files("grabbergui.resources") / "style.qss").read_text(encoding="utf-8")
-    app.setStyleSheet(Template(style).substitute(vars(colours)))
+    folder = resources.files("grabbergui.resources")
+    style = Template((folder / "style.qss").read_text(encoding="utf-8"))
+    look = "dark" if colours is DARK else "light"
+    app.setStyleSheet(style.substitute(vars(colours), controls=folder / "controls", look=look))
     for window in app.topLevelWidgets():
         icons.apply(window)
     return colours
@@ -148,7 +165,7 @@ def palette(colours: Colours) -> QPalette:
         QPalette.Window: colours.window,
         QPalette.WindowText: colours.text,
         QPalette.Base: colours.panel,
-        QPalette.AlternateBase: colours.raised,
+        QPalette.AlternateBase: colours.hover,
         QPalette.Text: colours.text,
         QPalette.Button: colours.raised,
         QPalette.ButtonText: colours.text,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QEvent, pyqtSignal
-from PyQt5.QtGui import QPalette
-from PyQt5.QtWidgets import QAction, QActionGroup, QApplication, QMenu, QToolButton, QWidget
+from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtWidgets import QAction, QActionGroup, QMenu, QToolButton, QWidget
 
 from grabbergui.core.features import Feature, FeatureKind
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
@@ -33,7 +32,6 @@ class AutoButton(QToolButton):
         if entries_changed:
             self._fill_menu(feature)
         self.setChecked(feature.value not in (AUTO_OFF, False, None))
-        self._light()
         self.setText(self.tr("Once") if feature.value == AUTO_ONCE else self.tr("Auto"))
         for action in self._group.actions():
             action.setChecked(action.data() == feature.value)
@@ -42,23 +40,6 @@ class AutoButton(QToolButton):
         state = f"{feature.title}: {feature.value}"
         problem = self.tr("{0}\nIt {1}.").format(state, feature.access_problem())
         self.setToolTip(state if feature.access.writable else problem)
-
-    def changeEvent(self, event: QEvent | None) -> None:
-        """Follow the desktop from light to dark."""
-        super().changeEvent(event)
-        if event is not None and event.type() in (
-            QEvent.Type.ApplicationPaletteChange,
-            QEvent.Type.StyleChange,
-        ):
-            self._light()
-
-    def _light(self) -> None:
-        palette = QPalette()  # nothing of its own: whatever the window has
-        if self.isChecked():
-            palette = QApplication.palette()
-            palette.setBrush(QPalette.ColorRole.Button, palette.highlight())
-            palette.setBrush(QPalette.ColorRole.ButtonText, palette.highlightedText())
-        self.setPalette(palette)
 
     def _fill_menu(self, feature: Feature) -> None:
         self._menu.clear()
