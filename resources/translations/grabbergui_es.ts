@@ -82,17 +82,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="37"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="35"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="37"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="35"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="43"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="41"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -1039,54 +1039,54 @@ It {1}.</source>
         <translation>Nitidez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="38"/>
         <source>Draw the region that is to be sharp</source>
         <translation>Dibujar la región que debe ser nítida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="39"/>
         <source>Choose region</source>
         <translation>Elegir región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="44"/>
         <source>Score the whole picture</source>
         <translation>Valorar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="45"/>
         <source>Whole picture</source>
         <translation>Toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="50"/>
         <source>Forget the best score</source>
         <translation>Olvidar el mejor valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="51"/>
         <source>Begin anew</source>
         <translation>Empezar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="24"/>
         <source>Sharpness over time</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="40"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="41"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="53"/>
-        <source>sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
-        <translation>nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="59"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="60"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="54"/>
+        <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
+        <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
 </context>
 <context>
@@ -1153,11 +1153,6 @@ It {1}.</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="53"/>
-        <source>mean {0}    {1:.2%} saturated    {2:.2%} black</source>
-        <translation>media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
-    </message>
-    <message>
         <location filename="../../grabbergui/ui/forms/histogram_panel.ui" line="38"/>
         <source>Show from black to white what 99 % of the picture is made of; the camera and what is saved stay as they are</source>
         <translation>Mostrar de negro a blanco lo que ocupa el 99 % de la imagen; la cámara y lo que se guarda no cambian</translation>
@@ -1167,76 +1162,81 @@ It {1}.</source>
         <source>Fit levels</source>
         <translation>Ajustar niveles</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="56"/>
+        <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
+        <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
+    </message>
 </context>
 <context>
     <name>KeepingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="27"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="34"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="72"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="79"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="80"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="87"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="85"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="92"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="119"/>
         <source>Saved {0} settings to {1}</source>
         <translation>{0} ajustes guardados en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="141"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="193"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="158"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="165"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="90"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="114"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="121"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="194"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="136"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="143"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="159"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="166"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
@@ -1292,6 +1292,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/log_panel.ui" line="46"/>
         <source>Log</source>
         <translation>Registro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="49"/>
+        <source>What the program and its drivers have to say appears here.</source>
+        <translation>Aquí aparece lo que dicen el programa y sus controladores.</translation>
     </message>
 </context>
 <context>
@@ -2125,27 +2130,27 @@ It {1}.</source>
         <translation>El camino de una imagen, y dónde se detiene</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="39"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="51"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="40"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="52"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="41"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="53"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="42"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="54"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="43"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="55"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -2208,7 +2213,7 @@ It {1}.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="112"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
@@ -2339,7 +2344,7 @@ It {1}.</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/profile_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/profile_panel.py" line="42"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -2367,82 +2372,82 @@ It {1}.</source>
         <translation>Grabar cada imagen desde ahora; otra vez para parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="24"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="27"/>
         <source>What the recording is made of</source>
         <translation>En qué consiste la grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="25"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="28"/>
         <source>Kind of recording</source>
         <translation>Tipo de grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="35"/>
         <source>When the recording ends by itself</source>
         <translation>Cuándo acaba sola la grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="36"/>
         <source>End of the recording</source>
         <translation>Final de la grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="37"/>
         <source>Until stopped</source>
         <translation>Hasta pararla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="38"/>
         <source>For a time</source>
         <translation>Durante un tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="39"/>
         <source>So many frames</source>
         <translation>Tantas imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="40"/>
         <source>Up to a size</source>
         <translation>Hasta un tamaño</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="45"/>
         <source>How much is recorded at most</source>
         <translation>Cuánto se graba como máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="46"/>
         <source>Length of the recording</source>
         <translation>Duración de la grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="54"/>
         <source>Folder</source>
         <translation>Carpeta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="55"/>
         <source>Choose where recordings go</source>
         <translation>Elegir dónde se guardan las grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="56"/>
         <source>Folder of recordings</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="71"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="68"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="72"/>
         <source>Play the last recording in place of the camera</source>
         <translation>Reproducir la última grabación en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="69"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="73"/>
         <source>Play the last recording</source>
         <translation>Reproducir la última grabación</translation>
     </message>
@@ -2518,12 +2523,12 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/region.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/region.py" line="60"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/region.py" line="52"/>
+        <location filename="../../grabbergui/ui/controllers/region.py" line="53"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
@@ -2801,19 +2806,9 @@ It {1}.</source>
         <translation>Ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
-        <source>Camera before</source>
-        <translation>Cámara antes</translation>
-    </message>
-    <message>
         <location filename="../../grabbergui/ui/forms/settings_report.ui" line="21"/>
         <source>File</source>
         <translation>Archivo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
-        <source>What happened</source>
-        <translation>Qué ha pasado</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/settings_report.ui" line="23"/>
@@ -2841,44 +2836,59 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="74"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="71"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="72"/>
-        <source>would write</source>
-        <translation>se escribiría</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="73"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="77"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="74"/>
-        <source>different</source>
-        <translation>distinto</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="79"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="80"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="81"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="20"/>
+        <source>Camera</source>
+        <translation>Cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/settings_report.ui" line="22"/>
+        <source>Result</source>
+        <translation>Resultado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="70"/>
+        <source>Nothing to do</source>
+        <translation>Nada que hacer</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="76"/>
+        <source>differs</source>
+        <translation>difiere</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="78"/>
+        <source>came out different</source>
+        <translation>quedó distinto</translation>
     </message>
 </context>
 <context>
@@ -3081,49 +3091,49 @@ It {1}.</source>
         <translation>Resolución y formato de píxel</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="40"/>
         <source>Frames per second from the camera, and pictures painted</source>
         <translation>Imágenes por segundo de la cámara y dibujadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="41"/>
         <source>Frame rates</source>
         <translation>Frecuencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="49"/>
         <source>Payload received per second</source>
         <translation>Datos recibidos por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="50"/>
         <source>Bandwidth</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="58"/>
         <source>Frames of which nothing arrived, and frames with packets missing, since the start</source>
         <translation>Imágenes de las que no llegó nada e imágenes con paquetes perdidos, desde el inicio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="59"/>
         <source>Lost and incomplete frames</source>
         <translation>Imágenes perdidas e incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="34"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="43"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="56"/>
-        <source>{0:.1f} fps · {1:.0f} painted</source>
-        <translation>{0:.1f} im/s · {1:.0f} dibujadas</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="64"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="82"/>
         <source>{0} lost · {1} incomplete</source>
         <translation>{0} perdidas · {1} incompletas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="74"/>
+        <source>{0:.1f} fps · {1:.0f} shown</source>
+        <translation>{0:.1f} im/s · {1:.0f} mostradas</translation>
     </message>
 </context>
 <context>
@@ -3248,7 +3258,7 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="43"/>
+        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="39"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>

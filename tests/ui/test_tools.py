@@ -65,7 +65,7 @@ def test_the_histogram_is_measured_only_while_it_is_seen_and_is_of_the_whole_fra
     assert program.measuring.wanted.histogram
     total = window.histogram._histogram.channels["grey"].sum()
     assert total == desk.grabber.feature("Width").value * desk.grabber.feature("Height").value
-    assert "mean grey" in window.histogram.figuresLabel.text()
+    assert "Mean grey" in window.histogram.figuresLabel.text()
     linear = window.histogram.plot.values("grey").max()
     window.histogram.logBox.click()
     assert window.histogram.plot.values("grey").max() == pytest.approx(np.log10(linear + 1), rel=0.2)

@@ -60,8 +60,11 @@ class FeatureRow(QWidget):
         for line in (self._cell_line, self._slider_line):
             line.setContentsMargins(0, 0, 0, 0)
             line.setSpacing(6)
+        if indented:  # what is typed into stays in its column
+            self._label.setContentsMargins(INDENT, 0, 0, 0)
+            self._slider_line.setContentsMargins(INDENT, 0, 0, 0)
         self._grid = grid = QGridLayout(self)
-        grid.setContentsMargins(INDENT if indented else 0, 1, 0, 1)
+        grid.setContentsMargins(0, 1, 0, 1)
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(0, 11)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PyQt5.QtCore import QLine, QPoint, pyqtSignal
+from PyQt5.QtCore import QLine, QPoint, QSize, pyqtSignal
 from PyQt5.QtGui import (
     QDragEnterEvent,
     QDragLeaveEvent,
@@ -23,7 +23,7 @@ from grabbergui.ui.editors.feature_rows import FeatureRows
 from grabbergui.ui.editors.row_drag import dragged_feature
 from grabbergui.ui.loader import load_form
 
-CARD_WIDTH = 190
+CARD_WIDTH = 160
 """Least width of one; as many stand in a line as there is room for."""
 MOST_WIDTH = 460
 
@@ -62,6 +62,10 @@ class FavouritesStrip(QWidget):
     def setFeature(self, feature: Feature) -> None:
         """Show a feature that is among the favourites, or the automatic mode of one."""
         self.rows.setFeature(feature)
+
+    def minimumSizeHint(self) -> QSize:
+        """One card wide: the others go to further lines."""
+        return QSize(CARD_WIDTH, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Put as many into a line as there is room for."""

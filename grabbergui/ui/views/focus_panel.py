@@ -36,6 +36,7 @@ class FocusPanel(QWidget):
             angle=0, movable=False, pen=pg.mkPen("#30a46c", style=Qt.PenStyle.DashLine)
         )
         self.plot.addItem(self._best)
+        self.plot.showSeconds()
         self.plot.setXRange(-HISTORY_SECONDS / 2, 0, padding=0)
         self.plot.setToolTip(self.tr("Sharpness over the last seconds; dashed: the best"))
         self.regionButton.clicked.connect(self.regionRequested)
@@ -50,7 +51,7 @@ class FocusPanel(QWidget):
         self._best.setValue(best)
         self._best.setVisible(best > 0)
         share = values[-1] / best if best else 0
-        text = self.tr("sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best")
+        text = self.tr("Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best")
         self.scoreLabel.setText(text.format(values[-1], best, share))
 
     def setWhat(self, region: str) -> None:

@@ -12,6 +12,9 @@ from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.elided_label import ElidedLabel
 
+HEADROOM = 1.1
+"Of the plot, over the highest count between its ends."
+
 
 class HistogramPanel(QWidget):
     """Setters for the histogram and the levels; a signal for levels that were dragged."""
@@ -51,7 +54,7 @@ class HistogramPanel(QWidget):
         self._histogram = histogram
         means = "  ".join(f"{name} {histogram.mean(name):.1f}" for name in histogram.channels)
         self.figuresLabel.setText(
-            self.tr("mean {0}    {1:.2%} saturated    {2:.2%} black").format(
+            self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black").format(
                 means, histogram.saturated, histogram.black
             )
         )
@@ -83,9 +86,11 @@ class HistogramPanel(QWidget):
         counts = {name: histogram.binned(name) for name in histogram.channels}
         bins = next(iter(counts.values())).size
         if self.logBox.isChecked():
-            self.plot.setChannels(self._edges(bins), {n: np.log10(c + 1) for n, c in counts.items()})
-        else:
-            self.plot.setChannels(self._edges(bins), dict(counts))
+            counts = {name: np.log10(count + 1) for name, count in counts.items()}
+        self.plot.setChannels(self._edges(bins), dict(counts))
+        # What is clipped towers over all the rest: it may end above the plot.
+        inner = max(count[1:-1].max() for count in counts.values())
+        self.plot.setYRange(0, HEADROOM * (inner or max(count.max() for count in counts.values()) or 1))
 
     def _edges(self, bins: int) -> np.ndarray:
         return np.linspace(0, self._range, bins + 1)

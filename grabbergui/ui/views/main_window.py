@@ -158,7 +158,7 @@ class MainWindow(QMainWindow):
         # Of docks that lie over each other Qt takes all for visible.
         shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
         tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
-        regions = [self.messages, self.tasks, self.sourcesDock, *cards, self.picture, self.gallery,
+        regions = [self.sourcesDock, *cards, self.messages, self.tasks, self.picture, self.gallery,
                    self.recordingBar, *tools, self.featuresDock]  # fmt: skip
         return give_focus(regions, QApplication.focusWidget(), forward=forward)
 

@@ -102,7 +102,10 @@ class PictureView(QWidget):
         # Wrapped labels tell their height only once they know their width.
         height = self.note.heightForWidth(width)
         x = canvas.x() + (canvas.width() - width) // 2
-        self.note.setGeometry(x, canvas.bottom() - height - NOTE_MARGIN, width, height)
+        bottom = canvas.bottom() - NOTE_MARGIN
+        if self.note.invites:  # there is no picture that it would lie over
+            bottom = canvas.center().y() + height // 2
+        self.note.setGeometry(x, bottom - height, width, height)
         self.note.raise_()
 
     def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:

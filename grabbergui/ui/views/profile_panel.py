@@ -34,6 +34,7 @@ class ProfilePanel(QWidget):
         self.rawBox.toggled.connect(self.rawToggled)
         self.lineButton.clicked.connect(self.lineRequested)
         self.setLine(None)
+        self.clear()
 
     def setLine(self, line: Line | None) -> None:
         """Say where the line is, in the frame's pixels."""
@@ -46,7 +47,9 @@ class ProfilePanel(QWidget):
         """Show the values of each channel along the line."""
         samples = len(next(iter(profile.values())))
         self.plot.setChannels(np.arange(samples), profile)
+        self.plot.showAxes((True, False, False, True))
 
     def clear(self) -> None:
         """Nothing was measured."""
         self.plot.clearChannels()
+        self.plot.showAxes(False)  # they would be of nothing

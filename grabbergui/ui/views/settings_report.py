@@ -45,7 +45,7 @@ class SettingsReport(QDialog):
     def setReport(self, title: str, report: LoadReport) -> None:
         """Show a report; of a dry run, what would be written, with a button to do so."""
         self.setWindowTitle(title)
-        self.headline.setText(". ".join(part for part in (report.summary(), report.problem) if part))
+        self.headline.setText(". ".join(part for part in (self._summary(report), report.problem) if part))
         self.applyButton.setVisible(report.count(Outcome.WOULD_WRITE) > 0)
         self.rollBackButton.setVisible(report.count(Outcome.WRITTEN, Outcome.DIFFERENT) > 0)
         self.table.clear()
@@ -65,13 +65,17 @@ class SettingsReport(QDialog):
         for column in range(4):
             self.table.resizeColumnToContents(column)
 
+    def _summary(self, report: LoadReport) -> str:
+        counts = ((report.count(outcome), self._outcome(outcome)) for outcome in Outcome)
+        return ", ".join(f"{count} {name}" for count, name in counts if count) or self.tr("Nothing to do")
+
     def _outcome(self, outcome: Outcome) -> str:
         return {
             Outcome.WRITTEN: self.tr("written"),
             Outcome.EQUAL: self.tr("equal"),
-            Outcome.WOULD_WRITE: self.tr("would write"),
+            Outcome.WOULD_WRITE: self.tr("differs"),
             Outcome.REFUSED: self.tr("refused"),
-            Outcome.DIFFERENT: self.tr("different"),
+            Outcome.DIFFERENT: self.tr("came out different"),
             Outcome.LEFT_ALONE: self.tr("left alone"),
             Outcome.UNKNOWN: self.tr("unknown"),
             Outcome.CANCELLED: self.tr("cancelled"),

@@ -8,6 +8,9 @@ from PyQt5.QtWidgets import QAction, QDialog, QLabel, QMenu, QMenuBar, QPushButt
 
 from grabbergui.ui.loader import load_form
 
+KEY_WIDTH = 110
+"Pixels of the keys' column, the same in every table."
+
 
 class ShortcutsDialog(QDialog):
     """Two columns of menus; deleted when it is closed."""
@@ -32,7 +35,8 @@ def _table(menu: QMenu | None) -> str:
     if menu is None:
         return ""
     rows = "".join(
-        f"<tr><td><b>{action.shortcut().toString()}</b>&nbsp;&nbsp;&nbsp;</td><td>{_plain(action.iconText())}</td></tr>"
+        f"<tr><td width='{KEY_WIDTH}'><b>{action.shortcut().toString()}</b></td>"
+        f"<td>{_plain(action.iconText())}</td></tr>"
         for action in _actions(menu)
         if not action.shortcut().isEmpty()
     )

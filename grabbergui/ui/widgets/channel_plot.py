@@ -15,6 +15,14 @@ COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": 
 """Of the channels that have one; all others are drawn in the colour of text."""
 
 
+class _SecondsAxis(pg.AxisItem):
+    """Says the unit with every value: a title of the axis would take a line of the plot."""
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """Seconds before now."""
+        return [f"{value:g} s" if value else "0" for value in values]
+
+
 class ChannelPlot(pg.PlotWidget):
     """Setters only; neither zoomed nor moved by the mouse."""
 
@@ -30,6 +38,11 @@ class ChannelPlot(pg.PlotWidget):
     def setFilled(self, filled: bool) -> None:
         """Whether the areas below the lines are filled."""
         self._filled = filled
+        self._dress()
+
+    def showSeconds(self) -> None:
+        """The lines are over time, in seconds."""
+        self.setAxisItems({"bottom": _SecondsAxis("bottom")})
         self._dress()
 
     def setChannels(self, x: NDArray[Any], channels: dict[str, NDArray[Any]]) -> None:

@@ -38,6 +38,7 @@ class CurveRow(QWidget):
         self.titleLabel.setText(breakable(description.title))
         self.titleLabel.setToolTip(description.name)
         self.plot.setAccessibleName(self.tr("{0} over time").format(description.title))
+        self.plot.showSeconds()
         self.plot.getAxis("left").setWidth(AXIS_WIDTH)
         self.plot.setDownsampling(auto=True, mode="peak")
         self.plot.setClipToView(True)

@@ -21,7 +21,13 @@ class PictureNote(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("picture_note", self)
+        self._stage: Stage | None = None
         self.hide()
+
+    @property
+    def invites(self) -> bool:
+        """Whether it says what can be done, rather than what is wrong."""
+        return self._stage is None
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
         """Show a note; with no summary, none. `stage` is where the picture's way ends."""
@@ -31,6 +37,12 @@ class PictureNote(QFrame):
         self.stageLabel.setText(_way(stage) if stage is not None else "")
         self.stageLabel.setVisible(stage is not None)
         self.setAccessibleName(f"{summary} {advice}")
+        self._stage = stage
+        tone = "info" if self.invites else "busy"
+        if self.property("tone") != tone:
+            self.setProperty("tone", tone)
+            if (style := self.style()) is not None:
+                style.polish(self)
         self.setVisible(bool(summary))
 
 

@@ -3,7 +3,8 @@
 import time
 
 from panel_desk import K, camera_features, feature
-from PyQt5.QtCore import Qt
+from PyQt5.QtCore import QPoint, Qt
+from PyQt5.QtWidgets import QLabel
 
 from fakes import ScriptedGrabber
 from grabbergui.core.features import Category
@@ -66,7 +67,10 @@ def test_rows_stand_in_the_cameras_order(desk):
 def test_a_selected_feature_stands_below_its_selector(desk):
     d = desk()
     selector, selected = d.row("TriggerSelector"), d.row("TriggerMode")
-    assert selected.layout().contentsMargins().left() > selector.layout().contentsMargins().left()
+    names = [row.findChild(QLabel) for row in (selected, selector)]
+    assert names[0].contentsRect().left() > names[1].contentsRect().left()
+    editors = [row.editor.mapTo(row, QPoint()).x() for row in (selected, selector)]
+    assert editors[0] == editors[1]  # what is typed into stays in its column
 
 
 def test_visibility_levels(desk):
