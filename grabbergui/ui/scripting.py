@@ -167,7 +167,9 @@ class ScriptDesk:
         """Run a job on the source's own thread, and wait for its result here."""
         results: list[T] = []
         errors: list[GrabberError] = []
-        self._source().worker.submit(job, done=results.append, failed=errors.append)
+        features = self._source().features
+        assert features is not None
+        features.run(job, done=results.append, failed=errors.append)
         self.until(lambda: results or errors, PATIENCE, "the source does not answer")
         if errors:
             raise errors[0]

@@ -42,6 +42,22 @@ def test_settings_are_saved_changed_loaded_and_rolled_back(desk, tmp_path):
     desk.until(lambda: keeping.report is None)
 
 
+def test_loading_waits_for_the_last_write_of_a_slider(desk, tmp_path):
+    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    features = desk.program.connection.source.features
+    features._throttle.interval = 0.5  # so that loading would have all the time to come first
+    features.write("Gain", 6.0)
+    desk.until(lambda: desk.grabber.feature("Gain").value == 6)
+    features.write("Gain", 12.0)
+    keeping.load(path)
+    desk.until(lambda: keeping.report)
+    assert rows(keeping.report) == {"Gain": "written"}
+    assert keeping.report.table.topLevelItem(0).text(1) == "12"
+    assert not features._throttle.waiting()
+    assert desk.grabber.feature("Gain").value == 3
+
+
 def test_comparing_changes_nothing_until_applied(desk, tmp_path):
     keeping, path = desk.program.keeping, tmp_path / "settings.pfs"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)

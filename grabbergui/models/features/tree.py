@@ -156,16 +156,22 @@ class FeatureTreeModel:
         """Run a command, after the writes asked for before it."""
         self.run(partial(self._grabber.execute, name), done=lambda _: self.request([name]))
 
-    def run(self, job: Callable[[], T], done: Callable[[T], None] | None = None) -> None:
+    def run(
+        self,
+        job: Callable[[], T],
+        done: Callable[[T], None] | None = None,
+        failed: Callable[[GrabberError], None] | None = None,
+    ) -> bool:
         """Do something with the camera on the worker, after the writes asked for before it.
 
-        Then `done` with the result, on the worker too; a failure is told by `failed`.
+        Then `done` with the result or `failed` with the error, on the worker too; without `failed`, the
+        signal of that name tells. False, and nothing happens, once closed.
         """
         with self._lock:
             if self._closed:
-                return
+                return False
             delay = self._throttle.barrier(time.monotonic())
-            self._worker.submit(job, done=done, failed=self._fail, delay=delay)
+            return self._worker.submit(job, done=done, failed=failed or self._fail, delay=delay)
 
     def hold(self, name: str) -> None:
         """Somebody has this control in hand: changes are kept back until `release`."""

@@ -46,10 +46,12 @@ class CameraWork(QObject):
     ) -> None:
         """Show `title` while it is done, then call `done` here with the result.
 
+        What was changed before, by a slider let go just now, is written before.
+
         With `undoable`, all that is written is one step of that name to undo. A failure is told by `failed`.
         """
         source = self._connection.source
-        if source is None or source.hands is None:
+        if source is None or source.hands is None or source.features is None:
             self.failed.emit(self.tr("there is no camera; connect to one first"))
             return
         hands, cancelled = source.hands, threading.Event()
@@ -76,7 +78,7 @@ class CameraWork(QObject):
         def gone_wrong(error: GrabberError) -> None:
             self._bridge.call(lambda: end(lambda: self.failed.emit(str(error))))
 
-        if not source.worker.submit(job, done=succeeded, failed=gone_wrong):
+        if not source.features.run(job, done=succeeded, failed=gone_wrong):
             end(lambda: None)
 
     def _progress(self, row: TaskRow) -> Progress:

@@ -48,7 +48,7 @@ class RegionController(QObject):
 
     def _change(self, change: Callable[[FrameGrabber], Region]) -> None:
         source = self._connection.source
-        if source is None or source.hands is None:
+        if source is None or source.hands is None or source.features is None:
             return
         hands, step = source.hands, Step(self.tr("Region of the sensor"))
 
@@ -61,7 +61,7 @@ class RegionController(QObject):
             self._bridge.call(lambda: self.failed.emit(text))
 
         # The picture is another now: whatever was zoomed into may be gone.
-        source.worker.submit(
+        source.features.run(
             job,
             done=lambda _: self._bridge.call(self._window.picture.canvas.fit),
             failed=failed,
