@@ -26,6 +26,7 @@ from grabbergui.driver.playback.ros_image import (
     IMAGE_NAME,
     TIME_NAME,
     RosImage,
+    bytes_per_pixel,
     decode_time_reference,
     format_name_of,
 )
@@ -39,7 +40,8 @@ PIXEL_FORMAT_KEY = "pixel_format"
 MAX_CHUNK = 1 << 30
 MAX_SMALL = 1 << 24
 "Bytes of any record that holds no frames."
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 3, 4, 5, 6
+_NOTHING, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0, 3, 4, 5, 6
+"Opcodes; zero is none: a power cut leaves zeros where a file was to grow."
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class McapRecording(Recording):
         try:
             self._file: BufferedReader = path.open("rb")
         except OSError as error:
-            raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
+            raise self._unreadable(error) from error
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, _Channel] = {}
         self._messages: list[_Place] = []
@@ -93,7 +95,6 @@ class McapRecording(Recording):
         name = self._channels[place.channel].metadata.get(PIXEL_FORMAT_KEY) or format_name_of(image.encoding)
         if name is None:
             raise RecordingError(f"{self.path}: images of encoding '{image.encoding[:40]}' cannot be played")
-        lines = np.frombuffer(image.data, np.uint8)[: image.step * image.height].reshape(image.height, -1)
         note = FrameNote(
             width=image.width,
             height=image.height,
@@ -101,20 +102,25 @@ class McapRecording(Recording):
             frame_id=place.sequence,
             timestamp_ns=self._device_time(place),
         )
-        return rebuilt(self._without_padding(lines, image), note, received_ns)
+        return rebuilt(self._lines(image), note, received_ns)
 
     def close(self) -> None:
         """See Recording."""
         self._file.close()
 
-    @staticmethod
-    def _without_padding(lines: NDArray[Any], image: RosImage) -> NDArray[Any]:
-        components = {"rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4, "mono8": 1, "8UC1": 1}
-        wide = components.get(image.encoding, 1 if image.encoding.endswith("8") else 2)
-        lines = lines[:, : image.width * wide]
-        if image.is_bigendian and wide == 2:
-            return np.ascontiguousarray(lines).view(">u2").astype("<u2")
-        return np.ascontiguousarray(lines)
+    def _lines(self, image: RosImage) -> NDArray[Any]:
+        """(height, bytes of a line without padding) uint8, or (height, width) uint16 of big-endian pixels."""
+        line = image.width * bytes_per_pixel(image.encoding)
+        if not image.height or not line or line > image.step:
+            raise RecordingError(
+                f"{self.path}: an image of {image.width}×{image.height} {image.encoding[:40]} in lines of "
+                f"{image.step} bytes cannot be"
+            )
+        padded = np.frombuffer(image.data, np.uint8)[: image.step * image.height]
+        lines = np.ascontiguousarray(padded.reshape(image.height, image.step)[:, :line])
+        # Of 8-bit components, YUV's among them, the flag means nothing.
+        deep = image.encoding.endswith("16") or image.encoding.startswith("16U")
+        return lines.view(">u2").astype("<u2") if image.is_bigendian and deep else lines
 
     def _device_time(self, place: _Place) -> int:
         time_place = self._times.get(place.sequence)
@@ -132,7 +138,7 @@ class McapRecording(Recording):
         while at + 9 <= size:
             self._file.seek(at)
             opcode, length = struct.unpack("<BQ", self._file.read(9))
-            if at + 9 + length > size:
+            if opcode == _NOTHING or at + 9 + length > size:
                 return  # cut short: what came before is whole
             if opcode == _CHUNK:
                 inside = self._inside_uncompressed(length)
@@ -162,7 +168,7 @@ class McapRecording(Recording):
         offset = 0
         while offset + 9 <= len(content):
             opcode, inner = struct.unpack_from("<BQ", content, offset)
-            if offset + 9 + inner > len(content):
+            if opcode == _NOTHING or offset + 9 + inner > len(content):
                 return
             body = content[offset + 9 : offset + 9 + inner]
             if opcode in (_SCHEMA, _CHANNEL) and inner <= MAX_SMALL:
@@ -209,15 +215,25 @@ class McapRecording(Recording):
     def _content(self, place: _Place) -> bytes | memoryview:
         if place.chunk >= 0:
             return memoryview(self._decompressed(place.chunk))[place.offset : place.offset + place.length]
-        self._file.seek(place.offset)
-        return self._file.read(place.length)
+        try:
+            self._file.seek(place.offset)
+            return self._file.read(place.length)
+        except OSError as error:
+            raise self._unreadable(error) from error
 
     def _decompressed(self, at: int) -> bytes:
         if self._chunk[0] != at:
-            self._file.seek(at + 1)
-            (length,) = struct.unpack("<Q", self._file.read(8))
-            self._chunk = (at, self._opened(self._file.read(length)))
+            try:
+                self._file.seek(at + 1)
+                (length,) = struct.unpack("<Q", self._file.read(8))
+                body = self._file.read(length)
+            except OSError as error:
+                raise self._unreadable(error) from error
+            self._chunk = (at, self._opened(body))
         return self._chunk[1]
+
+    def _unreadable(self, error: OSError) -> RecordingError:
+        return RecordingError(f"{self.path} could not be read: {error.strerror or error}")
 
     def _opened(self, body: bytes) -> bytes:
         try:

@@ -6,12 +6,20 @@ from pathlib import Path
 
 from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.driver.playback.recording import Recording
+from grabbergui.driver.playback.stored import RecordingError
 
 VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
 
 
 def open_recording(path: Path) -> Recording:
     """The recording in a folder or file. Raises SourceNotFoundError, UsageError, RecordingError."""
+    try:
+        return _opened(path)
+    except OSError as error:
+        raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
+
+
+def _opened(path: Path) -> Recording:
     # On demand: each kind needs another library.
     if not path.exists():
         raise SourceNotFoundError(

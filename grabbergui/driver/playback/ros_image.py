@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
+from grabbergui.core import pfnc
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.pfnc import PixelFormat
 
@@ -126,6 +127,14 @@ def encoding_of(pixel_format: PixelFormat) -> str | None:
 def format_name_of(encoding: str) -> str | None:
     """PFNC's name of a ROS encoding; None where it is not known."""
     return _FORMATS.get(encoding)
+
+
+def bytes_per_pixel(encoding: str) -> int:
+    """Of a ROS encoding that `format_name_of` knows, or of the like; 2 bytes for YUV 4:2:2 and 16 bits."""
+    name = format_name_of(encoding)
+    if name is not None:
+        return pfnc.by_name(name).bits_per_pixel // 8
+    return 1 if encoding.endswith("8") else 2
 
 
 class _Writer:

@@ -26,7 +26,10 @@ def create(uri: SourceUri) -> FrameGrabber:
     unknown = uri.options.keys() - {"loop", "speed"}
     if unknown:
         raise UsageError(f"file: has no option '{min(unknown)}'; there are loop and speed")
-    path = Path(uri.name).expanduser()
+    try:
+        path = Path(uri.name).expanduser()
+    except RuntimeError as error:
+        raise UsageError(f"{uri}: there is no such home directory; write the whole path") from error
     info = DeviceInfo(uri=str(uri), vendor="Recording", model=path.name, bus="File", address=str(path))
     return PlaybackGrabber(
         info, path, loop=_loop(uri.option("loop", "1")), speed=_speed(uri.option("speed", "1"))

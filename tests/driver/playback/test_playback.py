@@ -21,6 +21,8 @@ from grabbergui.core.errors import (
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback import source
 from grabbergui.driver.playback.opening import open_recording
+from grabbergui.driver.playback.stored import RecordingError
+from patience import PATIENCE
 
 STEP_NS = 50_000_000
 
@@ -56,7 +58,7 @@ def player(folder):
 def test_frames_are_paced_as_recorded(player):
     queue = player.open_queue(16)
     player.start()
-    stamps = [queue.get(5).received_ns for _ in range(6)]
+    stamps = [queue.get(PATIENCE).received_ns for _ in range(6)]
     steps = np.diff(stamps)
     assert np.median(steps) == pytest.approx(STEP_NS, rel=0.3)
 
@@ -67,7 +69,7 @@ def test_speed_changes_while_it_plays(player):
     player.start()
     begun = time.monotonic()
     for _ in range(12):
-        queue.get(5)
+        queue.get(PATIENCE)
     assert time.monotonic() - begun < 6 * STEP_NS / 1e9
 
 
@@ -75,7 +77,7 @@ def test_loop_goes_round_and_can_be_ended(player):
     player.write_feature("PlaybackSpeed", 20)
     queue = player.open_queue(64)
     player.start()
-    ids = [queue.get(5).frame_id for _ in range(13)]
+    ids = [queue.get(PATIENCE).frame_id for _ in range(13)]
     assert ids == [*range(6), *range(6), 0]
     player.write_feature("PlaybackLoop", False)
     with pytest.raises(FrameTimeoutError):
@@ -84,19 +86,19 @@ def test_loop_goes_round_and_can_be_ended(player):
     assert player.feature("PlaybackActive").value is False
     assert player.feature("PlaybackPosition").value == 5
     player.write_feature("PlaybackActive", True)
-    assert queue.get(5).frame_id == 0
+    assert queue.get(PATIENCE).frame_id == 0
 
 
 def test_held_it_shows_the_position_that_is_set(player):
     player.write_feature("PlaybackActive", False)
     queue = player.open_queue(4)
     player.start()
-    assert queue.get(5).frame_id == 0
+    assert queue.get(PATIENCE).frame_id == 0
     changed = []
     player.features_changed.connect(changed.append)
     feature = player.write_feature("PlaybackPosition", 3)
     assert feature.value == 3
-    frame = queue.get(5)
+    frame = queue.get(PATIENCE)
     assert frame.frame_id == 3 and frame.raw()[0, 0] == 30
     with pytest.raises(FrameTimeoutError):
         queue.get(0.2)
@@ -108,11 +110,11 @@ def test_wound_to_a_place_by_hand_it_goes_on_from_there(player):
     player.write_feature("PlaybackActive", False)
     queue = player.open_queue(16)
     player.start()
-    assert queue.get(5).frame_id == 0
+    assert queue.get(PATIENCE).frame_id == 0
     player.write_feature("PlaybackPosition", 3)
-    assert queue.get(5).frame_id == 3
+    assert queue.get(PATIENCE).frame_id == 3
     player.write_feature("PlaybackActive", True)
-    assert [queue.get(5).frame_id for _ in range(4)] == [3, 4, 5, 0]
+    assert [queue.get(PATIENCE).frame_id for _ in range(4)] == [3, 4, 5, 0]
 
 
 def test_that_it_came_to_its_end_is_told(player):
@@ -126,7 +128,7 @@ def test_that_it_came_to_its_end_is_told(player):
 
     player.features_changed.connect(look)
     player.start()
-    assert ended.wait(5)
+    assert ended.wait(PATIENCE)
     assert player.feature("PlaybackPosition").value == 5
 
 
@@ -150,12 +152,12 @@ def test_stopped_and_started_again_it_goes_on(player):
     queue = player.open_queue(4)
     player.start()
     player.start()
-    queue.get(5)
+    queue.get(PATIENCE)
     player.stop()
     player.stop()
     assert not player.streaming
     player.start()
-    queue.get(5)
+    queue.get(PATIENCE)
     assert player.statistics().frames >= 1
     player.close()
     player.close()
@@ -210,7 +212,7 @@ def test_a_picture_that_breaks_is_left_out_and_play_goes_on(folder):
     try:
         queue = grabber.open_queue(16)
         grabber.start()
-        assert [queue.get(5).frame_id for _ in range(5)] == [0, 2, 3, 4, 5]
+        assert [queue.get(PATIENCE).frame_id for _ in range(5)] == [0, 2, 3, 4, 5]
         assert grabber.statistics().incomplete == 1
     finally:
         grabber.close()
@@ -232,3 +234,18 @@ def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
     for uri in ("file:", "file:x?loop=maybe", "file:x?speed=fast", "file:x?volume=11"):
         with pytest.raises(UsageError):
             source.create(SourceUri.parse(uri))
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "~nobody-of-this-name/movie.mp4"])
+def test_names_that_no_system_has_are_refused_like_any_other(name):
+    with pytest.raises(GrabberError):
+        source.create(SourceUri("file", name)).open()
+
+
+def test_a_folder_that_cannot_be_listed_is_told(tmp_path, monkeypatch):
+    def closed(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(type(tmp_path), "iterdir", closed)
+    with pytest.raises(RecordingError, match=r"could not be read: Permission denied"):
+        source.create(SourceUri("file", str(tmp_path))).open()
