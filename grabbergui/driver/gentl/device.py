@@ -16,6 +16,7 @@ from grabbergui.core.errors import (
     DeviceLostError,
     LocalProtocolError,
     SourceNotFoundError,
+    TransportError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
@@ -91,7 +92,7 @@ class GentlDevice(Device):
         with self._watched(), answering(f"reading {length} bytes at 0x{address:X}"):
             count, data = self._opened().remote_port.read(address, length)
         if count != length:
-            raise DeviceLostError(f"the producer read {count} of {length} bytes at 0x{address:X}")
+            raise TransportError(f"the producer read {count} of {length} bytes at 0x{address:X}")
         return bytes(data)
 
     def write(self, address: int, data: bytes) -> None:
@@ -113,7 +114,7 @@ class GentlDevice(Device):
         """See Device."""
         if self._slot.taken:
             raise LocalProtocolError("the stream is open already")
-        self._slot.put(GentlStream(self._opened(), request, deliver))
+        self._slot.put(GentlStream(self._opened(), request, deliver, self._tell_lost))
 
     def close_stream(self) -> None:
         """See Device."""
@@ -136,8 +137,11 @@ class GentlDevice(Device):
         try:
             yield
         except DeviceLostError as error:
-            if self._device is not None and not self._told_lost.is_set():
-                self._told_lost.set()
-                if self.on_lost is not None:
-                    self.on_lost(str(error))
+            self._tell_lost(str(error))
             raise
+
+    def _tell_lost(self, reason: str) -> None:
+        if self._device is not None and not self._told_lost.is_set():
+            self._told_lost.set()
+            if self.on_lost is not None:
+                self.on_lost(reason)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import threading
 from dataclasses import dataclass
@@ -138,6 +139,8 @@ def installed_producers() -> list[Path]:
         path = Path(entry)
         if not entry:
             continue
-        candidates = sorted(path.glob("*.cti")) if path.is_dir() else [path]
-        found += [file for file in candidates if file.suffix == ".cti" and file.is_file()]
+        # A folder may be closed to us, or what is written there no path at all.
+        with contextlib.suppress(OSError, ValueError):
+            candidates = sorted(path.glob("*.cti")) if path.is_dir() else [path]
+            found += [file for file in candidates if file.suffix == ".cti" and file.is_file()]
     return list(dict.fromkeys(found))

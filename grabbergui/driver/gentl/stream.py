@@ -23,7 +23,7 @@ from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.gentl.failures import answering
+from grabbergui.driver.gentl.failures import answering, reason_of
 
 log = logging.getLogger(__name__)
 
@@ -31,17 +31,27 @@ BUFFERS = 16
 LOOK_PERIOD = 0.001
 """Seconds between looks for filled buffers: waiting inside the producer would keep the GIL."""
 MAX_PAYLOAD_BYTES = 1 << 30
+ERRORS_IN_A_ROW = 10
+"Refusals by the producer, a tenth of a second apart, after which the camera counts as gone."
 
 
 class GentlStream:
     """The first data stream of an open device, from construction until `close`."""
 
-    def __init__(self, device: Any, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """`device`: a gentl.Device. `deliver` is called on the receiving thread and returns at once.
+    def __init__(
+        self,
+        device: Any,
+        request: StreamRequest,
+        deliver: Callable[[Frame], None],
+        on_gone: Callable[[str], None],
+    ) -> None:
+        """`device`: a gentl.Device. Both functions are called on the receiving thread and return at once.
 
-        Raises TransportError, DeviceStatusError, DeviceLostError.
+        `on_gone` is told why the stream ended by itself. Raises TransportError, DeviceStatusError,
+        DeviceLostError.
         """
         self._deliver = deliver
+        self._on_gone = on_gone
         self._deliver_incomplete = request.deliver_incomplete
         self._statistics = StreamStatistics()
         self._rate = RateMeter()
@@ -125,17 +135,23 @@ class GentlStream:
 
     # -- receiving thread ------------------------------------------------------------------------
     def _run(self) -> None:
+        errors = 0
         while not self._stopping.is_set():
             try:
                 self._queue_free()
                 self._events.update_event_data(0)
-                index = self._events.buffer.context
-                frame = self._take(self._events.buffer, index)
+                frame = self._take(self._events.buffer)
+                errors = 0
             except gentl.TimeoutException:
+                errors = 0
                 self._stopping.wait(LOOK_PERIOD)
                 continue
             except gentl.GenericException as error:
-                log.warning("receiving: %s", error)
+                errors += 1
+                log.log(logging.WARNING if errors == 1 else logging.DEBUG, "receiving: %s", error)
+                if errors == ERRORS_IN_A_ROW:
+                    self._on_gone(f"the producer gives no pictures any more: {reason_of(error)}")
+                    return
                 self._stopping.wait(0.1)
                 continue
             if frame is not None:
@@ -149,13 +165,24 @@ class GentlStream:
         while self._free:
             self._stream.queue_buffer(self._buffers[self._free.popleft()])
 
-    def _take(self, buffer: Any, index: int) -> Frame | None:
+    def _take(self, buffer: Any) -> Frame | None:
+        """A filled buffer as a frame, or back to the producer."""
+        index: int = buffer.context
+        frame = None
+        try:
+            frame = self._frame(buffer, index)
+        finally:
+            if frame is None:
+                self._free.append(index)
+        return frame
+
+    def _frame(self, buffer: Any, index: int) -> Frame | None:
         statistics = self._statistics
         frame_id = _number(buffer, "frame_id")
         last, self._last_frame_id = self._last_frame_id, frame_id
         if last is not None and frame_id > last + 1:
             statistics.lost += frame_id - last - 1
-        complete = bool(buffer.is_complete())
+        complete = _complete(buffer)
         size = min(_number(buffer, "size_filled"), len(self._memory[index]))
         if complete:
             statistics.frames += 1
@@ -164,7 +191,6 @@ class GentlStream:
         else:
             statistics.incomplete += 1
         if not size or not (complete or self._deliver_incomplete):
-            self._free.append(index)
             return None
         offset = _number(buffer, "image_offset")
         return Frame(
@@ -185,6 +211,14 @@ class GentlStream:
 
 def _give_back(free: deque[int], index: int, memory: bytes) -> None:
     free.append(index)
+
+
+def _complete(buffer: Any) -> bool:
+    """Whether all of a picture came, as far as the producer says."""
+    try:
+        return bool(buffer.is_complete())
+    except gentl.GenericException:
+        return True
 
 
 def _number(buffer: Any, name: str) -> int:

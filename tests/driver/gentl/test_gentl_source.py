@@ -20,9 +20,10 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,
 )
-from grabbergui.core.grabber import Access
-from grabbergui.driver.gentl import producer, source
+from grabbergui.core.grabber import Access, ConnectionState
+from grabbergui.driver.gentl import producer, source, stream
 from grabbergui.driver.gentl.stream import BUFFERS
+from patience import PATIENCE, until
 
 VIKY = Path(genicam.__file__).parent / "viky.cti"
 pytestmark = pytest.mark.skipif(not VIKY.is_file(), reason="this build of genicam ships no viky.cti")
@@ -164,3 +165,54 @@ def test_what_a_producer_does_not_offer_is_told_in_its_own_words():
     with pytest.raises(DeviceStatusError, match="Read-only device access not implemented"):
         sources.create(f"gentl:{VIKY}").open(Access.MONITOR)
     assert not producer.Producer._open
+
+
+@pytest.mark.parametrize("entry", ["x" * 5000, "no\N{NULL}path", "/proc/1/root/none"])
+def test_entries_of_the_search_path_that_are_no_paths_hinder_no_other(monkeypatch, entry):
+    monkeypatch.setattr(producer.os, "environ", {producer.SEARCH_PATH: f"{entry}:{VIKY}"})
+    assert producer.installed_producers() == [VIKY]
+
+
+def test_a_producer_need_not_say_whether_frames_are_complete(grabber, monkeypatch):
+    def not_told(buffer):
+        raise stream.gentl.GenericException("not available (ID: -1014)")
+
+    monkeypatch.setattr(stream.gentl.Buffer, "is_complete", not_told)
+    queue = grabber.open_queue(1)
+    grabber.start()
+    for _ in range(2 * BUFFERS):
+        assert queue.get(PATIENCE).complete
+
+
+def test_a_camera_that_goes_away_while_streaming_is_told_of_once(grabber, monkeypatch, caplog):
+    def gone(manager, timeout):
+        raise stream.gentl.IoException("Message from the source: unplugged) (ID: -1010)")
+
+    states = []
+    grabber.connection_changed.connect(lambda state, reason: states.append((state, reason)))
+    # Not by what else may notice: nobody listens to features, and none is read.
+    queue = grabber.open_queue(1)
+    grabber.start()
+    queue.get(PATIENCE)
+    monkeypatch.setattr(stream.gentl.EventManagerNewBuffer, "update_event_data", gone)
+    until(lambda: states)
+    monkeypatch.undo()
+    assert states[0][0] is ConnectionState.LOST
+    assert caplog.text.count("receiving:") == 1
+    queue.get(PATIENCE)  # it is opened again, and streams
+
+
+def test_no_buffer_is_lost_where_the_producer_fails(grabber, monkeypatch):
+    made = stream.GentlStream._frame
+    failures = iter(range(2 * BUFFERS))
+
+    def failing(self, buffer, index):
+        if next(failures, None) is not None:
+            raise stream.gentl.GenericException("failed (ID: -1001)")
+        return made(self, buffer, index)
+
+    monkeypatch.setattr(stream, "ERRORS_IN_A_ROW", 10_000)
+    monkeypatch.setattr(stream.GentlStream, "_frame", failing)
+    queue = grabber.open_queue(1)
+    grabber.start()
+    assert queue.get(PATIENCE).complete
