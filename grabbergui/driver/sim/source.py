@@ -111,7 +111,7 @@ def power_on_values(options: dict[str, str]) -> dict[Register, RegisterValue]:
         try:
             value = convert(text)
             register.check(value)
-        except (ValueError, KeyError, RegisterRefusedError):
+        except (ValueError, OverflowError, KeyError, RegisterRefusedError):
             raise UsageError(f"sim: cannot start with {name}={text}{_allowed(register)}") from None
         values[register] = value
     if reg.FRAME_RATE in values:

@@ -19,6 +19,7 @@ from grabbergui.driver.sim.u3v.serve import serve
 from grabbergui.driver.sim.u3v.usbip import UsbIpServer, _free_port
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.gencp import CommandId, Packet
+from patience import PATIENCE
 
 SUBMIT, UNLINK, SUBMIT_REPLY, UNLINK_REPLY = 1, 2, 3, 4
 CONNECTION_RESET = 0xFFFFFFFF - 103
@@ -178,3 +179,27 @@ def test_what_cannot_be_served_says_why() -> None:
         serve("carrier pigeon")
     with pytest.raises(SourceUnavailableError, match="SuperSpeed ports"):
         _free_port("hub port sta spd dev sockfd local_busid\nhs 0000 004 000 00000000 000000 0-0\n")
+
+
+def test_closing_while_a_host_is_just_being_greeted_ends_the_server(monkeypatch) -> None:
+    camera = SimulatedU3vDevice()
+    server = UsbIpServer(camera, "127.0.0.23", 0)
+    greeting, closed = threading.Event(), threading.Event()
+    describe = server._description
+
+    def described_later() -> bytes:
+        greeting.set()
+        assert closed.wait(PATIENCE)
+        return describe()
+
+    monkeypatch.setattr(server, "_description", described_later)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    host = Host(server.address)
+    with host.socket:
+        host.socket.sendall(IMPORT)
+        assert greeting.wait(PATIENCE)
+        server.close()
+        closed.set()
+        thread.join(PATIENCE)
+        assert not thread.is_alive(), "it serves a host on, though it was closed"

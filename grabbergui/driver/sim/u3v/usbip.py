@@ -265,8 +265,10 @@ class UsbIpServer:
     def __init__(self, camera: SimulatedU3vDevice, host: str = "127.0.0.1", port: int = TCP_PORT) -> None:
         """Begin to listen; port 0 takes a free one. Raises SourceUnavailableError."""
         self._camera = camera
-        self._connection: UsbIpConnection | None = None
+        self._host: socket.socket | None = None
+        "The connection of the host that is served just now."
         self._closed = False
+        self._lock = threading.Lock()
         try:
             self._listener = socket.create_server((host, port))
         except OSError as error:
@@ -282,22 +284,32 @@ class UsbIpServer:
             except OSError:
                 return
             log.info("USB/IP: %s is here", peer)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            with self._lock:
+                if self._closed:
+                    connection.close()
+                    return
+                self._host = connection
             try:
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._greet(connection)
             except (OSError, GrabberError) as error:
                 log.info("USB/IP: %s: %s", peer, error)
             finally:
-                connection.close()
+                with self._lock:
+                    self._host = None
+                    connection.close()
 
     def close(self) -> None:
         """Stop listening and hang up. Any thread; may be called twice."""
-        self._closed = True
+        with self._lock:
+            self._closed = True
+            if self._host is not None:
+                # Whatever it is told just then, the thread that serves it finds the line dead.
+                with contextlib.suppress(OSError):
+                    self._host.shutdown(socket.SHUT_RDWR)
         with contextlib.suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
-        if self._connection is not None:
-            self._connection.close()
 
     def _greet(self, connection: socket.socket) -> None:
         connection.settimeout(5.0)
@@ -320,9 +332,7 @@ class UsbIpServer:
                 self._OPERATION.pack(self._VERSION, self._IMPORT_REPLY, 0) + self._description()
             )
             connection.settimeout(None)
-            self._connection = UsbIpConnection(connection, self._camera)
-            self._connection.run()
-            self._connection = None
+            UsbIpConnection(connection, self._camera).run()
             self._camera.reset()
         else:
             raise GrabberError(f"USB/IP operation 0x{operation:04X} is unknown")
