@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.stopping import stop_on_signals
-from grabbergui.core.errors import FeatureError, FeatureValueError
+from grabbergui.core.errors import FeatureError, FeatureValueError, UsageError
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber
 
 SELECTOR, SWITCH = "EventSelector", "EventNotification"
@@ -27,14 +28,16 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("events", help="print what a camera tells by itself, or which events it has")
     add_source(parser)
     parser.add_argument("names", metavar="NAME", nargs="*", help="e.g. ExposureEnd; without: list them")
-    parser.add_argument("-n", "--count", type=int, default=0, help="end after so many events")
-    parser.add_argument("--duration", type=float, default=0.0, metavar="S", help="end after so many seconds")
+    parser.add_argument("-n", "--count", type=count, help="end after so many events")
+    parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument("--start", action="store_true", help="let the camera take pictures meanwhile")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
+    if not options.names and (options.start or options.count or options.duration):
+        raise UsageError(f"print which events? `grabbergui events {options.source}` lists them")
     with opened(options.source, reading=not options.names) as grabber:
         known = _known(grabber)
         if not options.names:

@@ -8,6 +8,7 @@ import time
 from contextlib import ExitStack, closing
 from typing import Any
 
+from grabbergui.cli.numbers import count, counted, key, not_negative, positive
 from grabbergui.cli.opening import opened
 from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeoutError, UsageError
 from grabbergui.core.frame import Frame
@@ -42,29 +43,20 @@ def add_commands(commands: Any) -> None:
     parser.set_defaults(run=_persistent_ip)
 
     parser = commands.add_parser("trigger-group", help="expose several GigE Vision cameras at one moment")
-    parser.add_argument("group_key", metavar="GROUP_KEY", type=_number, help="of the action, e.g. 1 or 0x10")
+    parser.add_argument("group_key", metavar="GROUP_KEY", type=key, help="of the action, e.g. 1 or 0x10")
     parser.add_argument("sources", metavar="SOURCE", nargs="+", help="gige: sources; all take part")
-    parser.add_argument("-n", "--frames", type=int, default=1, help="how many actions (1)")
-    parser.add_argument("--device-key", type=_number, default=1, metavar="KEY", help="(1)")
-    parser.add_argument("--group-mask", type=_number, default=1, metavar="MASK", help="(1)")
-    parser.add_argument("--ahead", type=float, default=0.2, metavar="S", help="schedule so far ahead (0.2)")
+    parser.add_argument("-n", "--frames", type=count, default=1, help="how many actions (1)")
+    parser.add_argument("--device-key", type=key, default=1, metavar="KEY", help="(1)")
+    parser.add_argument("--group-mask", type=key, default=1, metavar="MASK", help="(1)")
+    parser.add_argument(
+        "--ahead", type=not_negative, default=0.2, metavar="S", help="schedule so far ahead (0.2)"
+    )
     parser.add_argument("--no-ptp", action="store_true", help="act on arrival, clocks as they are")
     parser.add_argument(
-        "--timeout", type=float, default=5.0, metavar="S", help="longest wait for a frame (5)"
+        "--timeout", type=positive, default=5.0, metavar="S", help="longest wait for a frame (5)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_trigger_group)
-
-
-def _number(text: str) -> int:
-    """A 32-bit key, decimal or hexadecimal."""
-    try:
-        value = int(text, 0)
-    except ValueError:
-        value = -1
-    if not 0 <= value <= 0xFFFFFFFF:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number from 0 to 0xFFFFFFFF")
-    return value
 
 
 def _force_ip(options: argparse.Namespace) -> int:
@@ -109,8 +101,6 @@ def _persistent_ip(options: argparse.Namespace) -> int:
 
 
 def _trigger_group(options: argparse.Namespace) -> int:
-    if options.frames < 1:
-        raise UsageError(f"-n {options.frames}: at least one action, please")
     with ExitStack() as stack:
         cameras = [stack.enter_context(opened(source)) for source in options.sources]
         for camera in cameras:
@@ -138,8 +128,8 @@ def _trigger_group(options: argparse.Namespace) -> int:
         )
     else:
         print(
-            f"{len(spreads)} actions at {len(cameras)} cameras; their frames' timestamps ({clock} clock) lie"
-            f" at most {largest:.1f} µs apart"
+            f"{counted(len(spreads), 'action')} at {counted(len(cameras), 'camera')}; "
+            f"their frames' timestamps ({clock} clock) lie at most {largest:.1f} µs apart"
         )
     return 0
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli.features import assignment
-from grabbergui.cli.opening import add_source, opened
-from grabbergui.core.errors import FrameTimeoutError, UsageError
+from grabbergui.cli.numbers import count, counted, positive
+from grabbergui.cli.opening import add_source, no_frame, opened
+from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
@@ -22,13 +23,13 @@ def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser("grab", help="grab frames; count them, save them")
     add_source(parser)
-    parser.add_argument("-n", "--frames", type=int, default=1, metavar="FRAMES", help="how many (1)")
+    parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many (1)")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", dest="assignments", help="set it first"
     )
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame there")
     parser.add_argument(
-        "--timeout", type=float, default=5.0, metavar="S", help="longest wait for a frame (5)"
+        "--timeout", type=positive, default=5.0, metavar="S", help="longest wait for a frame (5)"
     )
     parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -36,8 +37,6 @@ def add_commands(commands: Any) -> None:
 
 
 def _grab(options: argparse.Namespace) -> int:
-    if options.frames < 1:
-        raise UsageError(f"-n {options.frames}: at least one frame, please")
     assignments = [assignment(text) for text in options.assignments]
     with opened(options.source) as grabber:
         for name, value in assignments:
@@ -50,8 +49,9 @@ def _grab(options: argparse.Namespace) -> int:
         print(json.dumps(summary))
     else:
         print(
-            "{frames} frames of {width}×{height} {pixel_format} in {seconds:.2f} s, {fps:.1f} per second; "
-            "{incomplete} incomplete, {lost} lost".format(**summary)
+            counted(options.frames, "frame"),
+            "of {width}×{height} {pixel_format} in {seconds:.2f} s, {fps:.1f} per second; "
+            "{incomplete} incomplete, {lost} lost".format(**summary),
         )
     return 0
 
@@ -86,9 +86,4 @@ def _next(grabber: FrameGrabber, queue: FrameQueue, timeout: float, so_far: int)
     try:
         return queue.get(timeout)
     except FrameTimeoutError:
-        counters = grabber.statistics()
-        raise FrameTimeoutError(
-            f"{grabber.info.title}: no frame within {timeout:g} s after {so_far} frames "
-            f"({counters.packets} packets, {counters.incomplete} incomplete frames); "
-            "see whether it waits for a trigger, and whether a firewall drops its packets"
-        ) from None
+        raise no_frame(grabber, timeout, so_far) from None

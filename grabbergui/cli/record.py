@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli.features import assignment
-from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.numbers import count, counted, positive
+from grabbergui.cli.opening import add_source, no_frame, opened
 from grabbergui.cli.stopping import stop_on_signals
-from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import FeatureError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.models.recording.recorder import Recorder, RecordingLimits
@@ -32,16 +33,16 @@ def add_commands(commands: Any) -> None:
         metavar="PATH",
         help="movie.mp4, messages.mcap, or a folder of pictures (no ending)",
     )
-    parser.add_argument("-n", "--frames", type=int, metavar="FRAMES", help="end after so many")
-    parser.add_argument("-t", "--seconds", type=float, metavar="S", help="end after so many seconds")
-    parser.add_argument("--size", type=float, metavar="MB", help="end once so many megabytes are written")
+    parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after so many")
+    parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after so many seconds")
+    parser.add_argument("--size", type=positive, metavar="MB", help="end once so many megabytes are written")
     parser.add_argument("--lossless", action="store_true", help="of a movie: FFV1, larger")
     parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", dest="assignments", help="set it first"
     )
     parser.add_argument(
-        "--timeout", type=float, default=5.0, metavar="S", help="longest wait for the first frame (5)"
+        "--timeout", type=positive, default=5.0, metavar="S", help="longest wait for the first frame (5)"
     )
     parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
@@ -49,16 +50,12 @@ def add_commands(commands: Any) -> None:
 
 
 def _record(options: argparse.Namespace) -> int:
-    if options.frames is not None and options.frames < 1:
-        raise UsageError(f"-n {options.frames}: at least one frame, please")
-    if options.seconds is not None and not options.seconds > 0:
-        raise UsageError(f"-t {options.seconds:g}: more than no time, please")
-    if options.size is not None and not options.size > 0:
-        raise UsageError(f"--size {options.size:g}: more than no megabytes, please")
     assignments = [assignment(text) for text in options.assignments]
     kind = kind_of(options.out, lossless=options.lossless)
     if options.tiff and kind is not RecordingKind.PNG:
         raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
+    if options.lossless and kind is not RecordingKind.LOSSLESS:
+        raise UsageError(f"--lossless is for a movie, not for {options.out.name}")
     kind = RecordingKind.TIFF if options.tiff else kind
     with opened(options.source) as grabber, stop_on_signals() as stop:
         for name, value in assignments:
@@ -71,10 +68,7 @@ def _record(options: argparse.Namespace) -> int:
             begun = time.monotonic()
             while not recorder.wait(_POLL) and not stop.is_set():
                 if not recorder.progress.frames and time.monotonic() - begun > options.timeout:
-                    raise FrameTimeoutError(
-                        f"{grabber.info.title}: no frame within {options.timeout:g} s; "
-                        "see whether it waits for a trigger, and whether a firewall drops its packets"
-                    )
+                    raise no_frame(grabber, options.timeout)
         finally:
             recorder.stop()
             recorder.wait()
@@ -86,8 +80,8 @@ def _record(options: argparse.Namespace) -> int:
     else:
         megabytes = progress.size / 1e6
         print(
-            f"{options.out}: {progress.frames} frames in {progress.seconds:.2f} s, {megabytes:.1f} MB; "
-            f"{progress.dropped} dropped"
+            f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "
+            f"{megabytes:.1f} MB; {progress.dropped} dropped"
         )
     if progress.reason:
         raise GrabberError(progress.reason)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import functools
-import math
 from collections.abc import Callable
 from typing import Any
 
+from grabbergui.cli.numbers import count_or_none, not_negative, part, port, seconds
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
@@ -31,20 +31,22 @@ def add_commands(commands: Any) -> None:
 
     parser.add_argument(
         "--bandwidth",
-        type=_positive,
+        type=not_negative,
         default=125e6,
         metavar="BYTES/S",
         help="of the link that --gige paces its packets to; 0 is unlimited (125e6: 1 GbE)",
     )
 
     faults = parser.add_argument_group("faults on the network (--gige)")
-    faults.add_argument("--loss", type=_part, default=0.0, metavar="1%", help="packets that never leave")
+    faults.add_argument("--loss", type=part, default=0.0, metavar="1%", help="packets that never leave")
     faults.add_argument("--reorder", action="store_true", help="let some packets overtake others")
     faults.add_argument("--duplicate", action="store_true", help="send some packets twice")
-    faults.add_argument("--delay", type=_seconds, default=0.0, metavar="5ms", help="hold every datagram back")
-    faults.add_argument("--stall-after", type=int, default=0, metavar="N", help="fall silent after N frames")
+    faults.add_argument("--delay", type=seconds, default=0.0, metavar="5ms", help="hold every datagram back")
     faults.add_argument(
-        "--reboot-after", type=_positive, default=0.0, metavar="S", help="vanish after S seconds"
+        "--stall-after", type=count_or_none, default=0, metavar="N", help="fall silent after N frames"
+    )
+    faults.add_argument(
+        "--reboot-after", type=not_negative, default=0.0, metavar="S", help="vanish after S seconds"
     )
 
     usb = parser.add_argument_group("the USB (--u3v)")
@@ -52,9 +54,11 @@ def add_commands(commands: Any) -> None:
         "--via", default="vhci", help="vhci: this machine (default), tcp: USB/IP, gadget: FunctionFS"
     )
     usb.add_argument("--host", default="127.0.0.1", help="address for --via tcp")
-    usb.add_argument("--port", type=int, default=3240, help="port for --via tcp")
+    usb.add_argument("--port", type=port, default=3240, help="port for --via tcp")
     usb.add_argument("--udc", default="", help="device controller for --via gadget (the first)")
-    usb.add_argument("--unplug-after", type=int, default=0, metavar="N", help="unplug after N frames")
+    usb.add_argument(
+        "--unplug-after", type=count_or_none, default=0, metavar="N", help="unplug after N frames"
+    )
     parser.set_defaults(run=_run)
 
 
@@ -107,27 +111,3 @@ def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., 
         port=options.port,
         udc=options.udc,
     )
-
-
-def _part(text: str) -> float:
-    """`1%` or `0.01`."""
-    if text.endswith("%"):
-        return _positive(text.removesuffix("%")) / 100
-    return _positive(text)
-
-
-def _seconds(text: str) -> float:
-    """`5ms`, `0.005s` or `0.005`."""
-    if text.endswith("ms"):
-        return _positive(text.removesuffix("ms")) / 1000
-    return _positive(text.removesuffix("s"))
-
-
-def _positive(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 <= number < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' is no number from 0 on")
-    return number

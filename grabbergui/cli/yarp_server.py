@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from grabbergui.cli.numbers import port
 from grabbergui.cli.stopping import stop_on_signals
 
 
@@ -14,7 +15,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--host", default="127.0.0.1", help="where to listen; 0.0.0.0 for everybody (127.0.0.1)"
     )
-    parser.add_argument("--port", type=int, default=10000, help="0 takes a free one (10000)")
+    parser.add_argument("--port", type=port, default=10000, help="0 takes a free one (10000)")
     parser.add_argument("--namespace", default="/root", help="the server's own name (/root)")
     parser.set_defaults(run=_run)
 

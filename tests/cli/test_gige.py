@@ -38,13 +38,13 @@ def test_cameras_on_ptp_expose_at_the_same_moment(cameras, capsys):
 
 
 def test_too_late_an_action_says_what_to_do(cameras, capsys):
-    assert main(["trigger-group", "1", f"gige:{ADDRESSES[0]}", "--ahead", "-1"]) == 1
-    assert "use more than --ahead -1" in capsys.readouterr().err
+    assert main(["trigger-group", "1", f"gige:{ADDRESSES[0]}", "--ahead", "0"]) == 1
+    assert "use more than --ahead 0" in capsys.readouterr().err
 
 
 def test_without_ptp_the_action_is_taken_at_once(cameras, capsys):
     assert main(["trigger-group", "1", f"gige:{ADDRESSES[0]}", "--no-ptp"]) == 0
-    assert "1 actions at 1 cameras" in capsys.readouterr().out
+    assert "1 action at 1 camera" in capsys.readouterr().out
 
 
 def test_a_group_is_of_gige_cameras(capsys):

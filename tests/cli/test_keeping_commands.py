@@ -66,7 +66,11 @@ def test_frames_are_recorded(tmp_path, capsys, name, options):
 
 
 def test_what_makes_no_sense_is_refused(tmp_path):
-    for wrong in (["-n", "0"], ["-t", "0"], ["--tiff"]):
+    for wrong in (["-n", "0"], ["-t", "0"], ["-t", "nan"], ["--size", "inf"], ["--timeout", "-1"]):
+        with pytest.raises(SystemExit) as exit_info:
+            run("record", SMALL, "--out", tmp_path / "m.mcap", *wrong)
+        assert exit_info.value.code == 2
+    for wrong in (["--tiff"], ["--lossless"]):
         with pytest.raises(UsageError):
             run("record", SMALL, "--out", tmp_path / "m.mcap", *wrong)
     assert not (tmp_path / "m.mcap").exists()
