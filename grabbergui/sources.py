@@ -39,16 +39,18 @@ def schemes() -> list[str]:
     return list(_KINDS)
 
 
+def parse(uri: str) -> SourceUri:
+    """A URI of a kind that there is. Raises UsageError."""
+    return _known(SourceUri.parse(uri))
+
+
 def create(uri: str | SourceUri) -> FrameGrabber:
     """The grabber that a URI names, not yet opened.
 
     Raises UsageError for a malformed URI or unknown kind, SourceUnavailableError where the kind needs
     something this machine lacks.
     """
-    parsed = SourceUri.parse(uri) if isinstance(uri, str) else uri
-    if parsed.scheme not in _KINDS:
-        known = ", ".join(f"{scheme}:" for scheme in _KINDS)
-        raise UsageError(f"'{parsed}' is of no known kind; there are {known}")
+    parsed = parse(uri) if isinstance(uri, str) else _known(uri)
     opener = cast(Callable[[SourceUri], FrameGrabber], _load(parsed.scheme).create)
     return opener(parsed)
 
@@ -58,6 +60,13 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     with ThreadPoolExecutor(len(_KINDS)) as pool:
         found = pool.map(lambda scheme: _discover(scheme, timeout), _KINDS)
         return [info for infos in found for info in infos]
+
+
+def _known(uri: SourceUri) -> SourceUri:
+    if uri.scheme not in _KINDS:
+        known = ", ".join(f"{scheme}:" for scheme in _KINDS)
+        raise UsageError(f"'{uri}' is of no known kind; there are {known}")
+    return uri
 
 
 def _discover(scheme: str, timeout: float) -> list[DeviceInfo]:

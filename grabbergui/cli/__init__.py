@@ -7,68 +7,106 @@ does the work and returns the exit code.
 from __future__ import annotations
 
 import argparse
+import difflib
+import importlib
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 from grabbergui import __version__
-from grabbergui.cli import (
-    doctor,
-    events,
-    features,
-    gige,
-    grab,
-    gui,
-    logs,
-    record,
-    serve,
-    servo,
-    settings,
-    simulate,
-    sources,
-    terminal,
-    yarp_server,
-)
+from grabbergui.cli import logs
+from grabbergui.cli.plain_text import spell_out
+from grabbergui.cli.stopping import Terminated, dies_of_interrupt, raising_on_signals
 from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.uri import is_ip_address
 
 EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
+EXIT_TERMINATED = 143
 
 _FAMILIES = (
-    gui, sources, features, events, settings, grab, record, terminal,
-    serve, simulate, gige, servo, yarp_server, doctor,
+    "gui", "sources", "features", "events", "settings", "grab", "record", "terminal",
+    "serve", "simulate", "gige", "servo", "yarp_server", "doctor",
 )  # fmt: skip
+"""Modules here. Imported within `main`: what they need takes long enough for a Ctrl-C."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 0, 1 for what failed, 2 for wrong usage."""
-    arguments = list(sys.argv[1:] if argv is None else argv)
-    parser, commands = _parser()
-    # A bare source, or only options of the window, mean the window.
-    place = _command_place(arguments)
-    first = arguments[place] if place < len(arguments) else ""
-    if first not in commands and first not in ("-h", "--help", "--version"):
-        arguments.insert(place, "gui")
-    options = parser.parse_args(arguments)
-    logs.set_up(options.log_level, options.log_format)
+    spell_out(sys.stdout)
+    spell_out(sys.stderr)
     try:
-        return int(options.run(options))
+        with raising_on_signals():
+            return _run(list(sys.argv[1:] if argv is None else argv))
     except UsageError as error:
         print(f"grabbergui: {error}", file=sys.stderr)
         return EXIT_USAGE
+    except BrokenPipeError:
+        # Whoever read our output has had enough; nothing may be written at exit either.
+        _give_up_output()
+        return 0
     except GrabberError as error:
         print(f"grabbergui: {error}", file=sys.stderr)
         return EXIT_FAILURE
     except OSError as error:
-        if isinstance(error, BrokenPipeError):
-            # Whoever read our output has had enough; nothing may be written at exit either.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        print(f"grabbergui: {error}", file=sys.stderr)
+        print(f"grabbergui: {error.filename or 'output'}: {error.strerror or error}", file=sys.stderr)
+        _give_up_output()
         return EXIT_FAILURE
-    except KeyboardInterrupt:
-        return EXIT_INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        return EXIT_TERMINATED if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
+
+
+def _run(arguments: list[str]) -> int:
+    try:
+        with dies_of_interrupt():
+            parser, commands = _parser()
+        # A bare source, or only options of the window, mean the window.
+        place = _command_place(arguments)
+        first = arguments[place] if place < len(arguments) else ""
+        if first not in commands and first not in ("-h", "--help", "--version"):
+            _check_is_source(first, commands)
+            arguments.insert(place, "gui")
+        options = parser.parse_args(arguments)
+        logs.set_up(options.log_level, options.log_format)
+        return int(options.run(options))
+    finally:
+        # What cannot be written is told by `main`; at exit it would be a traceback.
+        if sys.stdout is not None:
+            sys.stdout.flush()
+
+
+def _check_is_source(word: str, commands: Iterable[str]) -> None:
+    """Raise UsageError for a first word that is no command, and neither an option nor a source."""
+    if not word or word.startswith("-") or ":" in word:
+        return
+    near = _nearest(word, commands)
+    hint = f"did you mean `grabbergui {near}`? " if near else ""
+    raise UsageError(
+        f"'{word}' is no command; {hint}`grabbergui --help` lists them. "
+        "A source begins with its kind, as in sim: or gige:192.168.0.10"
+    )
+
+
+def _nearest(word: str, commands: Iterable[str]) -> str:
+    from grabbergui import sources
+
+    if is_ip_address(word):
+        return f"gige:{word}"
+    if Path(word).exists():
+        return f"file:{word}"
+    known = [*commands, *(f"{scheme}:" for scheme in sources.schemes())]
+    return next(iter(difflib.get_close_matches(word, known, n=1)), "")
+
+
+def _give_up_output() -> None:
+    """Let what still waits for a full disk or a closed pipe go nowhere, silently."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
@@ -81,8 +119,8 @@ def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
     parser.add_argument("--version", action="version", version=f"grabbergui {__version__}")
     _add_log_options(parser)
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
-    for family in _FAMILIES:
-        family.add_commands(commands)
+    for name in _FAMILIES:
+        importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
     for command in commands.choices.values():
         # Also after the command, where people look for it; there it must not undo what stood before.
         _add_log_options(command, argument_default=argparse.SUPPRESS)

@@ -8,7 +8,9 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import opened
+from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
@@ -38,8 +40,8 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--square", type=float, default=0.03, metavar="M", help="edge of a field (0.03)")
     parser.add_argument("--marker", type=float, default=0.022, metavar="M", help="edge of a marker (0.022)")
     parser.add_argument("--dictionary", default="5X5_100", metavar="NAME", help="of the markers (5X5_100)")
-    parser.add_argument("--views", type=int, default=20, help="how many different views (20)")
-    parser.add_argument("--seconds", type=float, default=180.0, metavar="S", help="give up after (180)")
+    parser.add_argument("--views", type=count, default=20, help="how many different views (20)")
+    parser.add_argument("--seconds", type=positive, default=180.0, metavar="S", help="give up after (180)")
     parser.add_argument("--out", type=Path, default=Path("camera.yaml"), metavar="FILE", help="(camera.yaml)")
     parser.add_argument("--name", default="camera", help="the camera's name in the file (camera)")
     parser.set_defaults(run=_run)
@@ -90,11 +92,11 @@ def _show(options: argparse.Namespace) -> int:
         from grabbergui.ui.views import calibration_run
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
-    with opened(options.source) as grabber:
+    seconds = options.seconds if options.screenshot else None
+    theme = Theme(options.theme)
+    with opened(options.source) as grabber, stop_on_signals() as stop:
         grabber.start()
-        seconds = options.seconds if options.screenshot else None
-        theme = Theme(options.theme)
-        saved = calibration_run.run(grabber, settings(options), options.screenshot, seconds, theme)
+        saved = calibration_run.run(grabber, settings(options), options.screenshot, seconds, theme, stop)
     if saved is not None:
         print(f"saved as {saved}")
     return 0

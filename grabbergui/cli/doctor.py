@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from grabbergui.cli.stopping import dies_of_interrupt
 from grabbergui.doctor.finding import Level
 
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
-    parser = commands.add_parser("doctor", help="check this machine for what usually goes wrong")
+    parser = commands.add_parser(
+        "doctor", help="check this machine for what usually goes wrong; exit code 1 if something does"
+    )
     parser.add_argument("--fix-udev", action="store_true", help="install the rule for USB3 Vision cameras")
     parser.set_defaults(run=_run)
 
@@ -22,10 +25,11 @@ def _run(options: argparse.Namespace) -> int:
         print(f"wrote {usb.install_udev_rule()}; plug the camera in again")
         return 0
     problems = 0
-    for checks in (network, usb, software):
-        for finding in checks.check():
-            problems += finding.level is Level.PROBLEM
-            print(f"{finding.level.value:8}{finding.text}")
-            if finding.remedy:
-                print(f"{'':8}→ {finding.remedy}")
+    with dies_of_interrupt():
+        for checks in (network, usb, software):
+            for finding in checks.check():
+                problems += finding.level is Level.PROBLEM
+                print(f"{finding.level.value:8}{finding.text}", flush=True)
+                if finding.remedy:
+                    print(f"{'':8}→ {finding.remedy}", flush=True)
     return 1 if problems else 0

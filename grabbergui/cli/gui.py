@@ -6,8 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.core.uri import SourceUri
+from grabbergui import sources
+from grabbergui.cli.numbers import positive
+from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.core.errors import SourceUnavailableError
 
 
 def add_commands(commands: Any) -> None:
@@ -15,7 +17,7 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser("gui", help="open the window (what no command at all does)")
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="what to open at once (sim:)")
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
-    parser.add_argument("--duration", type=float, metavar="S", help="close the window after S seconds")
+    parser.add_argument("--duration", type=positive, metavar="S", help="close the window after S seconds")
     parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a picture of the window")
     parser.add_argument(
         "--script", type=Path, metavar="FILE", help="run a Python file with the window; its exit code is ours"
@@ -29,19 +31,19 @@ def add_commands(commands: Any) -> None:
 
 def _run(options: argparse.Namespace) -> int:
     if options.source is not None:
-        SourceUri.parse(options.source)
-    if options.duration is not None and not options.duration > 0:
-        raise UsageError(f"--duration {options.duration:g}: more than 0 seconds, please")
+        sources.parse(options.source)
     try:
         from grabbergui.ui import app
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, which cannot be loaded: {error}") from error
-    return app.run(
-        options.source,
-        offscreen=options.offscreen,
-        duration=options.duration,
-        screenshot=options.screenshot,
-        script=options.script,
-        theme=options.theme,
-        language=options.language,
-    )
+    with stop_on_signals() as stop:
+        return app.run(
+            options.source,
+            offscreen=options.offscreen,
+            duration=options.duration,
+            screenshot=options.screenshot,
+            script=options.script,
+            theme=options.theme,
+            language=options.language,
+            stop=stop,
+        )

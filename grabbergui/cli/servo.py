@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
 import select
 import statistics
 import sys
+import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import calibrate, servo_robots, simulate_teo, simulate_tiago
-from grabbergui.cli.servo_robots import Truth
+from grabbergui.cli.numbers import positive
+from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from grabbergui.servo.report import Recorder
 
 EXIT_NOT_REACHED = 1
+KEYBOARD_PERIOD = 0.1
+"Seconds between looks at the keyboard, and at whether the end was asked for."
 
 
 def add_commands(commands: Any) -> None:
@@ -42,7 +45,7 @@ def add_commands(commands: Any) -> None:
     )
     servo_robots.add_arguments(parser)
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
-    parser.add_argument("--seconds", type=float, metavar="S", help="end after so long")
+    parser.add_argument("--seconds", type=positive, metavar="S", help="end after so long")
     parser.add_argument("--until-reached", action="store_true", help="headless: end with success")
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
@@ -72,8 +75,6 @@ def _run(options: argparse.Namespace) -> int:
     from grabbergui.servo.detection import Detector
     from grabbergui.servo.pilot import Pilot
 
-    if options.seconds is not None and not (math.isfinite(options.seconds) and options.seconds > 0):
-        raise UsageError(f"--seconds {options.seconds:g}: it must be more than 0")
     if options.screenshot is not None and (options.seconds is None or options.headless):
         raise UsageError("--screenshot needs the window and --seconds, after which it is taken")
     config = _config(options)
@@ -85,16 +86,17 @@ def _run(options: argparse.Namespace) -> int:
 
         pilot = Pilot(scene.grabber, scene.robot, detector, config)
         servo_robots.publish(pilot, options, stack)
-        return _follow(pilot, options, scene.calibration, scene.truth)
+        with stop_on_signals() as stop:
+            return _follow(pilot, options, scene, stop)
 
 
 def _follow(
-    pilot: Pilot, options: argparse.Namespace, calibration: CalibrationFor, truth: Truth | None
+    pilot: Pilot, options: argparse.Namespace, scene: servo_robots.Scene, stop: threading.Event
 ) -> int:
     """Run to the end: of the time, of the loop, or by the user's wish."""
     from grabbergui.servo.report import Recorder
 
-    recorder: Recorder | None = Recorder(options.report, calibration) if options.report else None
+    recorder: Recorder | None = Recorder(options.report, scene.calibration) if options.report else None
     outcome = _Outcome()
 
     def turned(turn: Turn, frame: Frame | None) -> None:
@@ -102,7 +104,7 @@ def _follow(
         if recorder is not None:
             recorder.add(turn, frame, pilot.loop.sighting)
 
-    window = None if options.headless else _window(options)
+    window = None if options.headless else _window(options, stop)
     pilot.turned.connect(turned)
     pilot.failed.connect(outcome.fail)
     pilot.start()
@@ -112,15 +114,15 @@ def _follow(
         timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
         return not pilot.running or timed_out or (options.until_reached and outcome.reached)
 
-    try:
-        if window is not None:
-            window(pilot, calibration)
-        while options.headless and not over():
-            if _typed(0.1, pilot) == "q":
-                break
-    except KeyboardInterrupt:
-        pilot.emergency_stop("interrupted")
-    facts = {**_timing(pilot), **(truth() if truth else {})}
+    if window is not None:
+        window(pilot, scene.calibration)
+    while options.headless and not over():
+        if stop.is_set():
+            pilot.emergency_stop("interrupted")
+            break
+        if _typed(KEYBOARD_PERIOD, pilot, stop) == "q":
+            break
+    facts = {**_timing(pilot), **(scene.truth() if scene.truth else {})}
     pilot.stop()
     if recorder is not None:
         report = recorder.finish(facts)
@@ -133,14 +135,18 @@ def _follow(
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
 
 
-def _window(options: argparse.Namespace) -> Callable[[Pilot, CalibrationFor], None]:
+def _window(
+    options: argparse.Namespace, stop: threading.Event
+) -> Callable[[Pilot, CalibrationFor], None]:
     try:
         from grabbergui.ui.theme import Theme
         from grabbergui.ui.views import servo_run
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
     theme = Theme(options.theme)
-    return partial(servo_run.run, seconds=options.seconds, screenshot=options.screenshot, theme=theme)
+    return partial(
+        servo_run.run, seconds=options.seconds, screenshot=options.screenshot, theme=theme, stop=stop
+    )
 
 
 class _Outcome:
@@ -165,10 +171,10 @@ class _Outcome:
         self.failure = reason
 
 
-def _typed(seconds: float, pilot: Pilot) -> str:
+def _typed(seconds: float, pilot: Pilot, stop: threading.Event) -> str:
     """Wait a moment for a line from the keyboard, and act on it."""
     if not sys.stdin or not sys.stdin.isatty():
-        time.sleep(seconds)
+        stop.wait(seconds)
         return ""
     if not select.select([sys.stdin], [], [], seconds)[0]:
         return ""

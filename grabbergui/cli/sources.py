@@ -7,6 +7,8 @@ import json
 from typing import Any
 
 from grabbergui import sources
+from grabbergui.cli.numbers import positive
+from grabbergui.cli.stopping import dies_of_interrupt
 
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
@@ -15,12 +17,13 @@ def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser("list", help="list every source found")
     parser.add_argument("--json", action="store_true", help="print one JSON array")
-    parser.add_argument("--timeout", type=float, default=2.0, metavar="S", help="seconds to look (2)")
+    parser.add_argument("--timeout", type=positive, default=2.0, metavar="S", help="seconds to look (2)")
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    found = sources.discover(options.timeout)
+    with dies_of_interrupt():
+        found = sources.discover(options.timeout)
     if options.json:
         print(json.dumps([info.as_dict() for info in found], indent=2))
         return 0

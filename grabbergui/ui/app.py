@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ from PyQt5.QtCore import QCoreApplication, Qt, QTimer
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui import sources
+from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.ui import icons, qt_messages
@@ -31,8 +31,8 @@ log = logging.getLogger(__name__)
 
 FIRST_URI = "sim:colour"
 """What a first start shows: a camera on which every control has something to act on, white balance too."""
-SIGNAL_POLL_MS = 200
-"Python runs signal handlers only between its own instructions; the event loop must let it."
+STOP_POLL_MS = 200
+"Also how often Python gets to run its signal handlers, which it does between its own instructions only."
 SCREENSHOT_FRAMES = 20
 "Pictures to be painted before the window's own picture is taken: the controls are there by then."
 SCREENSHOT_PATIENCE = 15.0
@@ -58,8 +58,8 @@ def run(
     frame came. With `script` it runs that file, whose exit code is the window's, and opens nothing by itself
     but `uri`; see `ui.scripting`. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the
     desktop's), `language` a code like `es`; without one it is the desktop's. Settings are neither read nor
-    kept offscreen. `create` makes the grabber of a URI, for a program that holds one open already. Ctrl-C and
-    SIGTERM close the window; with `stop`, setting that does, and signals are left to the caller.
+    kept offscreen. `create` makes the grabber of a URI, for a program that holds one open already. Setting
+    `stop` closes the window. Raises SourceUnavailableError where there is no display.
     """
     if offscreen:
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
@@ -72,7 +72,7 @@ def run(
     speak(app, language)
     window = MainWindow()
     controller = MainController(window, preferences, create)
-    with _guarded(window), _stopped_by(stop, app) if stop is not None else _interruptible(app):
+    with _guarded(window), closed_by(stop, app.quit):
         window.show()
         report = _Report(controller, screenshot)
         if code_of_script is None:
@@ -154,10 +154,19 @@ class _Report:
 
 
 def application() -> QApplication:
-    """The one application of this process, made as ours where there is none."""
+    """The one application of this process, made as ours where there is none.
+
+    Raises SourceUnavailableError where there is no display, for which Qt would abort.
+    """
     running = QApplication.instance()
     if isinstance(running, QApplication):
         return running
+    places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
+    if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
+        raise SourceUnavailableError(
+            "there is no display for a window; `grabbergui gui --offscreen` does without one, "
+            "and so do the other commands (`grabbergui --help`)"
+        )
     qt_messages.to_log()
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
@@ -197,32 +206,21 @@ def _guarded(window: MainWindow) -> Iterator[None]:
 
 
 @contextmanager
-def _stopped_by(stop: threading.Event, app: QApplication) -> Iterator[None]:
-    """Close the window once an event is set, from a signal or another thread."""
+def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iterator[None]:
+    """Call `close` once an event is set, by a signal or another thread.
+
+    A signal's own handler must not do it: an exception out of it would come up in the midst of painting.
+    """
+
+    def look_at_it() -> None:
+        if stop is not None and stop.is_set():
+            timer.stop()
+            close()
+
     timer = QTimer()
-    timer.timeout.connect(lambda: app.quit() if stop.is_set() else None)
-    timer.start(SIGNAL_POLL_MS)
+    timer.timeout.connect(look_at_it)
+    timer.start(STOP_POLL_MS)
     try:
         yield
     finally:
         timer.stop()
-
-
-@contextmanager
-def _interruptible(app: QApplication) -> Iterator[None]:
-    """Ctrl+C and a polite kill close the window."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {
-        number: signal.signal(number, lambda *_: app.quit()) for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    timer = QTimer()
-    timer.timeout.connect(lambda: None)
-    timer.start(SIGNAL_POLL_MS)
-    try:
-        yield
-    finally:
-        timer.stop()
-        for number, handler in before.items():
-            signal.signal(number, handler)

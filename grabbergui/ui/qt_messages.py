@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 
 from PyQt5.QtCore import QMessageLogContext, QtMsgType, qInstallMessageHandler
 
@@ -16,6 +17,8 @@ _LEVELS = {
     QtMsgType.QtFatalMsg: logging.CRITICAL,
 }
 
+EXIT_FATAL = 1
+
 _HARMLESS = ("This plugin does not support ", "QStandardPaths: XDG_RUNTIME_DIR not set")
 """Beginnings of what is no warning: platforms without a display or a desktop lack these things."""
 
@@ -28,4 +31,7 @@ def to_log() -> None:
 def _log(kind: QtMsgType, context: QMessageLogContext, message: str | None) -> None:
     text = message or ""
     level = logging.DEBUG if text.startswith(_HARMLESS) else _LEVELS.get(kind, logging.WARNING)
-    log.log(level, "%s", text)
+    log.log(level, "%s", text.strip())
+    if kind == QtMsgType.QtFatalMsg:
+        # Qt is about to abort, with a core dump; all there is to know has been said.
+        os._exit(EXIT_FATAL)

@@ -1,10 +1,12 @@
 """Signals that end a server: the first is a wish, one a moment later the same, a later one an order."""
 
 import signal
+import threading
 
 import pytest
 
 from grabbergui.cli import stopping
+from patience import PATIENCE
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -23,6 +25,30 @@ def test_who_insists_is_obeyed(monkeypatch):
         signal.raise_signal(signal.SIGINT)
         assert stop.is_set()
         signal.raise_signal(signal.SIGINT)
+
+
+def test_a_signal_waits_until_genapi_is_left():
+    """An exception out of a port's read, which GenApi called, would crash it."""
+    from grabbergui import sources
+    from grabbergui.driver.genapi.port import RegisterPort
+
+    interrupted = []
+    read = RegisterPort.read
+
+    def interrupting(port, address, length):
+        if not interrupted:
+            interrupted.append(address)
+            signal.raise_signal(signal.SIGINT)
+        return read(port, address, length)
+
+    grabber = sources.create("sim:")
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(RegisterPort, "read", interrupting)
+        with stopping.raising_on_signals():
+            grabber.open()
+            threading.Event().wait(PATIENCE)
+    assert interrupted
+    grabber.close()
 
 
 def test_afterwards_signals_act_as_before():

@@ -72,8 +72,9 @@ def test_an_interrupt_ends_it_cleanly(tmp_path):
     environment = {**os.environ, "HOME": str(tmp_path), "XDG_RUNTIME_DIR": str(tmp_path)}
     code = (
         CODE
+        + "from grabbergui.cli import main; "
         + "app.QTimer.singleShot(0, lambda: print('up', flush=True)); "
-        + "sys.exit(app.run('sim:', offscreen=True))"
+        + "sys.exit(main(['gui', '--offscreen', 'sim:']))"
     )
     process = subprocess.Popen(
         [sys.executable, "-c", code],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 from PyQt5.QtCore import QTimer
@@ -10,7 +11,7 @@ from PyQt5.QtWidgets import QDialog
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.servo.calibration_choice import CalibrationChoice
-from grabbergui.ui.app import application, look
+from grabbergui.ui.app import application, closed_by, look
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser
 from grabbergui.ui.theme import Theme, dress
@@ -24,11 +25,12 @@ def run(
     screenshot: Path | None = None,
     seconds: float | None = None,
     theme: Theme = Theme.AUTO,
+    stop: threading.Event | None = None,
 ) -> Path | None:
     """Show it until it is closed, and return the file of the calibration that was saved last, if any.
 
     The source must stream. With `seconds` it takes views at once and closes by itself after that time; with
-    `screenshot` it saves its own picture then.
+    `screenshot` it saves its own picture then. Setting `stop` closes it.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
@@ -45,7 +47,8 @@ def run(
         controller.go(Step.VIEWS)
         QTimer.singleShot(round(seconds * 1000), end)
     try:
-        dialog.exec_()
+        with closed_by(stop, lambda: dialog.done(QDialog.DialogCode.Rejected)):
+            dialog.exec_()
     finally:
         controller.close()
     return saved[-1] if saved else None

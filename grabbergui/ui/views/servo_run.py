@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import signal
+import threading
 from pathlib import Path
-from types import FrameType
 
 from PyQt5.QtCore import QTimer
 
 from grabbergui.servo.calibration_choice import CalibrationFor
 from grabbergui.servo.pilot import Pilot
-from grabbergui.ui.app import application, look
+from grabbergui.ui.app import application, closed_by, look
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.servo_window import ServoWindow
-
-SIGNALS_MS = 200
-"Python runs signal handlers only between its own instructions; the event loop must let it."
 
 
 def run(
@@ -25,11 +21,13 @@ def run(
     seconds: float | None,
     screenshot: Path | None = None,
     theme: Theme = Theme.AUTO,
+    stop: threading.Event | None = None,
 ) -> None:
     """Show a running pilot until the window is closed or the time is up.
 
     A loop that ended by an error is shown with its reason, and may be started again. With `screenshot` the
-    window's own picture is saved before it closes. Of `theme`, see `app.look`.
+    window's own picture is saved before it closes. Of `theme`, see `app.look`. Setting `stop` stops the
+    robot, then closes the window.
     """
     app = application()
     dress(app, look(theme, screenshot is not None))
@@ -41,25 +39,17 @@ def run(
             window.grab().save(str(screenshot))
         window.close()
 
-    signals = QTimer()
-    signals.timeout.connect(lambda: None)
-    signals.start(SIGNALS_MS)
-    if seconds is not None:
-        QTimer.singleShot(round(seconds * 1000), close)
-    # An exception out of a slot would end the process without a stop: Ctrl-C stops, then closes.
-    before = signal.getsignal(signal.SIGINT)
-
-    def interrupted(number: int, frame: FrameType | None) -> None:
+    def interrupted() -> None:
         pilot.emergency_stop("interrupted")
         window.close()
 
-    signal.signal(signal.SIGINT, interrupted)
+    if seconds is not None:
+        QTimer.singleShot(round(seconds * 1000), close)
     try:
-        window.show()
-        app.exec_()
+        with closed_by(stop, interrupted):
+            window.show()
+            app.exec_()
     finally:
-        signal.signal(signal.SIGINT, before)
-        signals.stop()
         controller.close()
         window.deleteLater()
         app.processEvents()

@@ -1,0 +1,124 @@
+"""What every command shares: words that are none, signals, and output that finds no place."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grabbergui.cli import EXIT_INTERRUPTED, EXIT_TERMINATED, main, sources
+from patience import PROGRAM
+
+PROGRAM_LINE = [sys.executable, "-m", "grabbergui"]
+
+
+def run(*arguments, **keywords):
+    return subprocess.run(
+        [*PROGRAM_LINE, *arguments], stderr=subprocess.PIPE, text=True, timeout=PROGRAM, **keywords
+    )
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("lits", "grabbergui list"),
+        ("sim", "grabbergui sim:"),
+        ("192.168.0.10", "grabbergui gige:192.168.0.10"),
+        (__file__, f"grabbergui file:{__file__}"),
+        ("zzz", "grabbergui --help"),
+    ],
+)
+def test_a_word_that_is_no_command_is_told_what_was_perhaps_meant(word, meant, capsys):
+    assert main([word]) == 2
+    assert f"`{meant}`" in capsys.readouterr().err
+
+
+def test_no_window_opens_on_a_source_of_no_kind(capsys):
+    assert main(["foo:bar"]) == 2
+    assert "no known kind" in capsys.readouterr().err
+
+
+def test_without_a_display_the_window_says_so():
+    environment = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    }
+    done = run("sim:", env=environment)
+    assert done.returncode == 1
+    assert len(done.stderr.splitlines()) == 1 and "--offscreen" in done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names a display of X11")
+def test_a_display_that_is_not_there_ends_it_without_a_core_dump():
+    environment = {**os.environ, "DISPLAY": ":4711"}
+    environment.pop("QT_QPA_PLATFORM", None)
+    environment.pop("WAYLAND_DISPLAY", None)
+    done = run("sim:", env=environment)
+    assert done.returncode == 1
+    assert "could not connect to display :4711" in done.stderr
+
+
+# -- signals ---------------------------------------------------------------------------------------
+def test_an_interrupt_while_it_loads_says_nothing():
+    code = (
+        "import importlib, signal; from grabbergui.cli import main\n"
+        "importlib.import_module = lambda name: signal.raise_signal(signal.SIGINT)\n"
+        "main(['list'])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=PROGRAM)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, EXIT_INTERRUPTED), (signal.SIGTERM, EXIT_TERMINATED)]
+)
+def test_what_is_open_is_closed_on_a_signal(number, code, monkeypatch, capsys):
+    from grabbergui.driver.camera import Camera
+
+    closed = []
+    close = Camera.close
+    monkeypatch.setattr(Camera, "close", lambda self: (closed.append(self), close(self))[1])
+    monkeypatch.setattr(Camera, "feature_tree", lambda self: signal.raise_signal(number))
+    assert main(["features", "sim:"]) == code
+    assert len(closed) == 1
+    assert capsys.readouterr().err == ""
+
+
+def test_a_search_holds_nothing_that_an_interrupt_must_wait_for(monkeypatch, capsys):
+    seen = []
+    monkeypatch.setattr(
+        sources.sources, "discover", lambda timeout: seen.append(signal.getsignal(signal.SIGINT)) or []
+    )
+    before = signal.getsignal(signal.SIGINT)
+    assert main(["list"]) == 0
+    assert seen == [signal.SIG_DFL]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+# -- output ----------------------------------------------------------------------------------------
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_without_unicode_is_written_to_in_other_letters(encoding):
+    shown = run("features", "sim:", env={**os.environ, "PYTHONIOENCODING": encoding}, stdout=-1)
+    assert shown.returncode == 0, shown.stderr
+    assert "ExposureTime = 10000 us (10 ... 1000000" in shown.stdout
+
+
+def test_a_reader_that_has_had_enough_is_no_fault():
+    read, write = os.pipe()
+    os.close(read)
+    try:
+        done = run("--help", stdout=write)
+    finally:
+        os.close(write)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no /dev/full")
+def test_a_full_disk_is_told_in_a_line():
+    with Path("/dev/full").open("w") as full:
+        done = run("list", stdout=full)
+    assert done.returncode == 1
+    assert done.stderr == "grabbergui: output: No space left on device\n"
