@@ -6,6 +6,7 @@ Prints one line `RESULT <json>` for the test outside: by way, what was seen. Usa
 from __future__ import annotations
 
 import json
+import multiprocessing
 import re
 import shutil
 import subprocess
@@ -13,47 +14,52 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.u3v import source
-
-CAMERA = """
-import json, sys, threading
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.serve import serve
-model = CameraModel(power_on={
-    reg.WIDTH: 640, reg.HEIGHT: 480,
-    reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
-})
-stop = threading.Event()
-threading.Thread(target=lambda: (sys.stdin.read(), stop.set()), daemon=True).start()
-serve(sys.argv[1], model=model, faults=U3vFaults(**json.loads(sys.argv[2])), stop=stop,
-      ready=lambda text: print(text, flush=True))
-"""
+from grabbergui.driver.u3v import source
+
+SOON = 120.0
+"""Seconds for one step: the emulated machine is slow, and slower where others use the real one too."""
+CAMERAS = multiprocessing.get_context("forkserver")
+"""Where a camera's process comes from: Python starts and imports once there, not for each."""
+
+
+def camera(via: str, faults: dict[str, int], ready: Event, stop: Any) -> None:
+    """The process that is the camera."""
+    model = CameraModel(
+        power_on={
+            reg.WIDTH: 640,
+            reg.HEIGHT: 480,
+            reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
+        }
+    )
+    serve(via, model=model, faults=U3vFaults(**faults), stop=stop, ready=lambda _: ready.set())
 
 
 @contextmanager
-def plugged_in(via: str, **faults: int) -> Iterator[subprocess.Popen[str]]:
-    """A camera process, until its standard input ends."""
-    command = [sys.executable, "-c", CAMERA, via, json.dumps(faults)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as camera:
-        assert camera.stdout is not None
-        assert camera.stdin is not None
-        camera.stdout.readline()
-        wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
-        yield camera
-        camera.stdin.close()
-        camera.wait(20)
+def plugged_in(via: str, **faults: int) -> Iterator[None]:
+    """With a camera on the bus."""
+    ready, stop = CAMERAS.Event(), CAMERAS.Event()
+    process = CAMERAS.Process(target=camera, args=(via, faults, ready, stop))
+    process.start()
+    assert ready.wait(SOON)
+    wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
+    yield
+    stop.set()
+    process.join(SOON)
     wait_until(lambda: not source.discover(1.0), "the camera does not go")
 
 
-def wait_until(condition: Callable[[], bool], complaint: str, timeout: float = 20.0) -> None:
+def wait_until(condition: Callable[[], bool], complaint: str, timeout: float = SOON) -> None:
     deadline = time.monotonic() + timeout
     while not condition():
         if time.monotonic() > deadline:
@@ -61,7 +67,7 @@ def wait_until(condition: Callable[[], bool], complaint: str, timeout: float = 2
         time.sleep(0.1)
 
 
-def run(*command: str, timeout: float = 15.0) -> str:
+def run(*command: str, timeout: float = 40.0) -> str:
     """Another host's output. One that hangs is ended, and what it said so far counts.
 
     (Aravis 0.8.26 now and then waits for ever for its cancelled transfers on a gadget of dummy_hcd.)
@@ -87,7 +93,7 @@ def our_host(result: dict[str, Any]) -> None:
             camera.start()
             good = 0
             for _ in range(50):
-                frame = queue.get(10.0)
+                frame = queue.get(60.0)
                 good += frame.complete and bool((frame.raw() == frame.raw()[0]).all())
             camera.stop()
             queue.close()
@@ -104,13 +110,13 @@ camera = source.create(SourceUri.parse("u3v:"))
 camera.open()
 queue = camera.open_queue()
 camera.start()
-queue.get(10.0)
+queue.get(60.0)
 """
 
 
 def forgetful_program() -> int:
     """The exit status of a program that ends while it streams, without closing anything."""
-    return subprocess.run([sys.executable, "-c", FORGETFUL], timeout=30, check=False).returncode
+    return subprocess.run([sys.executable, "-c", FORGETFUL], timeout=SOON, check=False).returncode
 
 
 def aravis_streams(mode: str) -> dict[str, int]:
@@ -169,4 +175,6 @@ def prove(via: str) -> dict[str, Any]:
     return result
 
 
-print("RESULT " + json.dumps({via: prove(via) for via in sys.argv[1:]}), flush=True)
+if __name__ == "__main__":
+    CAMERAS.set_forkserver_preload(["grabbergui.driver.sim.u3v.serve", "grabbergui.driver.u3v.source"])
+    print("RESULT " + json.dumps({via: prove(via) for via in sys.argv[1:]}), flush=True)
