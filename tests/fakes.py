@@ -12,6 +12,7 @@ from grabbergui.core.features import Category, Feature, FeatureKind, FeatureValu
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.driver.device import Device, StreamRequest
+from patience import PATIENCE
 
 
 def categories(features: Iterable[Feature]) -> Category:
@@ -110,7 +111,7 @@ class ScriptedGrabber(FrameGrabber):
 
     def _enter(self, name: str) -> None:
         self.threads.add(threading.current_thread().name)
-        self.gate.wait(5)
+        self.gate.wait(PATIENCE)
         self._require(name)
         if name in self.delays:
             time.sleep(self.delays[name])

@@ -18,6 +18,8 @@ from typing import IO, Any
 
 import pytest
 
+from patience import PATIENCE
+
 ARAVIS_PROGRAM = "arv-fake-gv-camera-0.8"
 ADDRESS = "127.0.0.1"
 GVCP_PORT = 3956
@@ -37,7 +39,7 @@ class AravisCamera:
     def kill(self) -> None:
         """End it at once, as a cable pulled out does."""
         self.process.kill()
-        self.process.wait(10)
+        self.process.wait(PATIENCE)
 
 
 @pytest.fixture
@@ -122,7 +124,7 @@ def _locked(fcntl: Any, lock: IO[str]) -> bool:
 
 def _await_answer(alive: Callable[[], bool]) -> None:
     """Until something answers a DISCOVERY at the port."""
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asker:
         asker.settimeout(0.05)
         while time.monotonic() < deadline and alive():

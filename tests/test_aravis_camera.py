@@ -10,6 +10,7 @@ from grabbergui.cli import main
 from grabbergui.core.features import Representation
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.core.sfnc import FAVOURITES
+from patience import PATIENCE
 
 pytestmark = pytest.mark.aravis
 
@@ -63,14 +64,14 @@ def test_a_camera_that_lost_its_power_comes_back_as_it_was(start_aravis):
     grabber.write_feature("GainRaw", 7)
     grabber.write_feature("Width", 256)
     grabber.start()
-    queue.get(5)
+    queue.get(PATIENCE)
 
     camera.kill()
-    assert states.get(timeout=5) is ConnectionState.LOST
+    assert states.get(timeout=PATIENCE) is ConnectionState.LOST
     start_aravis()
 
-    assert states.get(timeout=10) is ConnectionState.OPEN
+    assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
     queue.clear()
-    assert queue.get(5).width == 256
+    assert queue.get(PATIENCE).width == 256
     assert grabber.feature("GainRaw").value == 7
     grabber.close()

@@ -8,6 +8,7 @@ import cv2
 import pytest
 
 from grabbergui.cli import main
+from patience import PATIENCE
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -155,4 +156,4 @@ def test_the_module_runs_and_a_closed_pipe_is_no_error():
     process.stdout.close()
     assert process.stderr.read() == b""
     process.stderr.close()
-    assert process.wait(30) == 0
+    assert process.wait(PATIENCE) == 0

@@ -14,6 +14,7 @@ from grabbergui.cli.logs import JsonFormatter
 from grabbergui.cli.metrics import MetricsServer, exposition, parse_address
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import StreamStatistics
+from patience import PATIENCE
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def test_the_counters_of_a_stream(camera):
     camera.start()
     with MetricsServer(camera, "0", {"yarp": lambda: 7}) as server:
         for _ in range(5):
-            queue.get(5)
+            queue.get(PATIENCE)
         kind, page = fetch(server.url)
         with pytest.raises(urllib.error.HTTPError, match="404") as refused:
             fetch(server.url.replace("/metrics", "/"))

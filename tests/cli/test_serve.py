@@ -10,6 +10,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
+from patience import PATIENCE
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -47,7 +48,7 @@ def test_a_camera_on_yarp_and_its_remote_twin(serve):
     remote.open()
     queue = remote.open_queue()
     remote.start()
-    assert queue.get(5).rgb().shape == (48, 64, 3)
+    assert queue.get(PATIENCE).rgb().shape == (48, 64, 3)
     assert remote.write_feature("Gain", 6).value == 6
     remote.close()
 
@@ -57,7 +58,7 @@ def test_a_camera_on_yarp_and_its_remote_twin(serve):
     again.close()
 
     process.send_signal(signal.SIGTERM)
-    assert process.wait(5) == 0
+    assert process.wait(PATIENCE) == 0
 
 
 def test_the_terminal_of_a_server_and_a_configuration_file(serve, tmp_path):
@@ -79,7 +80,7 @@ def test_counters_and_a_structured_log(serve):
 
     process.send_signal(signal.SIGTERM)
 
-    assert process.wait(5) == 0
+    assert process.wait(PATIENCE) == 0
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
+from patience import PATIENCE
 
 
 @pytest.fixture
@@ -28,7 +29,7 @@ def test_every_frame_of_a_bad_network_is_complete(simulated):
     queue = grabber.open_queue(64)
     grabber.start()
 
-    frames = [queue.get(5) for _ in range(60)]
+    frames = [queue.get(PATIENCE) for _ in range(60)]
 
     counters = grabber.statistics()
     grabber.close()
@@ -37,7 +38,7 @@ def test_every_frame_of_a_bad_network_is_complete(simulated):
     assert counters.packets_resent > 0 and counters.packets_duplicate > 0
 
     simulated.send_signal(signal.SIGINT)
-    assert simulated.wait(5) == 0
+    assert simulated.wait(PATIENCE) == 0
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue, RateMeter
 from grabbergui.core.pfnc import by_name
+from patience import PATIENCE
 
 
 def frame(frame_id):
@@ -72,7 +73,7 @@ def test_a_waiting_consumer_gets_the_frame_another_thread_puts():
     queue = FrameQueue()
     thread = threading.Thread(target=lambda: queue.put(frame(9)))
     thread.start()
-    assert queue.get(10).frame_id == 9
+    assert queue.get(PATIENCE).frame_id == 9
     thread.join()
 
 
@@ -83,7 +84,7 @@ def test_every_frame_put_by_many_threads_is_taken_or_counted():
     def take():
         try:
             while True:
-                taken.append(queue.get(10))
+                taken.append(queue.get(PATIENCE))
         except FrameTimeoutError:
             pass
 

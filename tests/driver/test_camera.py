@@ -16,6 +16,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
+from patience import PATIENCE
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def camera():
 
 
 def next_frames(queue, count):
-    return [queue.get(5) for _ in range(count)]
+    return [queue.get(PATIENCE) for _ in range(count)]
 
 
 def test_opening_writes_nothing(monkeypatch):
@@ -108,12 +109,12 @@ def test_a_frame_rate_turns_its_switch_on(camera):
 def test_what_changes_the_payload_restarts_the_stream(camera, name, value):
     queue = camera.open_queue(2)
     camera.start()
-    queue.get(5)
+    queue.get(PATIENCE)
 
     started = time.monotonic()
     assert camera.write_feature(name, value).value == value
     queue.clear()
-    frame = queue.get(5)
+    frame = queue.get(PATIENCE)
 
     assert time.monotonic() - started < 2  # a tenth of it on a machine with nothing else to do
     assert (frame.width, frame.height, frame.pixel_format.name) == tuple(
@@ -130,7 +131,7 @@ def test_a_refused_format_leaves_the_stream_on(camera):
         camera.write_feature("PixelFormat", "Mono9")
 
     queue.clear()
-    assert queue.get(5).pixel_format.name == "Mono8"
+    assert queue.get(PATIENCE).pixel_format.name == "Mono8"
 
 
 def test_a_value_under_its_automatic_mode_is_told(camera):
@@ -149,8 +150,8 @@ def test_a_value_under_its_automatic_mode_is_told(camera):
     told.clear()
     seen.clear()
 
-    assert seen.wait(5)
-    deadline = time.monotonic() + 5
+    assert seen.wait(PATIENCE)
+    deadline = time.monotonic() + PATIENCE
     while camera.feature("ExposureTime").value == 100 and time.monotonic() < deadline:
         time.sleep(0.01)
     assert camera.feature("ExposureTime").value > 100
@@ -195,20 +196,20 @@ def test_a_lost_device_comes_back_as_it_was_set(camera):
     camera.write_feature("BalanceRatio", 1.25)
     camera.write_feature("Width", 128)
     camera.start()
-    queue.get(5)
+    queue.get(PATIENCE)
 
     camera.device.model = sources.create("sim:?width=64&height=48&fps=100").device.model  # a reboot
     camera.device.on_lost("the cable is out")
 
-    assert states.get(timeout=5) == (ConnectionState.LOST, "the cable is out")
-    assert states.get(timeout=5)[0] is ConnectionState.OPEN
+    assert states.get(timeout=PATIENCE) == (ConnectionState.LOST, "the cable is out")
+    assert states.get(timeout=PATIENCE)[0] is ConnectionState.OPEN
     assert camera.feature("BalanceRatioSelector").value == "Red"
     assert camera.feature("BalanceRatio").value == 1.25
     assert camera.write_feature("BalanceRatioSelector", "Blue").value == "Blue"
     assert camera.feature("BalanceRatio").value == 1.5
     assert camera.streaming
     queue.clear()
-    assert queue.get(5).width == 128
+    assert queue.get(PATIENCE).width == 128
 
 
 def test_a_lost_device_can_be_closed(camera, monkeypatch):
@@ -232,7 +233,7 @@ def test_closing_ends_every_thread_and_may_be_done_twice():
         grabber.open()
         queue = grabber.open_queue()
         grabber.start()
-        queue.get(5)
+        queue.get(PATIENCE)
         grabber.close()
         grabber.close()
         assert queue.closed

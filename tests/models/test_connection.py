@@ -9,6 +9,7 @@ from fakes import ScriptedGrabber
 from grabbergui.core.errors import AccessDeniedError, TransportError, UsageError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.models.connection import Connection, LinkState
+from patience import PATIENCE
 
 S = LinkState
 
@@ -30,7 +31,7 @@ class Source(ScriptedGrabber):
 
     def open(self, *args):
         self._note("open")
-        assert self.opening.wait(5)
+        assert self.opening.wait(PATIENCE)
         if self.problem:
             raise self.problem
 
@@ -72,7 +73,7 @@ def bench():
     yield bench
     bench.source.opening.set()
     bench.link.close_all()
-    assert bench.link.wait_closed(5)
+    assert bench.link.wait_closed(PATIENCE)
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("features ")]
 
 
@@ -84,7 +85,7 @@ def test_states_come_in_order_and_all_calls_from_one_thread_that_is_not_ours(ben
     bench.link.start()
     bench.until(S.STREAMING)
     bench.link.disconnect()
-    assert bench.link.wait_closed(5)
+    assert bench.link.wait_closed(PATIENCE)
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING, S.OPEN, S.STREAMING, S.CLOSED]
     assert bench.source.calls == ["open", "start", "stop", "start", "close"]
     assert bench.source.threads == {"features sim:"}
@@ -117,7 +118,7 @@ def test_connecting_does_not_wait_and_can_be_given_up(bench):
     assert time.monotonic() - begun < 0.2
     assert bench.states == [S.OPENING, S.CLOSED]
     bench.source.opening.set()
-    assert bench.link.wait_closed(5)
+    assert bench.link.wait_closed(PATIENCE)
     assert "start" not in bench.source.calls
     assert bench.states == [S.OPENING, S.CLOSED], "late answers are ignored"
     assert bench.source.calls in (["open", "close"], [])
@@ -127,7 +128,7 @@ def test_why_it_cannot_be_opened_is_told_and_it_is_closed(bench):
     bench.source.problem = AccessDeniedError("another application holds the camera")
     bench.link.connect_to("sim:")
     bench.until(S.CLOSED)
-    assert bench.link.wait_closed(5)
+    assert bench.link.wait_closed(PATIENCE)
     assert bench.failures == ["another application holds the camera"]
     assert bench.source.calls == ["open", "open", "close"], "to control it, then to look at it only"
 
@@ -135,7 +136,7 @@ def test_why_it_cannot_be_opened_is_told_and_it_is_closed(bench):
 def test_a_source_that_does_not_start_stays_open(bench):
     bench.source.start_problem = TransportError("no bandwidth left")
     bench.link.connect_to("sim:")
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while not bench.failures and time.monotonic() < deadline:
         time.sleep(0.002)
     assert bench.failures == ["Acme Script does not start: no bandwidth left"]
@@ -167,7 +168,7 @@ def test_another_source_takes_the_place_of_the_first(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     assert bench.link.source.grabber is bench.source
-    assert bench.link.wait_closed(5)
+    assert bench.link.wait_closed(PATIENCE)
     assert first.calls[-1] == "close"
 
 
@@ -177,7 +178,7 @@ def test_twenty_connections_leave_no_thread(bench):
         bench.link.connect_to("sim:")
         bench.until(S.STREAMING)
         bench.link.disconnect()
-    assert bench.link.wait_closed(5)
+    assert bench.link.wait_closed(PATIENCE)
     assert threading.active_count() == before
 
 
@@ -206,7 +207,7 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     bench.link.read_only.connect(told.append)
     bench.link.connect_to("fake:")
     bench.until(S.OPEN)
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while not (told and told[0].no_picture):
         assert time.monotonic() < deadline
         time.sleep(0.002)
@@ -238,7 +239,7 @@ class Pair:
         self.first = bench.link.source
         bench.link.connect_beside("sim:colour")
         self.beside = bench.link.sources[1]
-        deadline = time.monotonic() + 5
+        deadline = time.monotonic() + PATIENCE
         while self.beside.state is not S.STREAMING and time.monotonic() < deadline:
             time.sleep(0.002)
         bench.link.opened.connect(lambda source: self.told.append(("opened", source)))
@@ -271,7 +272,7 @@ def test_what_is_brought_forward_is_told_as_though_it_had_just_been_opened(bench
 def test_closing_one_leaves_the_other(bench, pair):
     bench.link.close(pair.beside)
     assert pair.told == [("ending", pair.beside)] and bench.states == []
-    assert bench.link.wait_closed(5) and "close" in pair.other.calls
+    assert bench.link.wait_closed(PATIENCE) and "close" in pair.other.calls
     assert bench.link.sources == (pair.first,)
 
 
@@ -300,7 +301,7 @@ def test_a_source_beside_that_cannot_be_opened_is_told_and_gone(bench, pair):
     bench.others["sim:scene"] = broken = Source()
     broken.problem = TransportError("no such camera")
     bench.link.connect_beside("sim:scene")
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while len(bench.link.sources) > 2 and time.monotonic() < deadline:
         time.sleep(0.002)
     assert bench.failures == ["no such camera"] and bench.link.source is pair.first

@@ -9,6 +9,7 @@ import pytest
 
 from grabbergui.models.connection import Connection, LinkState
 from grabbergui.models.gallery import GalleryModel
+from patience import PATIENCE
 
 
 def until(condition, seconds=10.0):
@@ -35,7 +36,7 @@ def open_sources():
 
     yield open_them
     connection.close_all()
-    assert gallery.close(5) and connection.wait_closed(10)
+    assert gallery.close(5) and connection.wait_closed(PATIENCE)
     assert not displays()
 
 
@@ -75,7 +76,7 @@ def test_a_source_that_is_closed_leaves_no_thread_and_no_memory(open_sources):
     gone = [weakref.ref(last), weakref.ref(last.grabber), weakref.ref(gallery.tiles[-1].picture)]
     connection.close(last)
     del last
-    assert connection.wait_closed(10)
+    assert connection.wait_closed(PATIENCE)
     until(lambda: len(displays()) == 2)
     assert len(gallery.tiles) == 2
 

@@ -17,6 +17,7 @@ from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
+from patience import PATIENCE
 
 
 @pytest.fixture
@@ -81,7 +82,7 @@ def test_a_moment_without_a_picture_still_shows_the_robot(model, pilot):
     ready = threading.Event()
     model.ready.connect(ready.set)
     turned(pilot, 1.0)
-    assert ready.wait(5)
+    assert ready.wait(PATIENCE)
     shown = model.take()
     assert shown.image is None
     assert shown.posture.hand == pytest.approx(pilot.robot.state().hand)
@@ -101,13 +102,13 @@ def test_what_cannot_be_drawn_is_left_out_and_the_next_is_shown(model, pilot, ca
     right = pilot.robot.camera_pose
     pilot.robot.camera_pose = lambda head: 1 / 0
     turned(pilot, 1.0)
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while "cannot be shown" not in caplog.text and time.monotonic() < deadline:
         time.sleep(0.01)
     assert "cannot be shown" in caplog.text
     pilot.robot.camera_pose = right
     turned(pilot, 2.0)
-    assert ready.wait(5)
+    assert ready.wait(PATIENCE)
 
 
 def test_a_tuning_is_what_it_was_made_of():

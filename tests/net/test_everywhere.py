@@ -14,6 +14,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.terminal.interpreter import Interpreter
+from patience import PATIENCE
 from ros2_domain import own_domain
 
 PROMPTLY = 0.2
@@ -120,7 +121,7 @@ def regulate(camera, value):
 
 
 def until(condition):
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.001)
@@ -193,7 +194,7 @@ def service_way(node):
 
     get = node.create_client(GetFeature, "/everywhere/get_feature")
     put = node.create_client(SetFeature, "/everywhere/set_feature")
-    assert get.wait_for_service(10) and put.wait_for_service(10)
+    assert get.wait_for_service(PATIENCE) and put.wait_for_service(PATIENCE)
 
     def write(value):
         assert answer(put, SetFeature.Request(name="Gain", value=float(value))).success
@@ -208,7 +209,7 @@ def parameter_way(node):
     from rclpy.parameter import Parameter
 
     client = node.create_client(SetParameters, "/everywhere/set_parameters")
-    assert client.wait_for_service(10)
+    assert client.wait_for_service(PATIENCE)
     news = []
 
     def on_event(event):

@@ -8,6 +8,7 @@ from PyQt5.QtCore import Qt
 
 from grabbergui.models.connection import LinkState
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
+from patience import PATIENCE
 
 GREY = "sim:?width=320&height=240"
 COLOUR = "sim:colour?width=320&height=240"
@@ -87,7 +88,7 @@ def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(window_desk):
     del source, tile
     window_desk.qtbot.mouseClick(second.closeButton, Qt.LeftButton)
     window_desk.until(lambda: not window_desk.window.gallery.isVisible())
-    assert window_desk.program.connection.wait_closed(10)
+    assert window_desk.program.connection.wait_closed(PATIENCE)
     window_desk.watch()
     names = [thread.name for thread in threading.enumerate()]
     assert not [name for name in names if "colour" in name] and names.count("display") == 1, names

@@ -28,6 +28,7 @@ from grabbergui.driver.aravis import library, source
 from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import PATIENCE
 
 try:
     library.load()
@@ -59,7 +60,7 @@ def opened(simulated: GigeCamera) -> Iterator[FrameGrabber]:
 def test_frames_arrive_whole_and_in_order(opened: FrameGrabber) -> None:
     frames = opened.open_queue(30)
     opened.start()
-    grabbed = [frames.get(5) for _ in range(20)]
+    grabbed = [frames.get(PATIENCE) for _ in range(20)]
     opened.stop()
     ids = [frame.frame_id for frame in grabbed]
     assert ids == sorted(set(ids))
@@ -80,9 +81,9 @@ def test_the_same_node_map_serves(opened: FrameGrabber, simulated: GigeCamera) -
 def test_a_format_changes_while_streaming(opened: FrameGrabber) -> None:
     frames = opened.open_queue(2)
     opened.start()
-    frames.get(5)
+    frames.get(PATIENCE)
     opened.write_feature("Width", 128)
-    while frames.get(5).width != 128:
+    while frames.get(PATIENCE).width != 128:
         pass
 
 
@@ -90,14 +91,14 @@ def test_chunks_are_values(opened: FrameGrabber) -> None:
     opened.write_feature("ChunkModeActive", True)
     frames = opened.open_queue(2)
     opened.start()
-    frame = frames.get(5)
+    frame = frames.get(PATIENCE)
     assert frame.chunks["ChunkFrameID"] >= 1 and frame.chunks["ChunkExposureTime"] == 1000.0
 
 
 def test_frames_that_are_kept_stay_as_they_are(opened: FrameGrabber) -> None:
     frames = opened.open_queue(30)
     opened.start()
-    kept = [frames.get(5) for _ in range(15)]
+    kept = [frames.get(PATIENCE) for _ in range(15)]
     copies = [frame.payload.copy() for frame in kept]
     opened.close()
     assert all((frame.payload == copy).all() for frame, copy in zip(kept, copies, strict=True))
@@ -153,8 +154,8 @@ def test_control_that_went_elsewhere_is_told(opened: FrameGrabber, simulated: Gi
     states: queue.Queue[ConnectionState] = queue.Queue()
     opened.connection_changed.connect(lambda state, why: states.put(state))
     simulated.control.release()
-    assert states.get(timeout=10) is ConnectionState.LOST
-    assert states.get(timeout=10) is ConnectionState.OPEN
+    assert states.get(timeout=PATIENCE) is ConnectionState.LOST
+    assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
 
 
 def test_its_own_fake_camera_is_listed_and_opened(
@@ -171,7 +172,7 @@ def test_its_own_fake_camera_is_listed_and_opened(
         assert grabber.write_feature("GainRaw", 5).value == 5
         frames = grabber.open_queue(8)
         grabber.start()
-        assert frames.get(5).raw().shape == (512, 512)
+        assert frames.get(PATIENCE).raw().shape == (512, 512)
 
 
 def test_an_unknown_name_is_an_error_that_lists_what_is_there(aravis_camera: Any) -> None:
@@ -205,6 +206,6 @@ def test_our_driver_listens_in_on_what_aravis_controls(opened: FrameGrabber) -> 
         listener.open(Access.MONITOR)
         frames = listener.open_queue(20)
         listener.start()
-        grabbed = [frames.get(5) for _ in range(10)]
+        grabbed = [frames.get(PATIENCE) for _ in range(10)]
         assert all(frame.raw().shape == (48, 64) for frame in grabbed)
         assert opened.write_feature("ExposureTime", 1100.0).value == 1100.0

@@ -12,6 +12,7 @@ from grabbergui import sources
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi.chunk_reader import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
 from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import PATIENCE
 
 GEV = DataLayout.GIGE_VISION
 
@@ -68,13 +69,13 @@ def test_frames_of_a_gige_camera_carry_their_chunks(camera):
         camera.write_feature("ChunkEnable", True)
     queue = camera.open_queue()
     camera.start()
-    frame = queue.get(5)
+    frame = queue.get(PATIENCE)
     assert frame.raw().shape == (240, 320)
     assert frame.chunks["ChunkExposureTime"] == pytest.approx(1500)
     assert frame.chunks["ChunkTimestamp"] == frame.timestamp_ns
     assert frame.chunks.keys() == {"ChunkFrameID", "ChunkTimestamp", "ChunkExposureTime", "ChunkGain"}
     first = frame.chunks["ChunkFrameID"]
-    assert queue.get(5).chunks["ChunkFrameID"] > first
+    assert queue.get(PATIENCE).chunks["ChunkFrameID"] > first
 
 
 def test_only_enabled_chunks_come_and_none_once_they_are_off(camera):
@@ -83,6 +84,6 @@ def test_only_enabled_chunks_come_and_none_once_they_are_off(camera):
     camera.write_feature("ChunkEnable", True)
     queue = camera.open_queue()
     camera.start()
-    assert "ChunkGain" in queue.get(5).chunks
+    assert "ChunkGain" in queue.get(PATIENCE).chunks
     camera.write_feature("ChunkModeActive", False)  # while streaming: the stream is started anew
-    assert queue.get(5).chunks == {}
+    assert queue.get(PATIENCE).chunks == {}

@@ -30,6 +30,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.model import CameraModel
+from patience import PATIENCE
 
 _numbers = itertools.count(1)
 MONO8 = 0x01080001
@@ -83,7 +84,7 @@ def test_pictures_larger_than_was_said_are_refused_and_the_camera_stays_usable(
     lie_about_payload(simulated, None)
     grabber.stop()
     grabber.start()
-    assert frames.get(5).complete
+    assert frames.get(PATIENCE).complete
 
 
 @pytest.mark.parametrize("size", [2**31, 2**32 - 1])
@@ -105,7 +106,7 @@ def test_a_stranger_cannot_put_pictures_into_the_stream(
     assert isinstance(grabber, Camera) and isinstance(grabber.device, GigeDevice)
     frames = grabber.open_queue(60)
     grabber.start()
-    frames.get(5)
+    frames.get(PATIENCE)
     target = (grabber.device.local_address, grabber.device.stream_port)
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as stranger:
         stranger.bind(("127.0.0.66", 0))
@@ -116,7 +117,7 @@ def test_a_stranger_cannot_put_pictures_into_the_stream(
             stranger.sendto(
                 PacketHeader(PacketFormat.TRAILER, block, 4).encode() + Trailer(1, 48).encode(), target
             )
-    ids = [frames.get(5).frame_id for _ in range(20)]
+    ids = [frames.get(PATIENCE).frame_id for _ in range(20)]
     assert max(ids) < 1000 and ids == sorted(ids)
     statistics = grabber.statistics()
     assert (statistics.incomplete, statistics.lost) == (0, 0)

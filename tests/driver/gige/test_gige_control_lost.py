@@ -16,6 +16,7 @@ from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import WriteReg
 from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import PATIENCE
 
 
 def test_another_program_in_control_is_noticed_and_named() -> None:
@@ -27,11 +28,12 @@ def test_another_program_in_control_is_noticed_and_named() -> None:
         with closing(camera), closing(ControlLink(simulated.address)) as other:
             simulated.control.release()  # as when our heartbeat did not get through for three seconds
             other.execute(WriteReg(((Register.CCP, Control.CONTROL),)))
-            state, why = states.get(timeout=2)
+            state, why = states.get(timeout=PATIENCE)
             assert state is ConnectionState.LOST
             assert why.startswith(("another application, at 127.0.0.1", "the camera took our control back"))
             other.execute(WriteReg(((Register.CCP, 0),)))
-            assert states.get(timeout=5)[0] is ConnectionState.OPEN, "it is ours again when the other leaves"
+            state, _ = states.get(timeout=PATIENCE)
+            assert state is ConnectionState.OPEN, "it is ours again when the other leaves"
 
 
 def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,18 +62,18 @@ def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
                 second.open()
             second.open(Access.TAKE_OVER)
             assert second.access is Access.CONTROL
-            state, why = states.get(timeout=2)
+            state, why = states.get(timeout=PATIENCE)
             assert state is ConnectionState.LOST and "another application" in why
             frames = second.open_queue()
             second.start()
-            assert frames.get(5).complete
+            assert frames.get(PATIENCE).complete
             assert second.write_feature("ExposureTime", 1500.0).value == 1500.0
             # The first looks for the camera all the while, but does not take it back.
             with pytest.raises(queue.Empty):
                 states.get(timeout=1.5)
             assert second.write_feature("ExposureTime", 1600.0).value == 1600.0
             second.close()
-            assert states.get(timeout=5)[0] is ConnectionState.OPEN
+            assert states.get(timeout=PATIENCE)[0] is ConnectionState.OPEN
 
 
 def test_control_is_not_taken_from_one_who_does_not_offer_it() -> None:

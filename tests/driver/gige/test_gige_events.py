@@ -30,6 +30,7 @@ from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import PATIENCE
 
 _numbers = itertools.count(1)
 EVENT = Event(0x9001, 7, 1234, data=struct.pack(">qq", 42, 1234))
@@ -127,7 +128,7 @@ def test_only_the_device_is_heard() -> None:
         device.settimeout(5)
         device.sendto(EVENT.encode(5), ("127.0.0.1", port))
         assert Ack.decode(device.recv(100)).ack_id == 5
-    assert heard.get(timeout=5) == 0x9001 and heard.empty()
+    assert heard.get(timeout=PATIENCE) == 0x9001 and heard.empty()
     assert channel.inbox.ignored == 1
     channel.close()
     assert registers.written[Register.MCP] == 0
@@ -138,7 +139,7 @@ def test_events_beyond_the_limit_cost_the_oldest() -> None:
     gate, told = threading.Event(), []
 
     def slow(event_id: int, message: bytes) -> None:
-        gate.wait(5)
+        gate.wait(PATIENCE)
         told.append(event_id)
 
     delivery = EventDelivery(slow, "slow")
@@ -181,8 +182,8 @@ def test_an_event_arrives_in_the_node_map(kind: str, simulate: Callable[..., Gig
         listener.switch_on("ExposureEnd")
         frames = camera.open_queue(8)
         camera.start()
-        event = listener.events.get(timeout=5)
-        frame = frames.get(5)
+        event = listener.events.get(timeout=PATIENCE)
+        frame = frames.get(PATIENCE)
         camera.stop()
         assert (event.name, event.event_id) == ("ExposureEnd", 0x9001)
         assert event.values["EventExposureEndFrameID"] == frame.frame_id == 1
@@ -214,7 +215,7 @@ def test_an_event_that_was_left_switched_on_is_heard(simulate: Callable[..., Gig
     with closing(camera):
         listener = Listener(camera)
         camera.start()
-        assert listener.events.get(timeout=5).name == "FrameStart"
+        assert listener.events.get(timeout=PATIENCE).name == "FrameStart"
 
 
 def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera]) -> None:
@@ -225,7 +226,7 @@ def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera
         listener = Listener(camera)
         listener.switch_on("Test")
         camera.execute("TestEventGenerate")
-        assert listener.events.get(timeout=5).name == "Test"
+        assert listener.events.get(timeout=PATIENCE).name == "Test"
         eventually(lambda: not simulated.control._unheard)
         assert listener.events.empty()
 
@@ -239,10 +240,10 @@ def test_events_go_on_after_a_reboot(simulate: Callable[..., GigeCamera]) -> Non
         camera.connection_changed.connect(lambda state, why: states.put(state))
         listener = Listener(camera)
         listener.switch_on("Test")
-        assert states.get(timeout=10) is ConnectionState.LOST
-        assert states.get(timeout=10) is ConnectionState.OPEN
+        assert states.get(timeout=PATIENCE) is ConnectionState.LOST
+        assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
         camera.execute("TestEventGenerate")
-        assert listener.events.get(timeout=5).name == "Test"
+        assert listener.events.get(timeout=PATIENCE).name == "Test"
 
 
 def test_a_camera_without_events_is_left_alone(aravis_camera: Any) -> None:
@@ -260,7 +261,7 @@ def test_events_of_a_camera_that_others_wrote(viva_camera: Any) -> None:
         listener = Listener(camera)
         listener.switch_on("ExposureEnd")
         camera.start()
-        numbers = [listener.events.get(timeout=5).values["EventExposureEndFrameID"] for _ in range(5)]
+        numbers = [listener.events.get(timeout=PATIENCE).values["EventExposureEndFrameID"] for _ in range(5)]
         assert numbers == sorted(set(numbers))
         assert isinstance(camera.device, GigeDevice) and camera.device._messages is not None
         assert camera.device._messages.inbox.ignored == 0
@@ -276,4 +277,4 @@ def test_a_second_handle_hears_events_too() -> None:
         camera.write_feature("EventSelector", "Test")
         camera.write_feature("EventNotification", "On")
         camera.execute("TestEventGenerate")
-        assert told.get(timeout=5).name == "Test"
+        assert told.get(timeout=PATIENCE).name == "Test"

@@ -18,6 +18,8 @@ from typing import Any
 import pytest
 from in_namespace import EXPOSURE
 
+from patience import PATIENCE
+
 HERE = Path(__file__).parent
 CAMERA, HOST = "10.77.0.1", "10.77.0.2"
 LOSS, DELAY_MS, JITTER_MS, REORDER = 0.01, 5.0, 1.0, 0.25
@@ -53,7 +55,7 @@ class Programs:
     def _end(process: subprocess.Popen[str]) -> None:
         process.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(5)
+            process.wait(PATIENCE)
         process.kill()
         process.wait()
         for pipe in (process.stdin, process.stdout):

@@ -29,6 +29,7 @@ from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
+from patience import PATIENCE
 
 ARAVIS = pytest.mark.aravis
 ARAVIS_GAIN_RAW = 0x110
@@ -247,7 +248,7 @@ def test_lost_packets_are_asked_for_again(start_viva: Any) -> None:
         grabber.open()
         queue = grabber.open_queue(32)
         grabber.start()
-        frames = [queue.get(5.0) for _ in range(12)]
+        frames = [queue.get(PATIENCE) for _ in range(12)]
         grabber.stop()
         statistics = grabber.statistics()
     assert [frame.frame_id for frame in frames] == list(range(1, 13))
@@ -264,7 +265,7 @@ def test_without_resend_the_frame_is_incomplete(start_viva: Any) -> None:
         grabber.open()
         queue = grabber.open_queue(32)
         grabber.start()
-        frames = [queue.get(5.0) for _ in range(4)]
+        frames = [queue.get(PATIENCE) for _ in range(4)]
         statistics = grabber.statistics()
     assert [frame.complete for frame in frames] == [True, False, True, True]
     assert frames[1].missing_bytes == 2 * 1464

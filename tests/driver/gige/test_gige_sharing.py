@@ -20,6 +20,7 @@ from grabbergui.driver.gige.packet_delay import ETHERNET_BYTES, PacketDelayPolic
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import PATIENCE
 
 _numbers = itertools.count(1)
 GIGABIT = 125e6
@@ -97,7 +98,7 @@ def test_the_camera_holds_the_pause_and_keeps_it(simulate: Callable[..., GigeCam
             frames = grabber.open_queue()
             assert isinstance(grabber.feature("GevSCPD").value, int)
             grabber.start()
-            assert frames.get(5).complete
+            assert frames.get(PATIENCE).complete
             assert camera.control.memory.integer(gev.SCPD) == ticks
             assert grabber.feature("GevSCPD").value == ticks, "GenApi's cache does not hide it"
             grabber.close()
@@ -111,7 +112,7 @@ def test_a_bandwidth_bounds_the_rate_at_which_a_frame_comes(simulate: Callable[.
         grabber.start()
         begun = time.monotonic()
         for _ in range(10):
-            assert frames.get(5).complete
+            assert frames.get(PATIENCE).complete
         # 10 frames of 76,800 bytes at 2 MB/s; the camera would take a third of a second for them.
         assert time.monotonic() - begun > 9 * 76_800 / 2e6 * 0.9
 
@@ -127,11 +128,11 @@ def test_others_listen_in_beside_the_controller(simulate: Callable[..., GigeCame
         operator.start()
         for listener in listeners:
             listener.start()
-        begin = max(queue.get(5).frame_id for queue in queues)
+        begin = max(queue.get(PATIENCE).frame_id for queue in queues)
         for queue in queues:
-            frame = queue.get(5)
+            frame = queue.get(PATIENCE)
             while frame.frame_id <= begin + 10:
-                frame = queue.get(5)
+                frame = queue.get(PATIENCE)
             assert frame.complete and frame.raw().shape == (240, 320)
         listeners[0].close()
         with pytest.raises(AccessDeniedError, match=r"another application at 127\.0\.0\.1 controls"):

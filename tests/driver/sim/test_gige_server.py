@@ -29,6 +29,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera, serve
 from grabbergui.driver.sim.registers import TestPattern
+from patience import PATIENCE
 
 _numbers = itertools.count(1)
 CCP, MCP, MCDA, SCP, SCPS, SCDA, SCSP = 0xA00, 0xB00, 0xB10, 0xD00, 0xD04, 0xD18, 0xD1C
@@ -338,7 +339,7 @@ def test_our_own_driver_through_a_bad_network(stage):
         frames = grabber.open_queue(64)
         grabber.start()
         for _ in range(30):
-            picture = frames.get(5).raw()
+            picture = frames.get(PATIENCE).raw()
             assert np.array_equal(picture[:, 0], np.arange(480) & 0xFF)
     finally:
         grabber.close()

@@ -10,6 +10,7 @@ from grabbergui.driver.sim.rendered import board
 from grabbergui.driver.sim.rendered.scene import pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.driver.sim.source import create
+from patience import PATIENCE
 
 PERIOD = board.MOVE_S + board.REST_S
 
@@ -70,7 +71,7 @@ def test_it_streams():
     try:
         queue = grabber.open_queue(1)
         grabber.start()
-        frame = queue.get(10)
+        frame = queue.get(PATIENCE)
         assert (frame.width, frame.height) == (1216, 1024)
         assert frame.mono().std() > 10
     finally:

@@ -11,6 +11,7 @@ from grabbergui.driver.sim.rendered.textures import marker_board
 from grabbergui.driver.sim.rendered.world import Panel, draw
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
+from patience import PATIENCE
 
 CAMERA = np.array([[0, 0, 1.0, 0], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.5], [0, 0, 0, 1]])
 "Looks along x from half a metre above the origin."
@@ -114,7 +115,7 @@ def test_it_is_a_source():
     try:
         queue = grabber.open_queue()
         grabber.start()
-        frame = queue.get(10)
+        frame = queue.get(PATIENCE)
         assert frame.mono().std() > 5
     finally:
         grabber.close()

@@ -32,13 +32,14 @@ from grabbergui.driver.u3v import source
 from grabbergui.driver.u3v.bootstrap import Abrm
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
+from patience import PATIENCE
 
 
 def grab(camera: Camera, count: int) -> list[Frame]:
     queue = camera.open_queue(count)
     camera.start()
     try:
-        return [queue.get(5.0) for _ in range(count)]
+        return [queue.get(PATIENCE) for _ in range(count)]
     finally:
         camera.stop()
         queue.close()
@@ -53,7 +54,7 @@ def test_fifty_frames_arrive_whole(plug_in) -> None:
     # Not all are kept: there are fewer buffers than that.
     seen = [
         (frame.frame_id, frame.complete, int(frame.raw()[0, 0]))
-        for frame in (queue.get(5.0) for _ in range(50))
+        for frame in (queue.get(PATIENCE) for _ in range(50))
     ]
     camera.stop()
     statistics = camera.statistics()
@@ -420,7 +421,7 @@ def _everything(device: U3vDevice) -> None:
     got = threading.Event()
     device.open_stream(StreamRequest(64 * 48), lambda frame: got.set())
     device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
-    assert got.wait(5.0)
+    assert got.wait(PATIENCE)
     device.write(reg.ACQUISITION_STOP.address, (1).to_bytes(4, "big"))
     device.close_stream()
     device.close()

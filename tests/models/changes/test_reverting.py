@@ -9,6 +9,7 @@ from grabbergui.core.errors import DeviceLostError, FeatureError
 from grabbergui.models.changes.undo_history import Step
 from grabbergui.models.settings.feature_set import FeatureSet, SettingKey, capture, compare
 from grabbergui.models.settings.loading import load_onto
+from patience import PATIENCE
 
 
 def test_steps_are_undone_and_redone_in_order(bench):
@@ -82,10 +83,10 @@ def test_undoing_an_automatic_mode_brings_back_what_stood_before(sim):
     sim.write("ExposureAuto", "Continuous")
     sim.grabber.start()
     queue = sim.grabber.open_queue()
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while sim.value("ExposureTime") <= 6000:
         assert time.monotonic() < deadline
-        queue.get(5)
+        queue.get(PATIENCE)
     sim.revert(UNDO)
     assert (sim.value("ExposureAuto"), sim.value("ExposureTime")) == ("Off", 5000.0)
 
@@ -103,7 +104,7 @@ def test_undoing_a_white_balance_by_the_camera_brings_back_every_ratio(sim):
         sim.grabber.write_feature("BalanceRatio", ratio)
     sim.grabber.start()
     sim.write("BalanceWhiteAuto", "Once")
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while sim.value("BalanceWhiteAuto") != "Off":
         assert time.monotonic() < deadline
         time.sleep(0.02)

@@ -11,6 +11,7 @@ from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.changes.noting import CONSEQUENCES
 from grabbergui.models.changes.reverting import revert
 from grabbergui.models.connection import Connection, LinkState
+from patience import PATIENCE
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
 
@@ -22,18 +23,18 @@ def served():
     camera.open()
     link = Connection(lambda uri: SharedGrabber(camera))
     link.connect_to("sim:", start=False)
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while link.state is not LinkState.OPEN:
         assert time.monotonic() < deadline
         time.sleep(0.005)
     yield camera, link.source
     link.disconnect()
-    assert link.wait_closed(10)
+    assert link.wait_closed(PATIENCE)
     camera.close()
 
 
 def noted(source, *wanted):
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while not set(wanted) <= {(str(c), c.origin) for c in source.journal.changes}:
         assert time.monotonic() < deadline, source.journal.changes
         time.sleep(0.005)
@@ -44,7 +45,7 @@ def test_on_a_served_camera_the_log_tells_the_operator_from_the_network(served):
     told = threading.Event()
     source.features.feature_changed.connect(lambda feature: told.set())
     source.features.watch(["Gain", "Gamma"])
-    assert told.wait(5)
+    assert told.wait(PATIENCE)
     source.features.write("Gain", 3.0)
     noted(source, ("Gain 0 → 3", OPERATOR))
     time.sleep(CONSEQUENCES)  # what comes sooner may be a consequence of the operator's own change
@@ -62,5 +63,5 @@ def test_undo_comes_behind_the_writes_that_wait(served):
     source.features.write("Gain", 6.0)
     done = threading.Event()
     source.features.run(lambda: revert(source.hands, UNDO), done=lambda problems: done.set())
-    assert done.wait(5)
+    assert done.wait(PATIENCE)
     assert camera.feature("Gain").value == 0

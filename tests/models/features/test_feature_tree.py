@@ -9,6 +9,7 @@ from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValu
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
+from patience import PATIENCE
 
 
 def number(name, value=1.0, **more):
@@ -32,7 +33,7 @@ class Stage:
         for delay in (0.06, 0, 0):
             idle = threading.Event()
             self.worker.submit(lambda: None, done=lambda _, idle=idle: idle.set(), delay=delay)
-            assert idle.wait(5)
+            assert idle.wait(PATIENCE)
 
     def values(self, name):
         return [feature.value for feature in self.changed if feature.name == name]
@@ -92,9 +93,9 @@ def test_a_write_overtakes_a_long_reading(stage):
     first = threading.Event()
     s.model.feature_changed.connect(lambda feature: first.set())
     s.model.request([feature.name for feature in features])
-    assert first.wait(5)
+    assert first.wait(PATIENCE)
     s.model.write("F199", 5.0)
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while not s.grabber.writes and time.monotonic() < deadline:
         time.sleep(0.001)
     assert len(s.grabber.reads) < 60

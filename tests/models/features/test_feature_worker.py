@@ -6,6 +6,7 @@ import pytest
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.features.worker import FeatureWorker
+from patience import PATIENCE
 
 
 @pytest.fixture
@@ -19,8 +20,8 @@ def worker():
 def gate(worker):
     """Holds the worker inside a first job, so that what follows must wait; set it to let go."""
     entered, gate = threading.Event(), threading.Event()
-    worker.submit(lambda: (entered.set(), gate.wait(5)))
-    assert entered.wait(5)
+    worker.submit(lambda: (entered.set(), gate.wait(PATIENCE)))
+    assert entered.wait(PATIENCE)
     yield gate
     gate.set()
 
@@ -53,8 +54,8 @@ def test_a_newer_job_replaces_a_waiting_one_of_its_key_and_goes_to_the_end(worke
 
 def test_a_running_job_is_not_replaced(worker):
     entered, gate, calls = threading.Event(), threading.Event(), []
-    worker.submit(lambda: (entered.set(), gate.wait(5), calls.append(1)), key="same")
-    assert entered.wait(5)
+    worker.submit(lambda: (entered.set(), gate.wait(PATIENCE), calls.append(1)), key="same")
+    assert entered.wait(PATIENCE)
     worker.submit(lambda: calls.append(2), key="same")
     gate.set()
     assert worker.close()
@@ -66,7 +67,7 @@ def test_a_delayed_job_lets_others_pass(worker):
     start = time.monotonic()
     worker.submit(lambda: calls.append(time.monotonic() - start), delay=0.05, done=lambda _: done.set())
     worker.submit(lambda: calls.append("at once"))
-    assert done.wait(5)
+    assert done.wait(PATIENCE)
     assert calls[0] == "at once"
     assert calls[1] >= 0.05
 

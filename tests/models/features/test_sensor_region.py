@@ -9,6 +9,7 @@ from grabbergui.core.region import Region
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.sim import source
 from grabbergui.models.features import sensor_region
+from patience import PATIENCE
 
 
 def axis(name, value, low, high, step):
@@ -46,7 +47,7 @@ def test_the_stream_goes_on_and_shows_the_region(camera):
     part = sensor_region.apply(camera, Region(64, 64, 128, 96))
     assert camera.streaming
     queue.clear()
-    frame = queue.get(5)
+    frame = queue.get(PATIENCE)
     assert (frame.width, frame.height) == (part.width, part.height)
 
 

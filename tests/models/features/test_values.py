@@ -17,6 +17,7 @@ from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.models.features.value_history import ValueHistory, to_csv
 from grabbergui.models.features.value_watch import MOST_FEATURES, PERIOD, ValueWatch
 from grabbergui.models.features.worker import FeatureWorker
+from patience import PATIENCE
 
 
 @given(st.lists(st.floats(allow_nan=False, allow_infinity=False), max_size=700), st.integers(1, 300))
@@ -84,7 +85,7 @@ class Bench:
         for _ in range(4):
             done = threading.Event()
             self.worker.submit(done.set, delay=0.01)
-            assert done.wait(5)
+            assert done.wait(PATIENCE)
         return len(self.grabber.reads) == reads
 
 

@@ -13,6 +13,7 @@ from grabbergui.models.measuring import histogram, line_profile
 from grabbergui.models.measuring.line_profile import Line
 from grabbergui.models.measuring.measurement import MeasuringModel, Wanted
 from grabbergui.models.measuring.sharpness import HISTORY_SECONDS, FocusHistory, sharpness
+from patience import PATIENCE
 
 RANDOM = np.random.default_rng(1)
 
@@ -136,7 +137,7 @@ class Bench:
         return self.frame
 
     def until(self, condition):
-        deadline = time.monotonic() + 5
+        deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline
             time.sleep(0.002)

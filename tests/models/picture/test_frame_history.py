@@ -5,6 +5,7 @@ import numpy as np
 from fakes import ScriptedGrabber
 from frames import frame_of
 from grabbergui.models.picture.frame_history import FrameHistory
+from patience import PATIENCE
 
 
 def picture(number, size=10):
@@ -53,7 +54,7 @@ def test_it_follows_a_grabber_and_begins_anew_with_the_next():
     history, grabber = FrameHistory(), ScriptedGrabber()
     history.attach(grabber)
     grabber._fanout.put(picture(7))
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while ids(history) != [7]:
         assert time.monotonic() < deadline
         time.sleep(0.002)

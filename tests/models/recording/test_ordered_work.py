@@ -11,6 +11,7 @@ from grabbergui.core.grabber import DeviceInfo
 from grabbergui.driver.playback.opening import open_recording
 from grabbergui.models.recording.ordered_work import OrderedWork
 from grabbergui.models.recording.writers import RecordingKind, create_writer
+from patience import PATIENCE
 
 INFO = DeviceInfo("sim:", model="M")
 
@@ -20,7 +21,7 @@ def test_results_come_in_the_order_the_work_was_given():
     work = OrderedWork("test", 2, 8, done.append)
 
     def first():
-        assert second_began.wait(10)  # overtaken
+        assert second_began.wait(PATIENCE)  # overtaken
         return 1
 
     work.add(first)
@@ -34,7 +35,7 @@ def test_no_more_is_held_than_allowed():
     done, release = [], threading.Event()
     work = OrderedWork("test", 1, 2, done.append)
     for number in (1, 2):
-        work.add(lambda number=number: release.wait(10) and number)
+        work.add(lambda number=number: release.wait(PATIENCE) and number)
     assert (work.held, done) == (2, [])
 
     threading.Timer(0.05, release.set).start()
@@ -58,7 +59,7 @@ def test_with_none_held_it_is_done_at_once():
 def test_an_error_comes_at_the_next_occasion_and_the_rest_is_still_done():
     done, release = [], threading.Event()
     work = OrderedWork("test", 1, 1, done.append)
-    work.add(lambda: release.wait(10) and 1 // 0)
+    work.add(lambda: release.wait(PATIENCE) and 1 // 0)
     release.set()
     with pytest.raises(ZeroDivisionError):
         work.add(lambda: 2)
@@ -104,7 +105,7 @@ def test_a_picture_that_does_not_fit_is_not_noted_and_those_around_it_are(tmp_pa
     def write_bytes(path, data):
         if path.name == "00000002.png":
             really(path, bytes(data)[:100])
-            assert overtaken.wait(10)
+            assert overtaken.wait(PATIENCE)
             raise OSError(28, "No space left on device")
         written = really(path, data)
         if path.name == "00000003.png":

@@ -6,6 +6,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.models.recording.recorder import Recorder, RecordingLimits
 from grabbergui.models.recording.writers import RecordingKind, create_writer
+from patience import PATIENCE
 
 TOPIC = "/grabbergui/image_raw"
 FRAMES = 6
@@ -23,7 +24,7 @@ def recorded(request, tmp_path):
     recorder = Recorder(camera, writer, RecordingLimits(frames=FRAMES))
     recorder.start()
     camera.start()
-    assert recorder.wait(10)
+    assert recorder.wait(PATIENCE)
     camera.close()
     return path, frames
 

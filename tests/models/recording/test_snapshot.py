@@ -12,6 +12,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.recording.snapshot import SnapshotWriter, save
+from patience import PATIENCE
 
 INFO = DeviceInfo("gige:GV01", vendor="Acme", model="One/2 µ", serial="GV01")
 MOMENT = 1_790_000_000.125
@@ -97,6 +98,6 @@ def test_the_writer_saves_beside_and_tells(tmp_path):
     writer.save(frame, tmp_path, INFO)
     (tmp_path / "file").write_text("")
     writer.save(frame, tmp_path / "file", INFO)
-    assert writer.wait(5)
+    assert writer.wait(PATIENCE)
     assert [path.parent for path in saved] == [tmp_path]
     assert len(failed) == 1

@@ -22,6 +22,7 @@ from grabbergui.models.settings.feature_set import (
     same_value,
 )
 from grabbergui.models.settings.loading import Outcome, load_onto, roll_back
+from patience import PATIENCE
 
 COLOUR = "sim:?width=64&height=48&pixel_format=BayerRG8"
 
@@ -186,12 +187,12 @@ def test_a_dry_run_writes_nothing(camera):
 def test_a_running_stream_runs_on_with_the_new_size(camera):
     queue = camera.open_queue()
     camera.start()
-    queue.get(5)
+    queue.get(PATIENCE)
     report = load_onto(camera, FeatureSet({SettingKey("Width"): 128, SettingKey("BinningHorizontal"): 2}))
     assert report.settled, [str(s) for s in report.settings]
     assert camera.streaming
     queue.clear()
-    assert queue.get(5).width == 128
+    assert queue.get(PATIENCE).width == 128
 
 
 def test_for_reading_only_what_is_selected_is_taken():

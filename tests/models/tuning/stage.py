@@ -14,6 +14,7 @@ from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.models.tuning.light import measure
 from grabbergui.models.tuning.one_push import OnePush
+from patience import PATIENCE
 
 REGION = Region(100, 80, 120, 100)
 
@@ -112,14 +113,14 @@ class Stage:
         queue = self.grabber.open_queue()
         try:
             for _ in range(5):
-                frame = queue.get(5)
+                frame = queue.get(PATIENCE)
             return measure(frame, region)
         finally:
             queue.close()
 
     def close(self):
         self.push.cancel()
-        assert self.push.wait(10)
+        assert self.push.wait(PATIENCE)
         self.hands.close()
         assert self.worker.close()
         self.grabber.close()

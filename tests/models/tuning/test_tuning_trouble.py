@@ -9,6 +9,7 @@ from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutEr
 from grabbergui.models.changes.undo_history import Direction
 from grabbergui.models.tuning import bench as bench_module
 from grabbergui.models.tuning.exposure import MOST_TURNS, expose
+from patience import PATIENCE
 
 
 def test_no_frames_is_a_failure_that_says_what_to_do(stage, monkeypatch):
@@ -65,14 +66,14 @@ def test_only_one_at_a_time(stage):
 
     def slow(bench):
         entered.set()
-        assert leave.wait(5)
+        assert leave.wait(PATIENCE)
         return "done"
 
     assert s.push.start("Slow", slow, s.hands, s.worker)
-    assert entered.wait(5) and s.push.running
+    assert entered.wait(PATIENCE) and s.push.running
     assert not s.push.start("Other", slow, s.hands, s.worker)
     leave.set()
-    assert s.push.wait(5) and not s.push.running
+    assert s.push.wait(PATIENCE) and not s.push.running
     assert s.results == ["done"]
 
 

@@ -27,6 +27,7 @@ from grabbergui.core.features import FeatureKind  # noqa: E402
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import not_found  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
+from patience import PATIENCE  # noqa: E402
 
 PIXELS = bytes(range(16))
 
@@ -122,7 +123,7 @@ def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
     assert remote.info.interface == "/cam (best effort, volatile)"
     frames = remote.open_queue()
     remote.start()
-    frame = frames.get(10)
+    frame = frames.get(PATIENCE)
     assert (frame.pixel_format.name, frame.rgb().shape) == ("BayerRG8", (240, 320, 3))
     assert abs(time.time_ns() - frame.received_ns) < 2e9
     assert remote.write_feature("Gain", 3).value == 3 and camera.feature("Gain").value == 3
@@ -164,7 +165,7 @@ def test_a_server_that_vanishes_and_comes_back(serve, opened):
     remote.connection_changed.connect(lambda state, why: states.put((state, why)))
     frames = remote.open_queue()
     remote.start()
-    frames.get(10)
+    frames.get(PATIENCE)
 
     server.stop()
 
@@ -285,7 +286,7 @@ def test_a_node_without_parameters_is_a_picture_only(opened, drive, monkeypatch)
     frames = remote.open_queue()
     remote.start()
 
-    assert frames.get(10).raw().shape == (2, 4)
+    assert frames.get(PATIENCE).raw().shape == (2, 4)
     assert not list(remote.feature_tree().descriptions())
     with pytest.raises(FeatureNotFoundError):
         remote.feature("exposure")
@@ -296,7 +297,7 @@ def test_lines_may_be_padded(driver, opened):
     frames = remote.open_queue()
     remote.start()
 
-    assert frames.get(10).raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
+    assert frames.get(PATIENCE).raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
 
 
 def test_its_camera_info_is_used(driver, opened, notices):
@@ -331,7 +332,7 @@ def test_a_publisher_that_cannot_be_reliable_is_told_and_shown_all_the_same(open
     frames = remote.open_queue()
     remote.start()
 
-    frames.get(10)
+    frames.get(PATIENCE)
 
     assert said(notices, "/other_driver (best effort, volatile) cannot send reliably")()
 
@@ -358,7 +359,7 @@ def test_an_encoding_that_cannot_be_shown_is_named_and_the_next_good_picture_is_
 
     driver.message = image()
 
-    assert frames.get(10).width == 4
+    assert frames.get(PATIENCE).width == 4
 
 
 def test_images_that_contradict_themselves_are_refused(driver, opened, notices):
@@ -373,26 +374,26 @@ def test_a_changed_size_is_told(driver, opened, notices):
     remote = opened("ros2:/other")
     frames = remote.open_queue()
     remote.start()
-    frames.get(10)
+    frames.get(PATIENCE)
 
     driver.message = image(2, 2)
 
     until(said(notices, "pictures are 2×2 Mono8 now, they were 4×2 Mono8"))
-    until(lambda: frames.get(10).width == 2)
+    until(lambda: frames.get(PATIENCE).width == 2)
 
 
 def test_a_clock_that_jumps_back_is_told_and_times_of_arrival_are_used(driver, opened, notices):
     remote = opened("ros2:/other")
     frames = remote.open_queue()
     remote.start()
-    assert abs(frames.get(10).received_ns - time.time_ns()) < 2e9
+    assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
 
     driver.stamp = lambda: time.time() - 3600
 
     until(said(notices, "stamps went back by 3.6e+03 s"))
     until(said(notices, "s behind this machine's clock"))
-    until(lambda: frames.get(10).timestamp_ns < time.time_ns() - 3e12)
-    assert abs(frames.get(10).received_ns - time.time_ns()) < 2e9
+    until(lambda: frames.get(PATIENCE).timestamp_ns < time.time_ns() - 3e12)
+    assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
 
 
 def test_two_publishers_of_one_topic_are_told(driver, opened, notices):

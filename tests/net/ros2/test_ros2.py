@@ -19,16 +19,17 @@ from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui.core.grabber import StreamStatistics  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+from patience import PATIENCE  # noqa: E402
 
 
 def test_images_and_camera_info_at_the_cameras_rate(server, probe):
     images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
-    images.get(timeout=10)
-    infos.get(timeout=10)
+    images.get(timeout=PATIENCE)
+    infos.get(timeout=PATIENCE)
 
     def steady():
         """Pictures at the camera's rate; others who have the cores may make it stumble now and then."""
-        some = [images.get(timeout=5) for _ in range(50)]
+        some = [images.get(timeout=PATIENCE) for _ in range(50)]
         first, last = (m.header.stamp.sec + m.header.stamp.nanosec / 1e9 for m in (some[0], some[-1]))
         return some if (last - first) / 49 == pytest.approx(1 / 50, rel=0.1) else None
 
@@ -36,13 +37,13 @@ def test_images_and_camera_info_at_the_cameras_rate(server, probe):
     assert (message.encoding, message.width, message.height, message.step) == ("bayer_rggb8", 320, 240, 320)
     assert len(message.data) == 320 * 240 and message.header.frame_id == "camera"
     assert abs(time.time() - message.header.stamp.sec) < 3
-    assert infos.get(timeout=5).width == 320
+    assert infos.get(timeout=PATIENCE).width == 320
 
 
 def test_nothing_is_published_while_nobody_listens(server, camera):
     queue = camera.open_queue(30)
     for _ in range(10):
-        queue.get(5)
+        queue.get(PATIENCE)
 
     assert server.published == 0
 
@@ -50,7 +51,7 @@ def test_nothing_is_published_while_nobody_listens(server, camera):
 def test_compressed_pictures_can_be_read(server, probe):
     import cv2
 
-    message = probe.subscribe(CompressedImage, "/cam/image_raw/compressed").get(timeout=10)
+    message = probe.subscribe(CompressedImage, "/cam/image_raw/compressed").get(timeout=PATIENCE)
 
     assert message.format == "bayer_rggb8; jpeg compressed bgr8"
     assert cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR).shape == (240, 320, 3)
@@ -68,10 +69,10 @@ def test_a_calibration_is_kept_and_scaled(server, probe, camera, tmp_path):
     assert not probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=CameraInfo()).success
 
     infos = probe.subscribe(CameraInfo, "/cam/camera_info")
-    until(lambda: infos.get(timeout=5).k[0] == 1500)
+    until(lambda: infos.get(timeout=PATIENCE).k[0] == 1500)
     camera.write_feature("BinningHorizontal", 2)
     camera.write_feature("BinningVertical", 2)
-    until(lambda: infos.get(timeout=5).k[0] == 750)
+    until(lambda: infos.get(timeout=PATIENCE).k[0] == 750)
     assert "cam" in (tmp_path / "cam.yaml").read_text()
 
 
@@ -83,7 +84,7 @@ def test_a_calibration_outlives_the_server(camera, probe, tmp_path):
 
     with Ros2GrabberServer(camera, "/again", calibration=file):
         infos = probe.subscribe(CameraInfo, "/again/camera_info")
-        message = infos.get(timeout=10)
+        message = infos.get(timeout=PATIENCE)
 
     offset = camera.feature("OffsetX").value
     assert (message.k[0], message.k[2], message.d[0]) == (1500.0, 2047.5 - offset, 0.1)
@@ -111,7 +112,7 @@ def test_diagnostics_tell_rate_losses_and_temperature(server, probe, camera):
 
     def healthy():
         """Others who have the cores make the simulated camera stumble, and catch up."""
-        (status,) = arrays.get(timeout=5).status
+        (status,) = arrays.get(timeout=PATIENCE).status
         usual = float(facts_of(status)["frame_rate"]) == pytest.approx(50, rel=0.2)
         return status if usual and status.level == DiagnosticStatus.OK else None
 
@@ -131,7 +132,7 @@ def test_diagnostics_say_what_is_being_lost_and_when_it_is_over(domain, probe):
         arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
 
         def says(message):
-            (status,) = arrays.get(timeout=5).status
+            (status,) = arrays.get(timeout=PATIENCE).status
             return status if status.message == message else None
 
         until(lambda: says("9.5 frames/s"))
@@ -149,7 +150,7 @@ def test_diagnostics_go_on_when_the_camera_is_closed_first(camera, serve, probe,
     arrays = probe.subscribe(DiagnosticArray, "/diagnostics")
     camera.close()
 
-    until(lambda: "temperature" not in {value.key for value in arrays.get(timeout=5).status[0].values})
+    until(lambda: "temperature" not in {value.key for value in arrays.get(timeout=PATIENCE).status[0].values})
 
     assert not [record for record in caplog.records if "callback failed" in record.message]
 
@@ -158,13 +159,13 @@ def test_a_region_leaves_pictures_and_calibration_right(server, probe, camera):
     assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor()).success
     images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
     before = camera.feature("OffsetX").value
-    until(lambda: infos.get(timeout=5).k[2] == 2047.5 - before)
+    until(lambda: infos.get(timeout=PATIENCE).k[2] == 2047.5 - before)
 
     camera.write_feature("Height", 200)  # other proportions than the calibration's
     camera.write_feature("OffsetX", 64)
 
-    until(lambda: infos.get(timeout=5).k[2] == 2047.5 - 64)
-    until(lambda: images.get(timeout=5).height == 200)
+    until(lambda: infos.get(timeout=PATIENCE).k[2] == 2047.5 - 64)
+    until(lambda: images.get(timeout=PATIENCE).height == 200)
 
 
 def test_image_topics_are_listed(server):

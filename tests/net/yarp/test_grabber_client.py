@@ -28,6 +28,7 @@ from grabbergui.net.yarp.os import configuration
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.values import Vocab
+from patience import PATIENCE
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +87,7 @@ def test_pictures_and_their_counters(scene: Stage, remote: FrameGrabber) -> None
     queue = remote.open_queue(4)
     remote.start()
     remote.start()
-    first, second = queue.get(5), queue.get(5)
+    first, second = queue.get(PATIENCE), queue.get(PATIENCE)
     assert (first.width, first.height, first.rgb().shape) == (168, 100, (100, 168, 3))
     assert second.frame_id > first.frame_id
     assert abs(second.timestamp_ns / 1e9 - time.time()) < 5
@@ -95,7 +96,7 @@ def test_pictures_and_their_counters(scene: Stage, remote: FrameGrabber) -> None
     assert not remote.streaming
     assert remote.statistics().frames >= 2
     remote.start()
-    assert queue.get(5).complete
+    assert queue.get(PATIENCE).complete
 
 
 @pytest.mark.parametrize("chosen", ["tcp", "udp", "mjpeg"])
@@ -105,7 +106,7 @@ def test_other_carriers(scene: Stage, chosen: str) -> None:
         remote.open()
         queue = remote.open_queue()
         remote.start()
-        assert queue.get(5).rgb().shape == (100, 168, 3)
+        assert queue.get(PATIENCE).rgb().shape == (100, 168, 3)
         remote.close()
         remote.close()
 
@@ -131,7 +132,7 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     remote.open()
     queue = remote.open_queue(1)
     remote.start()
-    queue.get(5)
+    queue.get(PATIENCE)
     server.stop()
     wait_for(lambda: ConnectionState.LOST in states, "the loss")
     with pytest.raises(TransportError):
@@ -140,7 +141,7 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     queue.clear()
     with scene.share():
         wait_for(lambda: states[-1] is ConnectionState.OPEN, "the return")
-        assert queue.get(5).complete
+        assert queue.get(PATIENCE).complete
         assert remote.feature("Gain").value is not None
         remote.close()
     assert states == [
@@ -184,12 +185,12 @@ def test_a_port_that_only_sends_pictures(scene: Stage) -> None:
         remote.start()
         wait_for(lambda: port.connections, "the connection")
         port.write(*image.encode(pixels, "rgb"))  # without an envelope
-        assert np.array_equal(queue.get(5).rgb(), pixels)
+        assert np.array_equal(queue.get(PATIENCE).rgb(), pixels)
         port.write(*image.encode(np.zeros((2, 2, 3), "<f4"), "rgb."))
         port.write(b"no image")
         wait_for(lambda: remote.statistics().packets_ignored, "a message that is no picture")
         port.write(*image.encode(pixels, "rgb"))
-        assert queue.get(5).complete
+        assert queue.get(PATIENCE).complete
         remote.close()
 
 

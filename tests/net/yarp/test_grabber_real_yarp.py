@@ -17,6 +17,7 @@ from grabber_stage import Stage, stage, wait_for
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp.client import YarpGrabber
+from patience import PATIENCE
 
 pytestmark = [
     pytest.mark.yarp,
@@ -136,7 +137,7 @@ def test_we_drive_a_real_server(scene: Stage, real_server: str, carrier: str) ->
         assert remote.feature("Width").value == 322
         queue = remote.open_queue()
         remote.start()
-        first, second = queue.get(10), queue.get(10)
+        first, second = queue.get(PATIENCE), queue.get(PATIENCE)
         assert (first.rgb().shape, first.padding_x) == ((240, 322, 3), 2)
         assert second.frame_id > first.frame_id
         assert remote.write_feature("ReverseX", True).name == "ReverseX"

@@ -23,6 +23,7 @@ from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
+from patience import PATIENCE
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +88,7 @@ def test_nothing_is_converted_for_nobody(
     monkeypatch.setattr(Capability, "encode", lambda self, frame: converted.append(frame))
     queue = scene.grabber.open_queue(3)
     for _ in range(3):
-        queue.get(5)
+        queue.get(PATIENCE)
     queue.close()
     assert converted == []
     assert server.published == 0

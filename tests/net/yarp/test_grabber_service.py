@@ -20,6 +20,7 @@ from grabbergui.net.yarp.dev.grabber_rpc import Call, Operation, Reply, Status, 
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect
+from patience import PATIENCE
 
 pytestmark = pytest.mark.parametrize("dialect", Dialect, ids=["3.x", "4.0"], indirect=False)
 
@@ -215,6 +216,6 @@ def test_the_whole_tree_is_served(wire: Wire, grabber: FrameGrabber) -> None:
             ask(*nonsense)
     revision = ask("changes", "0")["revision"]  # type: ignore[index]
     grabber.write_feature("Gain", 4.0)
-    deadline = time.monotonic() + 5
+    deadline = time.monotonic() + PATIENCE
     while "Gain" not in (ask("changes", str(revision))["names"] or []):  # type: ignore[index]
         assert time.monotonic() < deadline

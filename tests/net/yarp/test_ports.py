@@ -17,10 +17,11 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, administer, ping
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
+from patience import PATIENCE
 
 
 def wait_for(condition, what="condition"):
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, f"{what} never came"
         time.sleep(0.01)
@@ -106,7 +107,7 @@ def test_a_client_comes_back_after_its_server(names):
 def test_an_answer_that_never_comes():
     release = threading.Event()
     with (
-        RpcServer("/rpc", lambda request: release.wait(20) and None) as server,
+        RpcServer("/rpc", lambda request: release.wait(PATIENCE) and None) as server,
         RpcClient(server.place()) as client,
     ):
         with pytest.raises(AckTimeoutError, match="in time"):

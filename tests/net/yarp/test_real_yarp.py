@@ -16,6 +16,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, ping
 from grabbergui.net.yarp.os.values import Vocab
+from patience import PATIENCE
 
 pytestmark = [
     pytest.mark.yarp,
@@ -64,7 +65,7 @@ class Tool:
 
 
 def wait_for(condition):
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.02)
