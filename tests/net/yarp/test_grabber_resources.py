@@ -20,6 +20,16 @@ def test_the_application_starts_what_it_connects() -> None:
         assert connection.findtext("protocol") == "fast_tcp"
 
 
+def test_no_application_is_named_as_a_module_is() -> None:
+    """yarpmanager keeps both in one list of names: it renames the second of a name and then loads neither."""
+    applications, modules = (
+        [ElementTree.parse(path).findtext("name") for path in (RESOURCES / kind).glob("*.xml")]
+        for kind in ("applications", "modules")
+    )
+    names = applications + modules
+    assert len(names) >= 2 and len(set(names)) == len(names)
+
+
 def test_the_module_names_our_ports() -> None:
     module = ElementTree.parse(RESOURCES / "modules" / "grabbergui.xml").getroot()
     assert {port.text for port in module.iter("port")} == {"/grabber", "/grabber/rpc"}
