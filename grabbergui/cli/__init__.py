@@ -112,9 +112,10 @@ def _give_up_output() -> None:
 def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
     parser = argparse.ArgumentParser(
         prog="grabbergui",
-        description="Tune GenICam cameras live. Without a command: the window on SOURCE (sim:).",
-        epilog="A SOURCE is sim: (the built-in simulated camera), gige: (the first found), "
-        "gige:192.168.0.10, gige:SERIAL or gige:MAC. `grabbergui list` shows those that can be seen.",
+        description="Tune GenICam cameras live. Without a command: the window on SOURCE.",
+        epilog="A SOURCE is sim: (the built-in simulated camera), gige: or u3v: (the first found), "
+        "gige:192.168.0.10, gige:SERIAL, u3v:SERIAL, gentl:FILE, aravis:, yarp:/PORT, ros2:/NAME, file:PATH. "
+        "`grabbergui list` shows those that can be seen.",
     )
     parser.add_argument("--version", action="version", version=f"grabbergui {__version__}")
     _add_log_options(parser)

@@ -15,7 +15,9 @@ from grabbergui.core.errors import SourceUnavailableError
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser("gui", help="open the window (what no command at all does)")
-    parser.add_argument("source", metavar="SOURCE", nargs="?", help="what to open at once (sim:)")
+    parser.add_argument(
+        "source", metavar="SOURCE", nargs="?", help="what to open (the last one, at first sim:colour)"
+    )
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
     parser.add_argument("--duration", type=positive, metavar="S", help="close the window after S seconds")
     parser.add_argument("--screenshot", type=Path, metavar="FILE", help="save a picture of the window")

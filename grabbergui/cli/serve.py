@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
+from grabbergui.cli import name_server
 from grabbergui.cli.metrics import MetricsServer
 from grabbergui.cli.opening import opened
 from grabbergui.cli.stopping import stop_on_signals
@@ -56,8 +57,7 @@ def add_commands(commands: Any) -> None:
 
     yarp = parser.add_argument_group("YARP")
     yarp.add_argument("--yarp", metavar="/PORT", help="images here, requests at /PORT/rpc")
-    yarp.add_argument("--with-name-server", action="store_true", help="run a name server too")
-    yarp.add_argument("--nameserver", metavar="HOST:PORT", help="the name server (YARP's configuration)")
+    name_server.add_options(yarp)
     yarp.add_argument("--bind", metavar="ADDRESS", help="the address our ports listen on")
     yarp.add_argument("--capabilities", choices=("COLOR", "RAW"), help="what the image port sends (COLOR)")
     yarp.add_argument("--raw", action="store_true", help="raw images as well, at /PORT/raw")
@@ -80,6 +80,10 @@ def add_commands(commands: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     options = _options(arguments)
+    if options.yarp:
+        from grabbergui.net.yarp.os.names import check_port_name
+
+        check_port_name(options.yarp)
     with stop_on_signals() as stop, ExitStack() as stack:
         uri = options.uri or _nth_camera(options.index)
         grabber = stack.enter_context(opened(uri))
@@ -144,36 +148,27 @@ def _introspected(feature: Feature) -> str:
 @contextmanager
 def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabberServer | None]:
     from grabbergui.net.yarp.dev.grabber_pictures import Capability
-    from grabbergui.net.yarp.os.name_client import NameClient
-    from grabbergui.net.yarp.os.name_server import NameServer
     from grabbergui.net.yarp.server import YarpGrabberServer
 
-    with ExitStack() as stack:
-        if options.with_name_server:
-            host, _, port = (options.nameserver or "127.0.0.1:10000").rpartition(":")
-            names_of_ours = NameServer(host, int(port))
-            names_of_ours.open()
-            stack.callback(names_of_ours.close)
-            contact = names_of_ours.contact
-            print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
-            names = NameClient.find(f"{contact.host}:{contact.port}")
-        else:
-            names = NameClient.find(options.nameserver)
-        server = None
-        if options.yarp:
-            server = YarpGrabberServer(
-                grabber,
-                options.yarp,
-                names=names,
-                capabilities=Capability(options.capabilities),
-                also_raw=options.raw,
-                period=options.period,
-                normalised=options.normalised,
-                bind=options.bind,
-            )
-            server.start()
-            stack.callback(server.stop)
-        yield server
+    with name_server.named(options.nameserver, ours=options.with_name_server) as names:
+        if not options.yarp:
+            yield None
+            return
+        server = YarpGrabberServer(
+            grabber,
+            options.yarp,
+            names=names,
+            capabilities=Capability(options.capabilities),
+            also_raw=options.raw,
+            period=options.period,
+            normalised=options.normalised,
+            bind=options.bind,
+        )
+        server.start()
+        try:
+            yield server
+        finally:
+            server.stop()
 
 
 @contextmanager

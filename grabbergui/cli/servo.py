@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from grabbergui.servo.report import Recorder
 
 EXIT_NOT_REACHED = 1
+WAITS = "ready: nothing moves until Start is pressed"
+"State of a real robot as its window opens."
 KEYBOARD_PERIOD = 0.1
 "Seconds between looks at the keyboard, and at whether the end was asked for."
 
@@ -107,7 +109,8 @@ def _follow(
     window = None if options.headless else _window(options, stop)
     pilot.turned.connect(turned)
     pilot.failed.connect(outcome.fail)
-    pilot.start()
+    # Without a window, the command itself is the wish that it moves.
+    pilot.start(held=WAITS if window is not None and scene.real else "")
     began = time.monotonic()
 
     def over() -> bool:

@@ -40,6 +40,8 @@ class Scene:
     grabber: FrameGrabber
     calibration: CalibrationFor
     truth: Truth | None = None
+    real: bool = False
+    "Perhaps something moves in this world: the window waits for a person's Start."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -185,7 +187,7 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
     robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote)
     robot.open()
     stack.callback(robot.close)
-    return Scene(robot, grabber, calibration)
+    return Scene(robot, grabber, calibration, real=True)
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
@@ -199,10 +201,10 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
     given = options.calibration is not None or options.field_of_view is not None
     if given or not source.startswith("ros2:"):
         grabber = stack.enter_context(opened(source))
-        return Scene(robot, grabber, _calibration(options, grabber))
+        return Scene(robot, grabber, _calibration(options, grabber), real=True)
     # Of a camera that perhaps is being started only now: this waits for it.
     calibration = receive_calibration(source.removeprefix("ros2:"))
-    return Scene(robot, stack.enter_context(opened(source)), calibration.scaled_to)
+    return Scene(robot, stack.enter_context(opened(source)), calibration.scaled_to, real=True)
 
 
 _ROBOTS = {"sim-teo": _sim_teo, "sim-tiago": _sim_tiago, "teo": _teo, "tiago": _tiago}

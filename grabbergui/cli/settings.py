@@ -72,7 +72,7 @@ def _diff(options: argparse.Namespace) -> int:
 
 def _two_sets(first: str, second: Path) -> tuple[FeatureSet, FeatureSet]:
     """A camera and a file, or two files; the one that knows what selectors select tells the other."""
-    if not Path(first).is_file():
+    if ":" in first and not Path(first).is_file():
         with opened(first, reading=True) as grabber:
             return capture(grabber), files.load(second, Selectors(grabber).of)
     one, other = files.load(Path(first)), files.load(second)

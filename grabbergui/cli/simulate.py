@@ -51,7 +51,10 @@ def add_commands(commands: Any) -> None:
 
     usb = parser.add_argument_group("the USB (--u3v)")
     usb.add_argument(
-        "--via", default="vhci", help="vhci: this machine (default), tcp: USB/IP, gadget: FunctionFS"
+        "--via",
+        choices=("vhci", "tcp", "gadget"),
+        default="vhci",
+        help="vhci: this machine (default), tcp: USB/IP, gadget: FunctionFS",
     )
     usb.add_argument("--host", default="127.0.0.1", help="address for --via tcp")
     usb.add_argument("--port", type=port, default=3240, help="port for --via tcp")

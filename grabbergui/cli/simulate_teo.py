@@ -6,6 +6,7 @@ import argparse
 from contextlib import ExitStack
 from typing import Any
 
+from grabbergui.cli import name_server
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import UsageError
 
@@ -18,15 +19,12 @@ def add_commands(commands: Any) -> None:
         description="Ports NAME/head, NAME/rightArm/CartesianControl and NAME/camera, until Ctrl-C.",
     )
     parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="what its ports begin with")
-    parser.add_argument("--nameserver", default="", metavar="HOST:PORT", help="(YARP's configuration)")
-    parser.add_argument("--with-name-server", action="store_true", help="run a name server too")
+    name_server.add_options(parser)
     parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.net.yarp.os.name_client import NameClient
-    from grabbergui.net.yarp.os.name_server import NameServer
     from grabbergui.net.yarp.os.names import check_port_name
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import desk
@@ -39,16 +37,9 @@ def _run(options: argparse.Namespace) -> int:
     if not 1 <= options.fps <= 100:
         raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
     with ExitStack() as stack, stop_on_signals() as stop:
-        address = options.nameserver
-        if options.with_name_server:
-            host, _, port = (address or "127.0.0.1:10000").rpartition(":")
-            if not port.isdigit():
-                raise UsageError(f"--nameserver {address}: write HOST:PORT")
-            server = NameServer(host, int(port))
-            server.open()
-            stack.callback(server.close)
-            address = f"{server.contact.host}:{server.contact.port}"
-        names = NameClient.find(address)
+        names = stack.enter_context(
+            name_server.named(options.nameserver or "", ours=options.with_name_server)
+        )
         robot = SimRobot(teo.BODY)
         stack.callback(robot.close)
         camera = desk.mounted_camera(robot, desk.things_for(MarkerConfig()), options.fps)

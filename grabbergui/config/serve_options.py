@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import logging
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -60,6 +61,10 @@ class ServeOptions:
     "Serve YARP feature values as 0…1."
     metrics: str = ""
     "HOST:PORT, or PORT on this machine only, where the counters are for Prometheus; empty: nowhere."
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.period < math.inf:
+            raise UsageError(f"period {self.period:g}: write seconds, from 0 on")
 
     @property
     def uri(self) -> str:

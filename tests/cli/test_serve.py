@@ -91,6 +91,8 @@ def test_counters_and_a_structured_log(serve):
         (["--index", "7", "--terminal"], 1, "there is no camera 7"),
         ([SMALL, "--yarp", "/cam", "--nameserver", "127.0.0.1:1"], 1, "name server"),
         ([SMALL, "--yarp", "no slash", "--with-name-server", "--nameserver", "127.0.0.1:0"], 2, "no slash"),
+        ([SMALL, "--yarp", "/cam", "--with-name-server", "--nameserver", "nowhere"], 2, "HOST:PORT"),
+        ([SMALL, "--yarp", "/cam", "--period", "nan"], 2, "period nan"),
         ([SMALL, "--terminal", "--metrics", "here"], 2, "write HOST:PORT"),
         ([SMALL, "--pixel-format", "Mono9", "--terminal"], 1, "PixelFormat=Mono9"),
     ],
