@@ -95,7 +95,8 @@ def test_a_broken_file_is_refused_with_what_is_wrong(old, new, complaint):
 def test_no_text_does_worse_than_be_refused(text):
     for candidate in (text, OTHERS[: len(text) * 5] + text):
         with contextlib.suppress(UsageError):
-            Calibration.from_yaml(candidate)
+            text = Calibration.from_yaml(candidate).to_yaml()
+            assert Calibration.from_yaml(text).to_yaml() == text
 
 
 @given(

@@ -87,6 +87,8 @@ def test_what_is_no_file_of_settings_is_said(desk, tmp_path):
     (tmp_path / "diary.txt").write_text("dear diary\n")
     desk.program.keeping.load(tmp_path / "diary.txt")
     desk.until(lambda: any("diary.txt" in text for text in desk.errors))
+    assert desk.program.keeping.report is None
+    assert not desk.window.actionUndo.isEnabled()
 
 
 def test_a_recording_is_made_and_played_back(desk, monkeypatch):

@@ -83,8 +83,11 @@ def test_it_can_be_cancelled_and_leaves_everything_as_it_was(desk, monkeypatch):
 
 def test_what_hinders_it_is_said(desk):
     desk.window.actionBalanceRegion.trigger()
+    before = value(desk, "BalanceRatio")
     draw(desk, (50, 50), (250, 200))
     desk.until(lambda: said(desk, "too dark"))
+    assert value(desk, "BalanceRatio") == before
+    assert not desk.window.actionUndo.isEnabled()
 
 
 def test_only_where_there_is_a_picture(desk):

@@ -372,4 +372,6 @@ def test_no_datagram_disturbs_the_device(datagram):
 def test_no_command_disturbs_the_device(command, flags, payload):
     datagram = struct.pack(">BBHHH", 0x42, flags, command, len(payload), 5) + payload
     for out in _fuzzed.channel.receive(datagram, HOST, 0.0):
-        Ack.decode(out.datagram)
+        ack = Ack.decode(out.datagram)
+        assert out.to != HOST or ack.ack_id == 5
+    assert _fuzzed.value(0) == 0x00020000  # it still says which GigE Vision it speaks

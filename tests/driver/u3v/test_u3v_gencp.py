@@ -13,6 +13,8 @@ from grabbergui.driver.u3v.gencp import CommandId, Event, Packet, decode_events
 
 READ = Packet(0x4000, CommandId.READMEM, 0xFF15, gencp.read_memory(0x04, 64))
 
+u16 = st.integers(0, 0xFFFF)
+
 GOLDEN = [  # from control_open_read_write.txt
     (READ, "55335643004000080c0015ff040000000000000000004000"),
     (
@@ -59,11 +61,38 @@ def test_an_overlong_packet_is_refused() -> None:
         Packet.decode(READ.encode() + b"x")
 
 
-@given(st.binary(max_size=80))
-def test_any_bytes_give_a_packet_or_an_error_of_the_protocol(data: bytes) -> None:
-    for parse in (Packet.decode, decode_events, gencp.parse_read_memory, gencp.parse_write_memory):
-        with contextlib.suppress(RemoteProtocolError):
-            parse(data)
+@st.composite
+def transfers(draw: st.DrawFn) -> bytes:
+    """Any bytes, or any behind a header that may be right."""
+    data = draw(st.binary(max_size=60))
+    if draw(st.booleans()):
+        return data
+    prefix = draw(st.sampled_from([gencp.PREFIX, gencp.EVENT_PREFIX]))
+    command = draw(st.sampled_from([CommandId.READMEM, CommandId.EVENT]))
+    length = len(data) + draw(st.sampled_from([0, 0, 0, 1]))
+    return Packet.HEADER.pack(prefix, draw(u16), command, length, draw(u16)) + data
+
+
+@given(transfers())
+def test_any_bytes_are_the_packet_they_give_or_an_error_of_the_protocol(data: bytes) -> None:
+    with contextlib.suppress(RemoteProtocolError):
+        assert Packet.decode(data).encode() == data
+
+
+@given(transfers())
+def test_any_bytes_give_events_of_as_many_bytes_or_an_error_of_the_protocol(data: bytes) -> None:
+    with contextlib.suppress(RemoteProtocolError):
+        sizes = [Event.RECORD.size + len(event.data) for event in decode_events(data)]
+        assert gencp.HEADER_SIZE + sum(sizes) == len(data)
+
+
+@given(st.binary(max_size=20))
+def test_any_bytes_are_a_commands_data_or_an_error_of_the_protocol(data: bytes) -> None:
+    with contextlib.suppress(RemoteProtocolError):
+        written = gencp.read_memory(*gencp.parse_read_memory(data))
+        assert written[:8] + written[10:] == data[:8] + data[10:]  # two bytes are reserved
+    with contextlib.suppress(RemoteProtocolError):
+        assert gencp.write_memory(*gencp.parse_write_memory(data)) == data
 
 
 @given(

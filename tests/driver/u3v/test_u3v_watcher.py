@@ -83,3 +83,4 @@ def test_one_is_enough_where_the_camera_is_gone(watch: Watch) -> None:
     handle.present = False
     _, lost = watch(handle)
     until(lambda: lost)
+    assert lost == ["camera: USB error: Overflow"]

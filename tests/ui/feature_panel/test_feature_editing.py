@@ -56,6 +56,8 @@ def test_what_the_camera_made_of_a_value_is_shown(desk):
     d.grabber.on_write = lambda name, value: 16.0
     d.row("Gain").editor.field.stepBy(90)
     d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "16")
+    assert d.written("Gain") == [15.0]
+    assert d.errors == []
 
 
 def test_the_auto_button_beside_a_control(desk):
@@ -99,6 +101,7 @@ def test_a_command_is_run(desk):
     d = desk()
     d.qtbot.mouseClick(d.row("TriggerSoftware").editor.button, Qt.LeftButton)
     d.qtbot.waitUntil(lambda: d.grabber.commands == ["TriggerSoftware"])
+    assert d.grabber.writes == []
 
 
 def test_favourites_are_there_whatever_the_camera_calls_them(desk):
