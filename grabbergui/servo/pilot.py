@@ -60,8 +60,10 @@ class Pilot:
         self._running = threading.Event()
         self._threads: list[threading.Thread] = []
 
-    def start(self) -> None:
-        """Begin; the source streams from here on."""
+    def start(self, held: str = "") -> None:
+        """Begin; the source streams from here on. With `held`, a reason, nothing moves until `resume`."""
+        if held:
+            self.gate.halt(held)
         self._running.set()
         self._threads = [
             threading.Thread(target=self._run, name="servo loop", daemon=True),

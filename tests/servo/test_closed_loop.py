@@ -153,6 +153,19 @@ def test_a_session_moves_the_arm_and_an_emergency_stop_ends_that(live):
     until(lambda: robot.speed > 0.01)
 
 
+def test_a_session_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
+    pilot, _, robot = live
+    turns = []
+    pilot.turned.connect(lambda turn, frame: turns.append(turn))
+    pilot.start(held="press Start")
+    until(lambda: len(pilot.detection_ms) > 3 and len(turns) > 50)
+    assert all((turn.state, turn.reason) == (State.STOPPED, "press Start") for turn in turns)
+    assert robot.speed == 0
+    assert pilot.gate.sent == 0
+    pilot.resume()
+    until(lambda: robot.speed > 0.01)
+
+
 def test_a_session_without_pictures_comes_to_rest(live):
     pilot, camera, robot = live
     pilot.start()
@@ -254,7 +267,6 @@ def test_the_command_records_what_happens(tmp_path, capsys):
     ("arguments", "complaint"),
     [
         (("--source", "sim:"), "is not calibrated"),
-        (("--seconds", "-1"), "more than 0"),
         (("--size", "0"), "0 m"),
         (("--dictionary", "3X3"), "no marker dictionary"),
     ],
