@@ -358,7 +358,7 @@ def fuzz_headers() -> st.SearchStrategy[bytes]:
     return st.builds(lambda head, data: head.encode() + data, header, body)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(st.one_of(st.binary(max_size=80), fuzz_headers()), max_size=60), st.booleans())
 def test_no_datagram_crashes_the_assembler_or_grows_memory(datagrams: list[bytes], deliver: bool) -> None:
     bench = Bench(deliver_incomplete=deliver, buffers=16)

@@ -114,7 +114,7 @@ datagram_lists = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(datagram_lists, st.booleans())
 def test_rows_are_as_good_as_single_packets(drawn: list, extended: bool) -> None:  # type: ignore[type-arg]
     datagrams: list[bytes] = []

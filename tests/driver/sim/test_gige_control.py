@@ -357,13 +357,13 @@ def test_an_event_that_nobody_hears_is_given_up(controlled):
 _fuzzed = Device()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.binary(max_size=64))
 def test_no_datagram_disturbs_the_device(datagram):
     assert isinstance(_fuzzed.channel.receive(datagram, HOST, 0.0), list)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.sampled_from([2, 4, 0x40, 0x80, 0x82, 0x84, 0x86, 0xC0, 0x100, 0x7777]),
     st.integers(0, 255),

@@ -145,7 +145,7 @@ def test_answers_and_unlinks_that_cross_come_in_the_kernels_order(host: Host, se
         pipe.flush()
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(noise=st.binary(min_size=1, max_size=120), attached=st.booleans())
 def test_noise_ends_the_connection_and_nothing_else(
     server: UsbIpServer, noise: bytes, attached: bool

@@ -126,7 +126,7 @@ features = st.builds(
 
 
 @given(st.lists(features, min_size=1, max_size=4))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_no_feature_however_odd_breaks_its_row_or_is_written(qtbot, oddities):
     made = FeatureRow(oddities[0])
     qtbot.addWidget(made)
