@@ -565,7 +565,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="53"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="55"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -2082,6 +2082,14 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>NumberField</name>
+    <message>
+        <location filename="../../grabbergui/ui/editors/number_field.py" line="151"/>
+        <source>“{0}” is not a number</source>
+        <translation>«{0}» no es un número</translation>
+    </message>
+</context>
+<context>
     <name>PauseBar</name>
     <message>
         <location filename="../../grabbergui/ui/forms/pause_bar.ui" line="14"/>
@@ -2577,102 +2585,97 @@ It {1}.</source>
         <translation>Los estados del bucle; el actual está iluminado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
         <source>S&amp;tart</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="31"/>
-        <source>Let the robot move again</source>
-        <translation>Permitir que el robot se mueva de nuevo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="38"/>
         <source>EMERGENCY STOP</source>
         <translation>PARADA DE EMERGENCIA</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="39"/>
         <source>Stops the robot at once (Space, Escape)</source>
         <translation>Para el robot de inmediato (Espacio, Escape)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="67"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="68"/>
         <source>History of states</source>
         <translation>Historial de estados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="74"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="74"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="75"/>
         <source>State</source>
         <translation>Estado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="75"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="76"/>
         <source>Why</source>
         <translation>Por qué</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="81"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="82"/>
         <source>&amp;Head gain</source>
         <translation>Ganancia de la &amp;cabeza</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="84"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="85"/>
         <source>Speed of the head for each radian off centre</source>
         <translation>Velocidad de la cabeza por cada radián de desviación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="100"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="101"/>
         <source> /s</source>
         <translation> /s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="89"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="90"/>
         <source>Head at &amp;most</source>
         <translation>Cabeza como &amp;máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="92"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="93"/>
         <source> °/s</source>
         <translation> °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="96"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="97"/>
         <source>&amp;Arm gain</source>
         <translation>Ganancia del &amp;brazo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="99"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="100"/>
         <source>Speed of the hand for each metre and radian of error</source>
         <translation>Velocidad de la mano por cada metro y radián de error</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="104"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="105"/>
         <source>Hand at mos&amp;t</source>
         <translation>Mano como má&amp;ximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="107"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="108"/>
         <source> mm/s</source>
         <translation> mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="111"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="112"/>
         <source>&amp;Rate</source>
         <translation>&amp;Frecuencia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="114"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
         <source>Commands per second</source>
         <translation>Órdenes por segundo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="115"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="116"/>
         <source> Hz</source>
         <translation> Hz</translation>
     </message>
@@ -2697,14 +2700,19 @@ It {1}.</source>
         <translation>giro de la mano, °/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="57"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="132"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="133"/>
         <source>The robot in space</source>
         <translation>El robot en el espacio</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="32"/>
+        <source>Let the robot move</source>
+        <translation>Deja que el robot se mueva</translation>
     </message>
 </context>
 <context>

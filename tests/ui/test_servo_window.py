@@ -292,6 +292,18 @@ def test_a_live_run_is_shown_and_stopped_from_the_window(window, live, qtbot):
     qtbot.waitUntil(lambda: robot.speed > 0.01)
 
 
+def test_a_robot_that_is_held_waits_for_start(window, live, qtbot):
+    pilot, robot = live
+    pilot.start(held="press Start")
+    qtbot.waitUntil(lambda: window.reasonLabel.text() == "press Start")
+    qtbot.waitUntil(lambda: window.distancePlot.values() is not None)
+    assert window.states.state is State.STOPPED
+    assert robot.speed == 0
+    window.startButton.click()
+    qtbot.waitUntil(lambda: robot.speed > 0.01)
+    qtbot.waitUntil(lambda: not window.startButton.isEnabled())
+
+
 def test_a_gain_set_in_the_window_reaches_the_loop_and_nonsense_does_not(window, live, qtbot):
     pilot, _ = live
     pilot.start()

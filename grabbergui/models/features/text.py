@@ -27,6 +27,12 @@ _UNITS = {
     "percent": "%",
 }
 
+_POWERS = (
+    {"s": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9},
+    {"Hz": 0, "kHz": 3, "MHz": 6},
+)
+"""Units that can be typed for each other, as powers of ten."""
+
 _LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _ZERO_WIDTH_SPACE = "\u200b"
 
@@ -53,11 +59,17 @@ def number_text(number: int | float, digits: int = DIGITS) -> str:
 
 
 def parse_number(text: str, feature: Feature) -> int | float:
-    """What somebody typed into a number's field, with or without the unit. Raises ValueError."""
-    bare = text.strip()
-    for unit in (feature.unit, unit_text(feature.unit)):
-        if unit and bare.endswith(unit):
-            bare = bare[: -len(unit)].strip()
+    """What somebody typed into a number's field, with or without a unit. Raises ValueError.
+
+    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 where that is `us`.
+    """
+    bare, power = _without_unit(text.strip(), feature.unit)
+    if power:
+        scale = 10.0 ** abs(power)
+        number = _fraction(bare) * scale if power > 0 else _fraction(bare) / scale
+        if not math.isfinite(number):
+            raise ValueError("not a finite number")
+        return round(number) if feature.kind is FeatureKind.INTEGER else number
     if feature.kind is FeatureKind.INTEGER:
         try:
             return int(bare, 0)
@@ -66,7 +78,23 @@ def parse_number(text: str, feature: Feature) -> int | float:
             if not math.isfinite(as_float):
                 raise ValueError("not a finite number") from None
             return round(as_float)
-    number = float(bare if "." in bare else bare.replace(",", ".", 1))
+    return _fraction(bare)
+
+
+def _without_unit(text: str, unit: str) -> tuple[str, int]:
+    """The number before a unit, and by which power of ten that is more than the feature's own unit."""
+    for powers in _POWERS:
+        for other in sorted(powers, key=len, reverse=True):
+            if unit in powers and text.endswith(other):
+                return text[: -len(other)].strip(), powers[other] - powers[unit]
+    for own in (unit, unit_text(unit)):
+        if own and text.endswith(own):
+            return text[: -len(own)].strip(), 0
+    return text, 0
+
+
+def _fraction(text: str) -> float:
+    number = float(text if "." in text else text.replace(",", ".", 1))
     if math.isnan(number):
         raise ValueError("not a number")
     return number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QFocusEvent, QKeyEvent, QResizeEvent, QShowEvent, QValidator
-from PyQt5.QtWidgets import QAbstractSpinBox, QWidget
+from PyQt5.QtWidgets import QAbstractSpinBox, QToolTip, QWidget
 
 from grabbergui.core.features import Feature
 from grabbergui.models.features.scale import nearest_allowed, stepped
@@ -147,7 +147,8 @@ class NumberField(QAbstractSpinBox):
         try:
             number = nearest_allowed(self._feature, parse_number(self._line.text(), self._feature))
         except (ValueError, OverflowError):
-            pass
+            below = self.mapToGlobal(self.rect().bottomLeft())
+            QToolTip.showText(below, self.tr("“{0}” is not a number").format(self._line.text()), self)
         else:
             self._edit(number)
         self._stop_typing()

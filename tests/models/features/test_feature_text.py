@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -61,6 +63,31 @@ def test_a_fraction_shown_is_the_fraction_to_seven_digits(number):
 )
 def test_typed_fractions(text, number):
     assert parse_number(text, FLOAT) == number
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "number"),
+    [
+        ("12,5 ms", "us", 12500.0),
+        ("0.02 s", "us", 20000.0),
+        ("500ns", "us", 0.5),
+        ("5 ms", "s", 0.005),
+        ("3 s", "s", 3.0),
+        ("2 kHz", "Hz", 2000.0),
+        ("1 MHz", "kHz", 1000.0),
+        ("1.5 dB", "dB", 1.5),
+    ],
+)
+def test_typed_in_another_unit(text, unit, number):
+    assert parse_number(text, replace(FLOAT, unit=unit)) == number
+    whole = parse_number(text, replace(INTEGER, unit=unit))
+    assert (whole, type(whole)) == (round(number), int)
+
+
+@pytest.mark.parametrize(("text", "unit"), [("5 ms", "Hz"), ("5 kHz", "us"), ("ms", "us"), ("5 ms", "")])
+def test_a_unit_of_something_else_is_nonsense(text, unit):
+    with pytest.raises(ValueError, match=r".*"):
+        parse_number(text, replace(FLOAT, unit=unit))
 
 
 @pytest.mark.parametrize(
