@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from grabber_stage import Stage, stage, wait_for
+from grabber_stage import Stage, stage
 
 from grabbergui.core.errors import (
     FeatureAccessError,
@@ -28,7 +28,7 @@ from grabbergui.net.yarp.os import configuration
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.values import Vocab
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +91,7 @@ def test_pictures_and_their_counters(scene: Stage, remote: FrameGrabber) -> None
     assert (first.width, first.height, first.rgb().shape) == (168, 100, (100, 168, 3))
     assert second.frame_id > first.frame_id
     assert abs(second.timestamp_ns / 1e9 - time.time()) < 5
-    wait_for(lambda: remote.statistics().frame_rate > 5, "a frame rate")
+    until(lambda: remote.statistics().frame_rate > 5, "a frame rate")
     remote.stop()
     assert not remote.streaming
     assert remote.statistics().frames >= 2
@@ -134,13 +134,13 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     remote.start()
     queue.get(PATIENCE)
     server.stop()
-    wait_for(lambda: ConnectionState.LOST in states, "the loss")
+    until(lambda: ConnectionState.LOST in states, "the loss")
     with pytest.raises(TransportError):
         remote.feature("Gain")
     assert remote.has_feature("Gain")  # what was known stays known
     queue.clear()
     with scene.share():
-        wait_for(lambda: states[-1] is ConnectionState.OPEN, "the return")
+        until(lambda: states[-1] is ConnectionState.OPEN, "the return")
         assert queue.get(PATIENCE).complete
         assert remote.feature("Gain").value is not None
         remote.close()
@@ -183,12 +183,12 @@ def test_a_port_that_only_sends_pictures(scene: Stage) -> None:
         assert list(remote.feature_tree().descriptions()) == []
         queue = remote.open_queue()
         remote.start()
-        wait_for(lambda: port.connections, "the connection")
+        until(lambda: port.connections, "the connection")
         port.write(*image.encode(pixels, "rgb"))  # without an envelope
         assert np.array_equal(queue.get(PATIENCE).rgb(), pixels)
         port.write(*image.encode(np.zeros((2, 2, 3), "<f4"), "rgb."))
         port.write(b"no image")
-        wait_for(lambda: remote.statistics().packets_ignored, "a message that is no picture")
+        until(lambda: remote.statistics().packets_ignored, "a message that is no picture")
         port.write(*image.encode(pixels, "rgb"))
         assert queue.get(PATIENCE).complete
         remote.close()
@@ -209,7 +209,7 @@ def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.Monke
             return empty if isinstance(message[0], str) else answer(self, message)
 
         monkeypatch.setattr(grabber_service.GrabberService, "answer", attached)
-        wait_for(lambda: states, "the camera's arrival")
+        until(lambda: states, "the camera's arrival")
         assert remote.has_feature("Gain")
         remote.close()
 

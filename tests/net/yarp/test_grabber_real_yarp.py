@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from grabber_stage import Stage, stage, wait_for
+from grabber_stage import Stage, stage
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp.client import YarpGrabber
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 pytestmark = [
     pytest.mark.yarp,
@@ -92,12 +92,12 @@ def test_yarp_reads_our_pictures(
     with scene.share(), output.open("w") as file:
         reader = subprocess.Popen(["yarp", "read", "/reader"], env=environment, stdout=file, stderr=file)
         try:
-            wait_for(lambda: "/reader" in {c.name for c in scene.names.list()}, "the reader's port")
+            until(lambda: "/reader" in {c.name for c in scene.names.list()}, "the reader's port")
             # A port is registered a moment before it listens.
-            wait_for(lambda: "Success" in yarp("connect", "/grabber", "/reader", carrier), "the connection")
+            until(lambda: "Success" in yarp("connect", "/grabber", "/reader", carrier), "the connection")
             # Over mjpeg the numbers between are those of the reader's own YARP.
             picture = re.compile(rb"\[mat\] \[rgb\] \(3 50400 \d+ 168 100\)")
-            wait_for(lambda: picture.search(output.read_bytes()), "a picture")
+            until(lambda: picture.search(output.read_bytes()), "a picture")
             yarp("disconnect", "/grabber", "/reader")
         finally:
             reader.kill()
@@ -118,7 +118,7 @@ def real_server(scene: Stage, environment: dict[str, str], tmp_path: Path) -> It
         )
     try:
         known = lambda: "/real/rpc" in {contact.name for contact in scene.names.list()}  # noqa: E731
-        wait_for(lambda: known() or device.poll() is not None, "the real server's port")
+        until(lambda: known() or device.poll() is not None, "the real server's port")
         if device.poll() is not None:
             pytest.skip("this YARP has no deviceBundler, frameGrabber_nws_yarp or fakeFrameGrabber")
         yield "/real"
@@ -158,4 +158,4 @@ def _open(remote: YarpGrabber) -> None:
             return False
         return True
 
-    wait_for(answers, "the real server's answer")
+    until(answers, "the real server's answer")

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from grabber_stage import Stage, stage, wait_for
+from grabber_stage import Stage, stage
 
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.net.yarp import image
@@ -23,7 +23,7 @@ from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
-from patience import PATIENCE
+from patience import PATIENCE, attempts, until
 
 
 @pytest.fixture(scope="module")
@@ -99,12 +99,11 @@ def test_a_stuck_reader_slows_nobody(scene: Stage, server: YarpGrabberServer) ->
         stuck = _reverse_reader(scene, "/stuck")
         try:
             reader.connect("/grabber")
-            wait_for(lambda: server.readers == 2, "both readers' connection")
-            before, start = server.published, time.monotonic()
-            for _ in range(20):
-                reader.read(5)
+            until(lambda: server.readers == 2, "both readers' connection")
+            before = server.published
+            for _ in range(20):  # far more than would fit between it and the stuck one
+                reader.read(PATIENCE)
             assert server.published - before >= 19
-            assert time.monotonic() - start < 5
         finally:
             stuck.close()
 
@@ -131,12 +130,10 @@ def test_requests_on_either_port(scene: Stage, server: YarpGrabberServer) -> Non
 def test_a_round_trip_takes_less_than_a_millisecond(scene: Stage, server: YarpGrabberServer) -> None:
     with RpcClient("/grabber/rpc", scene.names) as rpc:
         request = Bottle.from_text("[fgc] [get] [feat] 8")
-        trips = []
-        for _ in range(200):
-            start = time.perf_counter()
-            rpc.call(request)
-            trips.append(time.perf_counter() - start)
-        assert sorted(trips)[len(trips) // 2] < 1e-3
+        for watch in attempts(100 * 1e-3):
+            with watch:
+                for _ in range(100):
+                    rpc.call(request)
 
 
 def test_malformed_requests_are_refused(scene: Stage, server: YarpGrabberServer) -> None:
@@ -177,7 +174,7 @@ def test_without_a_name_server_nothing_is_left(scene: Stage) -> None:
             YarpGrabberServer(scene.grabber, names=names).start()
         with pytest.raises(TransportError, match="listen"):
             YarpGrabberServer(scene.grabber, names=scene.names, bind="203.0.113.7").start()
-    wait_for(lambda: threading.active_count() <= threads, "the threads' end")
+    until(lambda: threading.active_count() <= threads, "the threads' end")
     assert not scene.grabber.streaming
 
 

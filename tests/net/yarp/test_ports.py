@@ -9,7 +9,7 @@ import pytest
 from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import port, ports
+from grabbergui.net.yarp.os import port, ports, registration
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -135,6 +135,7 @@ def test_administration(names):
         assert ask(Vocab("del"), "/in")[0] == -1
         assert ask(Vocab("add"), "/nosuch") == [-1, "Do not know how to connect to /nosuch\r\n"]
         assert "shmem is not supported" in ask(Vocab("add"), "shmem://in")[1]
+        assert "runs no plug-ins" in ask(Vocab("add"), "tcp+send.portmonitor+type.lua://in")[1]
         assert ask("prop", "set", "a", 5) == [Vocab("ok")] and ask("prop", "get", "a") == [5]
         assert ask("prop", "set", "b", "x" * 5000)[0] == Vocab("fail")
         assert ask("nonsense")[0] == Vocab("fail")
@@ -241,7 +242,7 @@ def test_a_hundred_connections_at_once_and_too_many(monkeypatch):
 
 
 def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
-    monkeypatch.setattr(port, "KEEP_SECONDS", 0.05)
+    monkeypatch.setattr(registration, "KEEP_SECONDS", 0.05)
     server = NameServer(port=0)
     server.open()
     names = NameClient(server.contact)

@@ -174,7 +174,9 @@ class Input:
             self._serve()
         except GrabberError as error:
             if not self._closed:
-                level = logging.WARNING if isinstance(error, ProtocolError) else logging.INFO
+                # Whoever leaves without a word only looked whether the port is there: `yarp exists` does.
+                usual = logging.INFO if self.peer else logging.DEBUG
+                level = logging.WARNING if isinstance(error, ProtocolError) else usual
                 log.log(level, "%s: connection from %s closed: %s", self._host.name, self.info.title, error)
         except Exception:
             log.exception("%s: connection from %s failed", self._host.name, self.info.title)

@@ -40,8 +40,8 @@ class NameServer(Port):
         super().open()
         log.info("name server %s at %s:%d", self.name, self.contact.host, self.contact.port)
 
-    def _register(self) -> None:
-        # Listening, but nothing is accepted yet: the books must be there before the first question.
+    def _prepare(self) -> None:
+        # The books must be there before the first question.
         host = self.contact.host
         if host in ("0.0.0.0", "::"):
             host = _outward_address()

@@ -7,7 +7,6 @@ called from any thread.
 from __future__ import annotations
 
 import logging
-import os
 import select
 import socket
 import threading
@@ -18,7 +17,13 @@ from typing import Final
 import numpy as np
 
 from grabbergui.core.buffers import BufferPool
-from grabbergui.core.errors import GrabberError, RemoteProtocolError, SourceNotFoundError, TransportError
+from grabbergui.core.errors import (
+    GrabberError,
+    LocalProtocolError,
+    RemoteProtocolError,
+    SourceNotFoundError,
+    TransportError,
+)
 from grabbergui.net.yarp.os import admin, sockets
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
@@ -27,15 +32,13 @@ from grabbergui.net.yarp.os.inputs import Input, Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 from grabbergui.net.yarp.os.outputs import Outgoing, Output, dial
+from grabbergui.net.yarp.os.registration import Registration
 from grabbergui.net.yarp.os.values import Item
 
 log = logging.getLogger(__name__)
 
 INPUT_LIMIT: Final = 200
 """Connections to one port at a time."""
-
-KEEP_SECONDS: Final = 5.0
-"""How often a port looks whether the name server still knows it."""
 
 _POOLED: Final = 1 << 16
 
@@ -76,7 +79,8 @@ class Port:
         self._listener: socket.socket | None = None
         self._wake: tuple[socket.socket, socket.socket] | None = None
         self._closing = threading.Event()
-        self._threads: list[threading.Thread] = []
+        self._acceptor: threading.Thread | None = None
+        self._registration: Registration | None = None
         self._pool: BufferPool | None = None
 
     # -- life ------------------------------------------------------------------------------------
@@ -85,31 +89,26 @@ class Port:
         bind, port = self._wish
         if not bind:
             bind = sockets.local_address_towards(*self._names.server.address) if self._names else "127.0.0.1"
+        host = bind
+        if self._names and _any(bind):
+            host = sockets.local_address_towards(*self._names.server.address)
         try:
             listener = socket.create_server((bind, port), backlog=128)
         except OSError as error:
             raise TransportError(f"{self.name} cannot listen at {bind}:{port}: {error}") from error
         listener.setblocking(False)
-        host = (
-            sockets.local_address_towards(*self._names.server.address) if _any(bind) and self._names else bind
-        )
         self.contact = Contact(self.name, host, listener.getsockname()[1])
         self._listener, self._wake = listener, socket.socketpair()
         self._closing.clear()
         try:
-            self._register()
+            self._prepare()
         except GrabberError:
             self._release()
             raise
-        self._threads = [threading.Thread(target=self._accept, name=f"yarp {self.name}", daemon=True)]
-        if self._names:
-            self._threads.append(
-                threading.Thread(target=self._keep, name=f"yarp {self.name} name", daemon=True)
-            )
-        for thread in self._threads:
-            thread.start()
-        if self._names:
-            self._quietly(lambda names: names.announce(self.name))
+        self._acceptor = threading.Thread(target=self._accept, name=f"yarp {self.name}", daemon=True)
+        self._acceptor.start()
+        if self._registration:
+            self._registration.announce()
 
     def close(self) -> None:
         """Drop all connections and the name. May be called twice; never raises."""
@@ -118,8 +117,8 @@ class Port:
         self._closing.set()
         if self._wake:
             self._wake[1].send(b"x")
-        for thread in self._threads:
-            thread.join(10)
+        if self._acceptor:
+            self._acceptor.join(10)
         with self._lock:
             inputs, outputs = list(self._inputs), list(self._outputs)
         for output in outputs:
@@ -128,7 +127,8 @@ class Port:
             connection.close()
         for connection in inputs:
             connection.join()
-        self._quietly(lambda names: names.unregister(self.name))
+        if self._registration:
+            self._registration.close()
         self._release()
 
     def __enter__(self) -> Port:
@@ -138,11 +138,17 @@ class Port:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def _prepare(self) -> None:
+        """What must be done while it listens and before anything is accepted. Raises GrabberError."""
+        if self._names:
+            self._registration = Registration(self.contact, self._names)
+            self._registration.open()
+
     def _release(self) -> None:
         for sock in (self._listener, *(self._wake or ())):
             if sock is not None:
                 sock.close()
-        self._listener = self._wake = None
+        self._listener = self._wake = self._acceptor = self._registration = None
 
     # -- connections -----------------------------------------------------------------------------
     @property
@@ -181,9 +187,12 @@ class Port:
     def add(self, target: Target) -> None:
         """Connect to a reader; one connected already is dropped first.
 
-        Raises SourceNotFoundError, LocalProtocolError for a carrier we lack, TransportError.
+        Raises SourceNotFoundError, LocalProtocolError for a carrier or plug-in that we lack, TransportError.
         """
         carrier = wire.by_name(target.carrier)
+        plug_in = target.modifiers.get("recv" if carrier.pull else "send")
+        if plug_in:
+            raise LocalProtocolError(f"{self.name} runs no plug-ins, {plug_in} must run at the other end")
         if carrier.pull:
             self._pull(target)
             return
@@ -353,44 +362,6 @@ class Port:
         with self._lock:
             self._inputs = [*self._inputs, connection]
         connection.start()
-
-    def _register(self) -> None:
-        if self._names is None:
-            return
-        contact = self.contact
-        self._names.register(self.name, "tcp", contact.host, contact.port)
-        for key in ("offers", "accepts"):
-            self._names.set_property(self.name, key, *wire.CARRIERS)
-        self._names.set_property(self.name, "ips", contact.host)
-        self._names.set_property(self.name, "process", str(os.getpid()))
-
-    def _keep(self) -> None:
-        """Come back into the books of a name server that was restarted."""
-        lost = False
-        while not self._closing.wait(KEEP_SECONDS):
-            assert self._names
-            try:
-                known = self._names.query(self.name)
-                if known.address == self.contact.address:
-                    lost = False
-                    continue
-                log.warning("%s: the name was taken over by %s:%d", self.name, *known.address)
-                return
-            except SourceNotFoundError:
-                self._quietly(lambda _: self._register())
-                log.info("%s: registered again", self.name)
-            except GrabberError as error:
-                if not lost:
-                    log.warning("%s: %s", self.name, error)
-                lost = True
-
-    def _quietly(self, action: Callable[[NameClient], None]) -> None:
-        if self._names is None:
-            return
-        try:
-            action(self._names)
-        except GrabberError as error:
-            log.debug("%s: %s", self.name, error)
 
 
 def _any(address: str) -> bool:
