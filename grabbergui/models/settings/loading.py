@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -17,6 +16,7 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberEr
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_OFF, enabler_of
+from grabbergui.models.features.stream_pause import stream_paused
 from grabbergui.models.settings.feature_set import (
     FeatureSet,
     Progress,
@@ -127,10 +127,11 @@ def load_onto(
         work.compare(_part(progress, 0.5, 0.7))
         if dry_run:
             return LoadReport(tuple(work.reports(dry_run=True)), before)
-        problem: list[str] = []
-        with _paused(grabber, bool(work.pending) and not cancelled.is_set(), problem):
+        stays: list[GrabberError] = []
+        with stream_paused(grabber, bool(work.pending) and not cancelled.is_set(), stays.append):
             work.write(_part(progress, 0.7, 1.0))
-    return LoadReport(tuple(work.reports()), before, "".join(problem))
+    problem = f"the stream does not start again: {stays[0]}" if stays else ""
+    return LoadReport(tuple(work.reports()), before, problem)
 
 
 def roll_back(
@@ -292,19 +293,3 @@ def _part(progress: Progress, begin: float, end: float) -> Progress:
 
 def _shown(key: SettingKey) -> str:
     return ", ".join(f"{selector}={entry}" for selector, entry in key.selected)
-
-
-@contextmanager
-def _paused(grabber: FrameGrabber, needed: bool, problem: list[str]) -> Iterator[None]:
-    """Stop a running stream for the block; why it did not start again goes into `problem`."""
-    if not needed or not grabber.streaming:
-        yield
-        return
-    grabber.stop()
-    try:
-        yield
-    finally:
-        try:
-            grabber.start(keep_trigger=True)
-        except GrabberError as error:
-            problem.append(f"the stream does not start again: {error}")
