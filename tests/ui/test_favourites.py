@@ -1,8 +1,9 @@
 """Controls at hand: dragged there, put in order, removed, and remembered for each model of camera."""
 
 import pytest
+from feature_menus import choose_from_menu
 from PyQt5.QtCore import QEvent, QPoint, QSettings, Qt
-from PyQt5.QtGui import QContextMenuEvent, QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
+from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMouseEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.grabber import DeviceInfo
@@ -81,22 +82,6 @@ def drag(desk, monkeypatch, source, where):
         QApplication.sendEvent(label, event)
 
 
-def menu_of(desk, widget):
-    where = widget.rect().center()
-    event = QContextMenuEvent(QContextMenuEvent.Mouse, where, widget.mapToGlobal(where))
-    QApplication.sendEvent(widget, event)
-    menu = desk.program.feature_menu.menu
-    desk.until(menu.isVisible)
-    return menu
-
-
-def choose(desk, widget, text):
-    menu = menu_of(desk, widget)
-    (action,) = (a for a in menu.actions() if a.text().replace("&", "") == text)
-    desk.qtbot.mouseClick(menu, Qt.LeftButton, pos=menu.actionGeometry(action).center())
-    desk.until(lambda: desk.program.feature_menu.menu is None)
-
-
 def test_a_control_is_dragged_among_the_favourites_and_works_there(desk, monkeypatch):
     assert at_hand(desk) == USUAL
     second = desk.window.favourites._shown[1].geometry()
@@ -128,13 +113,13 @@ def test_a_click_on_a_name_drags_nothing(desk):
 
 
 def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(desk):
-    choose(desk, row(desk, "TriggerMode"), "Keep at hand")
+    choose_from_menu(desk, row(desk, "TriggerMode"), "Keep at hand")
     desk.until(lambda: at_hand(desk) == (*USUAL, "TriggerMode"))
-    choose(desk, desk.window.favourites._shown[3], "Move to the left")
+    choose_from_menu(desk, desk.window.favourites._shown[3], "Move to the left")
     desk.until(lambda: at_hand(desk) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose(desk, desk.window.favourites._shown[0], "Remove from what is at hand")
+    choose_from_menu(desk, desk.window.favourites._shown[0], "Remove from what is at hand")
     desk.until(lambda: at_hand(desk) == ("Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose(desk, desk.window.favourites._shown[0], "Usual controls at hand")
+    choose_from_menu(desk, desk.window.favourites._shown[0], "Usual controls at hand")
     desk.until(lambda: at_hand(desk) == USUAL)
 
 

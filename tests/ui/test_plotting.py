@@ -3,8 +3,8 @@
 import csv
 
 import pytest
+from feature_menus import choose_from_menu, menu_of
 from PyQt5.QtCore import QPoint, Qt
-from PyQt5.QtGui import QContextMenuEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.models.features.value_watch import MOST_FEATURES
@@ -16,24 +16,15 @@ def desk(window_desk):
     return window_desk
 
 
-def right_click(desk, name):
-    """The menu of a feature in the strip of favourites."""
+def label_of(desk, name):
+    """What a feature is called in the strip of favourites."""
     rows = desk.window.favourites.rows
     desk.until(lambda: rows.rows(name) and rows.rows(name)[0].editor is not None)
-    label = rows.rows(name)[0]._label
-    where = label.rect().center()
-    event = QContextMenuEvent(QContextMenuEvent.Mouse, where, label.mapToGlobal(where))
-    QApplication.sendEvent(label, event)
-    menu = desk.program.feature_menu.menu
-    desk.until(menu.isVisible)
-    return menu
+    return rows.rows(name)[0]._label
 
 
 def choose(desk, name, text):
-    menu = right_click(desk, name)
-    (action,) = (a for a in menu.actions() if a.text().replace("&", "") == text)
-    desk.qtbot.mouseClick(menu, Qt.LeftButton, pos=menu.actionGeometry(action).center())
-    desk.until(lambda: desk.program.feature_menu.menu is None)
+    choose_from_menu(desk, label_of(desk, name), text)
 
 
 def curve(desk, name):
@@ -113,7 +104,7 @@ def test_name_and_value_are_copied(desk):
 
 
 def test_what_is_no_number_cannot_be_plotted(desk):
-    menu = right_click(desk, "Gain")
+    menu = menu_of(desk, label_of(desk, "Gain"))
     assert "Plot over time" in [a.text().replace("&", "") for a in menu.actions()]
     menu.close()
     desk.until(lambda: desk.program.feature_menu.menu is None)
