@@ -185,7 +185,8 @@ class CameraLink:
 
         def on_event(event: Any) -> None:
             if event.node == self.publisher.node:
-                names = frozenset(parameter.name for parameter in event.changed_parameters)
+                told = (*event.new_parameters, *event.changed_parameters, *event.deleted_parameters)
+                names = frozenset(parameter.name for parameter in told)
                 features.doubt(names)
                 tell(frozenset(filter(features.has, names)))
 

@@ -3,42 +3,37 @@
 from __future__ import annotations
 
 import logging
-import queue
-import threading
 from collections.abc import Callable
 from typing import Any
 
-from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.regulation import as_editable
-from grabbergui.net.ros2.parameter_values import TYPES, accepted, descriptor_of, message_of
+from grabbergui.net.ros2.parameter_events import ParameterEvents
+from grabbergui.net.ros2.parameter_values import TYPES, accepted, descriptor_of, message_of, type_of
 
 log = logging.getLogger(__name__)
 
 _QOS_OVERRIDES = "qos_overrides."
+_NULL = "null"
+"""What a parameter file holds, once read, of what was not set when it was dumped."""
 
 
 class FeatureParameters:
     """Serves a node's parameters: the camera's features, and what rclpy gives every node.
 
     The node is made with `start_parameter_services=False`. rclpy would keep a second copy of every value, and
-    never let one that is marked read-only follow the camera. Services run on the node's thread; changes are
-    told on /parameter_events by a thread of ours.
+    never let one that is marked read-only follow the camera. Services run on the node's thread.
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber) -> None:
         from rcl_interfaces import srv
-        from rcl_interfaces.msg import ParameterEvent
-        from rclpy.qos import qos_profile_parameter_events, qos_profile_parameters
+        from rclpy.qos import qos_profile_parameters
 
         self._node = node
         self._grabber = grabber
-        self._changed: queue.SimpleQueue[frozenset[str] | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._follow, name="ros2 parameters", daemon=True)
-        self._events = node.create_publisher(
-            ParameterEvent, "/parameter_events", qos_profile_parameter_events
-        )
+        self._events = ParameterEvents(node, grabber)
         for service, kind, action in (
             ("list_parameters", srv.ListParameters, self._list),
             ("get_parameters", srv.GetParameters, self._get),
@@ -53,15 +48,11 @@ class FeatureParameters:
     def start(self) -> None:
         """Write what a parameter file gave, and follow the camera."""
         self._apply_overrides()
-        self._grabber.features_changed.connect(self._changed.put)
-        self._thread.start()
+        self._events.start()
 
     def stop(self) -> None:
         """Let go of the grabber. May be called twice."""
-        self._grabber.features_changed.disconnect(self._changed.put, missing_ok=True)
-        self._changed.put(None)
-        if self._thread.is_alive():
-            self._thread.join()
+        self._events.stop()
 
     # -- what there is -------------------------------------------------------------------------------
     def _list(self, request: Any, answer: Any) -> Any:
@@ -86,7 +77,7 @@ class FeatureParameters:
         return answer
 
     def _get_types(self, request: Any, answer: Any) -> Any:
-        answer.types = self._each(request.names, lambda feature: TYPES[feature.kind], self._own_type)
+        answer.types = self._each(request.names, type_of, self._own_type)
         return answer
 
     def _describe(self, request: Any, answer: Any) -> Any:
@@ -158,11 +149,21 @@ class FeatureParameters:
         if self._node.has_parameter(parameter.name):
             return self._set_own(parameter)
         try:
-            feature = self._feature(parameter.name)
-            self._grabber.write_feature(feature.name, accepted(feature, parameter.value))
+            self._write(parameter)
         except GrabberError as error:
+            # Viewers show what they asked for, until they hear how it is.
+            self._events.tell(frozenset({parameter.name}))
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _write(self, parameter: Any) -> None:
+        """What is locked may be given the value it has: so `ros2 param dump` can be loaded again."""
+        feature = self._feature(parameter.name)
+        if not (feature.access.readable or feature.access.writable):
+            raise FeatureAccessError(f"{feature.name} {feature.access_problem()}", feature.name)
+        value = accepted(feature, parameter.value)
+        if feature.access.writable or value != feature.value:
+            self._grabber.write_feature(feature.name, value)
 
     def _set_own(self, parameter: Any) -> Any:
         from rcl_interfaces.msg import SetParametersResult
@@ -192,28 +193,11 @@ class FeatureParameters:
         for name, parameter in getattr(self._node, "_parameter_overrides", {}).items():
             if self._node.has_parameter(name) or name.startswith(_QOS_OVERRIDES):
                 continue  # rclpy has seen to it
+            if parameter.value == _NULL and self._value_now(name) is None:
+                continue
             result = self._set_one(parameter.to_parameter_msg())
             if not result.successful:
                 log.warning("parameter file: %s", result.reason)
-
-    # -- from the camera to ROS ----------------------------------------------------------------------
-    def _follow(self) -> None:
-        from rcl_interfaces.msg import Parameter, ParameterEvent
-
-        while (names := self._changed.get()) is not None:
-            event = ParameterEvent(node=self._node.get_fully_qualified_name())
-            for name in sorted(names):
-                try:
-                    feature = self._grabber.feature(name)
-                except GrabberError as error:
-                    log.debug("parameter %s: %s", name, error)
-                    continue
-                if feature.kind not in TYPES:
-                    continue
-                event.changed_parameters.append(Parameter(name=name, value=_value(feature)))
-            if event.changed_parameters:
-                event.stamp = self._node.get_clock().now().to_msg()
-                self._events.publish(event)
 
 
 def _value(feature: Feature) -> Any:

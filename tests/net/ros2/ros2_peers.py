@@ -4,15 +4,9 @@ import queue
 import time
 
 from grabbergui.net.ros2.runtime import Ros2Node, quality_of_service
+from patience import PATIENCE, until
 
-
-def until(condition, seconds=10.0):
-    """Wait until a condition holds, and give what it was."""
-    deadline = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < deadline, "it never came to hold"
-        time.sleep(0.005)
-    return found
+__all__ = ["Probe", "patiently", "until"]
 
 
 def patiently(send):
@@ -20,7 +14,7 @@ def patiently(send):
 
     A service that took a request before it has met the reader of its answers drops these: ask again.
     """
-    for _ in range(5):
+    for _ in range(20):
         future = send()
         deadline = time.monotonic() + 3
         while not future.done() and time.monotonic() < deadline:
@@ -53,5 +47,48 @@ class Probe:
         if service not in self._clients:
             self._clients[service] = self.node.create_client(kind, service)
         client = self._clients[service]
-        assert client.wait_for_service(10), f"no service {service}"
+        assert client.wait_for_service(PATIENCE), f"no service {service}"
         return patiently(lambda: client.call_async(kind.Request(**request)))
+
+
+class ParameterProbe(Probe):
+    """Another's node with rclpy's client of one node's parameters."""
+
+    def __init__(self, node):
+        from rclpy.parameter_client import AsyncParameterClient
+
+        super().__init__("parameter_probe")
+        self._client = AsyncParameterClient(self.node, node)
+        assert self._client.wait_for_services(PATIENCE)
+
+    def names(self, *arguments):
+        return patiently(lambda: self._client.list_parameters(*arguments)).result.names
+
+    def values(self, *names):
+        return patiently(lambda: self._client.get_parameters(list(names))).values
+
+    def types(self, *names):
+        return list(patiently(lambda: self._client.get_parameter_types(list(names))).types)
+
+    def describe(self, *names):
+        return patiently(lambda: self._client.describe_parameters(list(names))).descriptors
+
+    def set(self, **values):
+        parameters = _parameters(values)
+        return patiently(lambda: self._client.set_parameters(parameters)).results
+
+    def set_together(self, **values):
+        parameters = _parameters(values)
+        return patiently(lambda: self._client.set_parameters_atomically(parameters)).result
+
+    def set_message(self, message):
+        return patiently(lambda: self._client.set_parameters([message])).results[0]
+
+    def load(self, path):
+        return patiently(lambda: self._client.load_parameter_file(str(path))).results
+
+
+def _parameters(values):
+    from rclpy.parameter import Parameter
+
+    return [Parameter(name, value=value) for name, value in values.items()]
