@@ -106,7 +106,7 @@ def latencies_of(robot, camera, seconds):
     pilot.start()
     time.sleep(seconds)
     pilot.stop()
-    return pilot.latency_ms[WARM_UP:]
+    return list(pilot.latency_ms)[WARM_UP:]
 
 
 if __name__ == "__main__":

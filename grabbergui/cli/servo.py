@@ -191,7 +191,7 @@ def _typed(seconds: float, pilot: Pilot, stop: threading.Event) -> str:
 
 def _timing(pilot: Pilot) -> dict[str, float | None]:
     return {
-        "pictures": len(pilot.detection_ms),
+        "pictures": pilot.pictures,
         "detection_ms_median": statistics.median(pilot.detection_ms) if pilot.detection_ms else None,
         "photon_to_command_ms_median": statistics.median(pilot.latency_ms) if pilot.latency_ms else None,
         "commands_sent": pilot.gate.sent,

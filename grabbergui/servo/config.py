@@ -99,6 +99,10 @@ class ArmConfig:
     z_high: float = 0.95
 
 
+_NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
+"The corners of the workspace, each low one before its high one; nothing else may be negative."
+
+
 @dataclass(frozen=True)
 class SafetyConfig:
     """When everything stands still."""
@@ -141,6 +145,15 @@ class Config:
             raise UsageError(f"[head] mode is '{self.head.mode}'; there are velocity and steps")
         if self.head.start < self.head.deadband:
             raise UsageError("[head] start must not be less than deadband, or the head would never rest")
+        if self.track.confirm < 1:
+            raise UsageError("[track] confirm must be 1 or more; nothing moves for what no picture shows")
+        if not 0 < self.track.smoothing <= 1:
+            smoothing = f"{self.track.smoothing:g}"
+            raise UsageError(f"[track] smoothing is {smoothing}; it must be more than 0, at most 1")
+        for low in _NEGATIVE[::2]:
+            high = low.replace("_low", "_high")
+            if not getattr(self.arm, low) < getattr(self.arm, high):
+                raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
         if not 0.001 <= self.marker.size <= 10:
             raise UsageError(f"a marker of {self.marker.size:g} m cannot be; allowed is 0.001 to 10")
         if not 1 <= self.loop.rate <= 1000:
@@ -180,18 +193,18 @@ def _changed(part: Any, values: dict[str, str], where: str) -> Any:
             near = difflib.get_close_matches(key, known, n=1)
             hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(known)}"
             raise UsageError(f"{where} has no {key}; {hint}")
-        changes[key] = _value(text, known[key], f"{where}: {key}")
+        changes[key] = _value(text, known[key], f"{where}: {key}", may_be_negative=key in _NEGATIVE)
     return replace(part, **changes)
 
 
-def _value(text: str, default: Any, where: str) -> Any:
+def _value(text: str, default: Any, where: str, *, may_be_negative: bool) -> Any:
     if isinstance(default, str):
         return text
     try:
         number = int(text) if isinstance(default, int) else float(text)
     except ValueError:
         raise UsageError(f"{where} is '{text}', not a number") from None
-    # Only the corners of the workspace may be negative.
-    if not math.isfinite(number) or (number < 0 and where[-4:] not in ("_low", "high")):
-        raise UsageError(f"{where} is {text}; it must be finite and not negative")
+    if not math.isfinite(number) or (number < 0 and not may_be_negative):
+        limits = "finite" if may_be_negative else "finite and not negative"
+        raise UsageError(f"{where} is {text}; it must be {limits}")
     return number

@@ -7,6 +7,7 @@ in simulated time, through rendered pictures and their detection, so that a run 
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass, field
 
 import cv2
@@ -90,16 +91,11 @@ def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameG
             reg.EXPOSURE_TIME: min(EXPOSURE_US, 0.9e6 / fps),
         },
     )
-    # The device counts from its power-on, the robot from the host's start.
-    offset = math.nan
 
     def pose(device_ns: int) -> Pose:
-        nonlocal offset
-        if math.isnan(offset):
-            import time
-
-            offset = time.monotonic() - model.timestamp() * 1e-9
-        return robot.camera_at(device_ns * 1e-9 + offset + EXPOSURE_US * 0.5e-6)
+        # The device's clock is another than the robot's, and may be set: only its differences count.
+        age = (model.timestamp() - device_ns) * 1e-9
+        return robot.camera_at(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
 
     scene.mount(pose)
     info = DeviceInfo(uri="sim:scene", model="Camera on the simulated head", bus="Simulated")

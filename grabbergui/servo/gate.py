@@ -126,8 +126,9 @@ class CommandGate:
         silent = now - self._last_word
         if not self._moving or silent <= self._config.safety.command_timeout:
             return False
-        self._robot.stop()
+        # First, as stopping may take a while: of a command that comes meanwhile the robot moves again.
         self._moving = False
+        self._robot.stop()
         log.warning("no command for %.0f ms: stopped", 1e3 * silent)
         return True
 

@@ -72,7 +72,7 @@ class YuNetFinder:
 def _reduced(grey: Grey, factor: int) -> Grey:
     if factor == 1:
         return grey
-    size = grey.shape[1] // factor, grey.shape[0] // factor
+    size = grey.shape[1] // factor, max(1, grey.shape[0] // factor)
     reduced: Grey = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)  # type: ignore[assignment]
     return reduced
 

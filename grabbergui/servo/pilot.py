@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -27,6 +28,8 @@ from grabbergui.servo.state_machine import State
 log = logging.getLogger(__name__)
 
 _WATCH_S = 0.02
+TIMES_KEPT = 100_000
+"Pictures whose times are kept: about an hour's."
 
 
 class Pilot:
@@ -48,10 +51,12 @@ class Pilot:
         self.config = config or Config()
         self.loop = ServoLoop(self.config, robot)
         self.gate = CommandGate(robot, self.config)
-        self.detection_ms: list[float] = []
-        "Time that each picture's detection took."
-        self.latency_ms: list[float] = []
-        "From the middle of a picture's exposure to the command that followed from it."
+        self.pictures = 0
+        "How many were looked at."
+        self.detection_ms: deque[float] = deque(maxlen=TIMES_KEPT)
+        "Time that each picture's detection took, of the newest ones."
+        self.latency_ms: deque[float] = deque(maxlen=TIMES_KEPT)
+        "From the middle of a picture's exposure to the command that followed from it, of the newest ones."
         self._grabber, self._robot = grabber, robot
         self._make_detector = detector
         self._detector: Detector | None = None
@@ -133,6 +138,10 @@ class Pilot:
         except GrabberError as error:
             log.error("servo loop: %s", error)
             self.failed.emit(str(error))
+        except Exception as error:
+            log.exception("servo loop")
+            # What a listener to `turned` raises comes wrapped.
+            self.failed.emit(f"internal error, see the log: {error.__cause__ or error}")
         finally:
             self.gate.halt("the loop ended")
             queue.close()
@@ -149,6 +158,7 @@ class Pilot:
             self._detector = self._make_detector(frame)
         grey = frame.mono()
         self.loop.see(self._detector.detect(np.asarray(grey), captured, frame.frame_id))
+        self.pictures += 1
         self.detection_ms.append(1e3 * (time.monotonic() - began))
         return captured
 

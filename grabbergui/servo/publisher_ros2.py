@@ -38,7 +38,7 @@ class Ros2Publisher:
     def __init__(self, pilot: Pilot, name: str = "/grabbergui/servo", frame_id: str = "camera") -> None:
         """`frame_id` is the camera's. Raises UsageError for a bad name."""
         namespace, _, node_name = ("/" + name.strip("/")).rpartition("/")
-        if not all(part.isidentifier() for part in name.strip("/").split("/")):
+        if not name.isascii() or not all(part.isidentifier() for part in name.strip("/").split("/")):
             raise UsageError(f"{name}: names on ROS 2 are of letters, digits and _, as in /robot/servo")
         self._pilot = pilot
         self._frame_id = frame_id

@@ -121,7 +121,7 @@ class StateMachine:
         if state is State.LOST:
             if situation.target:
                 self._enter(now, State.CENTRING, "a target is seen")
-            elif now - (self._since or now) >= self._search_after:
+            elif self._since is not None and now - self._since >= self._search_after:
                 self._enter(now, State.SEARCHING, "nothing to be seen")
             else:
                 self.reason = situation.problem or self.reason

@@ -21,6 +21,8 @@ from grabbergui.servo.tracking import JointHistory
 
 STEP = 0.01
 "Seconds of one step of integration."
+SETTLED = 1.0
+"Seconds that nobody asked for it after which a robot at rest is not integrated through them."
 RESPONSE = 0.03
 "Seconds that drives take to follow a command to 63 %."
 STEP_SPEED = math.radians(25)
@@ -124,7 +126,7 @@ class SimRobot(Robot):
         """Of the fastest joint, rad/s."""
         with self._lock:
             self._advance()
-            return float(max(np.abs(self._head.velocity).max(), np.abs(self._arm.velocity).max()))
+            return max(self._head.fastest, self._arm.fastest)
 
     def _aim(self, target: Vector, fastest: Vector) -> None:
         self._head_target = self.body.head.clamped(target)
@@ -134,10 +136,17 @@ class SimRobot(Robot):
         with self._lock:
             now = self._clock()
             while self._time < now - 1e-9:
+                if now - self._time > SETTLED and self._rests():
+                    self._time = now - STEP  # nothing happened meanwhile, however long nobody asked
                 seconds = min(STEP, now - self._time)
                 self._integrate(seconds)
                 self._time += seconds
                 self._history.add(self._time, self._head.angles)
+
+    def _rests(self) -> bool:
+        commanded = self._time < max(self._head_until, self._arm_until)
+        off = 0.0 if self._head_target is None else float(np.abs(self._head_target - self._head.angles).max())
+        return not commanded and max(off, self._head.fastest, self._arm.fastest) < 1e-9
 
     def _integrate(self, seconds: float) -> None:
         head = self._head_velocity if self._time < self._head_until else np.zeros(2)
@@ -171,6 +180,11 @@ class _Drive:
         too_fast = np.abs(self.angles - before) > chain.fastest * seconds + 1e-9
         beyond = (self.angles < chain.low - 1e-9) | (self.angles > chain.high + 1e-9)
         return bool((too_fast | beyond).any())
+
+    @property
+    def fastest(self) -> float:
+        """Speed of the fastest joint, rad/s."""
+        return float(np.abs(self.velocity).max())
 
     def halt(self) -> None:
         """Brakes on."""

@@ -68,15 +68,13 @@ class TeoPorts:
             port.close()
 
     def _stream(self) -> None:
-        while self._running.wait():
+        while self._running.is_set():
             state = self._robot.state()
             self._head_state.write_bottle(messages.encoders(state.head))
             self._arm_state.write_bottle(self._status())
             if state.arm is not None:
                 self._arm_encoders.write_bottle(messages.encoders(state.arm))
             time.sleep(PERIOD)
-            if not self._running.is_set():
-                return
 
     def _status(self) -> Bottle:
         state = messages.VELOCITY_CONTROLLING if self._moving else messages.NOT_CONTROLLING

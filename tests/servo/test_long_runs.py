@@ -1,0 +1,198 @@
+"""What goes wrong only when somebody waits long, or just at the wrong moment."""
+
+import threading
+import time
+import types
+
+import numpy as np
+import pytest
+from robots_for_tests import RecordingRobot
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.driver.sim.device import SimulatedDevice
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.servo import heads, pilot
+from grabbergui.servo.config import Config
+from grabbergui.servo.detection import Detector
+from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.robots import teo, teo_ports
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.state_machine import Situation, State, StateMachine
+from patience import PATIENCE, until
+
+MOVE = Command(head=np.array([0.1, 0.0]))
+
+
+def test_the_watchdog_knows_of_a_command_that_came_while_it_stopped_the_robot():
+    class Slow(RecordingRobot):
+        def stop(self):
+            super().stop()
+            if self.stops == 1:
+                gate.send(MOVE, 2.0)
+
+    robot = Slow()
+    gate = CommandGate(robot, Config())
+    gate.send(MOVE, 1.0)
+    assert gate.expire(1.5)
+    assert robot.moving, "the late command came behind the stop"
+    assert gate.expire(2.5)
+    assert not robot.moving
+
+
+def test_a_search_begins_though_time_began_at_zero():
+    machine = StateMachine(grace=0.3, search_after=2.0)
+    states = [machine.step(second / 10, Situation()) for second in range(30)]
+    assert states[-1] is State.SEARCHING
+
+
+def test_an_hour_at_rest_is_passed_at_once_and_nothing_is_moved_by_it(monkeypatch):
+    now = [0.0]
+    robot = SimRobot(teo.BODY, lambda: now[0])
+    robot.step_head(np.array([0.2, -0.1]))
+    robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+    now[0] = 5.0
+    before = robot.state()
+    steps = []
+    integrate = robot._integrate
+    monkeypatch.setattr(robot, "_integrate", lambda seconds: (steps.append(seconds), integrate(seconds)))
+    now[0] = 5.0 + 10 * 3600
+    after = robot.state()
+    assert after.time == pytest.approx(now[0])
+    assert np.allclose(after.head, before.head, atol=1e-6)
+    assert np.allclose(after.arm, before.arm, atol=1e-6)
+    assert len(steps) < 300
+    assert np.allclose(robot.camera_at(1800.0), robot.camera_at(now[0]), atol=1e-6)
+
+
+def test_a_motion_goes_on_as_long_as_it_was_told_to_however_late_it_is_asked_for():
+    now = [0.0]
+    asked, unasked = SimRobot(teo.BODY, lambda: now[0]), SimRobot(teo.BODY, lambda: now[0])
+    for robot in (asked, unasked):
+        robot.move_head(np.array([0.3, 0.1]))
+    for _ in range(600):
+        now[0] += 0.01
+        asked.state()
+    assert np.allclose(unasked.state().head, asked.state().head, atol=1e-9)
+    assert asked.state().head[0] > 0.01
+
+
+def test_what_is_kept_of_a_run_has_an_end():
+    one = Pilot(types.SimpleNamespace(), RecordingRobot(), lambda frame: None)
+    for times in (one.detection_ms, one.latency_ms):
+        times.extend(float(number) for number in range(pilot.TIMES_KEPT + 5))
+        assert (len(times), times[-1]) == (pilot.TIMES_KEPT, pilot.TIMES_KEPT + 4)
+
+
+@pytest.fixture
+def camera():
+    from grabbergui.driver.camera import Camera
+
+    camera = Camera(SimulatedDevice(DeviceInfo("sim:"), CameraModel()))
+    camera.open()
+    yield camera
+    camera.close()
+
+
+def test_an_unforeseen_error_in_detection_is_told_and_the_robot_rests(camera):
+    class Broken:
+        def detect(self, grey):
+            raise ZeroDivisionError("corners")
+
+    robot, reasons = RecordingRobot(), []
+    one = Pilot(camera, robot, lambda frame: Detector(Broken()))
+    one.failed.connect(reasons.append)
+    one.start()
+    until(lambda: reasons)
+    until(lambda: not one.running)
+    one.stop()
+    assert reasons == ["internal error, see the log: corners"]
+    assert robot.stops
+
+
+def test_a_listener_that_fails_ends_the_run_with_its_reason(camera):
+    def listener(turn, frame):
+        raise UsageError("the calibration is of another crop")
+
+    reasons = []
+    nothing = types.SimpleNamespace(detect=lambda grey: [])
+    one = Pilot(camera, RecordingRobot(), lambda frame: Detector(nothing))
+    one.failed.connect(reasons.append)
+    one.turned.connect(listener)
+    one.start()
+    until(lambda: reasons)
+    one.stop()
+    assert "the calibration is of another crop" in reasons[0]
+
+
+@pytest.mark.parametrize("shape", [(8, 4096), (1, 640), (700, 3)])
+def test_heads_are_looked_for_in_pictures_of_any_shape(shape):
+    height, width = shape
+    finder = heads.CascadeFinder(Calibration.from_field_of_view(width, height))
+    assert finder.detect(np.zeros(shape, np.uint8)) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("[track]\nconfirm = 0", "confirm must be 1 or more"),
+        ("[track]\nsmoothing = 0", "more than 0, at most 1"),
+        ("[track]\nsmoothing = 2.5", "more than 0, at most 1"),
+        ("[arm]\nx_low = 0.9", "x_low must be less than x_high"),
+        ("[arm]\nz_high = -inf", "must be finite"),
+        ("[head]\ngain = -1", "finite and not negative"),
+    ],
+)
+def test_settings_that_would_move_a_robot_wrongly_are_refused(text, complaint):
+    with pytest.raises(UsageError, match=complaint):
+        Config.parse(text)
+
+
+def test_corners_of_the_workspace_may_be_negative():
+    assert Config.parse("[arm]\nx_low = -0.5\nx_high = -0.1").arm.x_high == -0.1
+
+
+def test_a_simulated_teo_closes_whenever_its_stream_looks_whether_to_go_on(monkeypatch):
+    """Between looking and waiting there was a moment in which an end was overlooked."""
+    ports = teo_ports.TeoPorts.__new__(teo_ports.TeoPorts)
+    robot = SimRobot(teo.BODY)
+    quiet = types.SimpleNamespace(write_bottle=lambda bottle: None)
+    ports._robot, ports._moving = robot, False
+    ports._head_state = ports._arm_state = ports._arm_encoders = quiet
+    ports._ports = ()
+
+    class ClosedBehindTheLook(threading.Event):
+        looks = 0
+
+        def is_set(self):
+            seen = super().is_set()
+            self.looks += 1
+            if self.looks == 3:
+                self.clear()
+            return seen
+
+    ports._running = ClosedBehindTheLook()
+    ports._running.set()
+    ports._thread = threading.Thread(target=ports._stream, daemon=True)
+    ports._thread.start()
+    ports._thread.join(PATIENCE)
+    assert not ports._thread.is_alive()
+
+
+def test_a_camera_on_the_head_is_where_the_head_is_though_its_clock_is_set():
+    from grabbergui.driver.sim.rendered.scene import Things
+    from grabbergui.servo import desk
+
+    robot = SimRobot(teo.BODY)
+    camera = desk.mounted_camera(robot, Things())
+    model = camera.device.model
+    seen = []
+    robot.camera_at = seen.append
+    pose = model.sensor.scene._camera
+    for _ in range(2):
+        pose(model.timestamp())
+        now = time.monotonic()
+        assert seen[-1] == pytest.approx(now, abs=5.0)
+        model._device_clock._epoch -= 3600 * 10**9
