@@ -9,9 +9,9 @@ import time
 import numpy as np
 
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.inputs import Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
+from grabbergui.net.yarp.os.request import Request
 from grabbergui.net.yarp.os.values import word
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot

@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 import socket
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 from grabbergui.core.errors import (
@@ -23,8 +23,8 @@ from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Message
 from grabbergui.net.yarp.os.datagrams import Joiner
 from grabbergui.net.yarp.os.receiver import Receiver
+from grabbergui.net.yarp.os.request import ConnectionInfo, Reply, Request, encode_reply, reply_text
 from grabbergui.net.yarp.os.text_lines import LineReader
-from grabbergui.net.yarp.os.values import Dialect
 
 log = logging.getLogger(__name__)
 
@@ -33,62 +33,6 @@ STALL_SECONDS = 10.0
 
 DATAGRAM_POLL = 0.5
 NAME_SERVER_GREETING = b"NAME_SER"
-Reply = Bottle | Buffer | Sequence[Buffer] | str | None
-"""A Bottle, its binary form, or text that goes as it is; None says nothing."""
-
-
-@dataclass(frozen=True)
-class ConnectionInfo:
-    """Who is at the other end."""
-
-    peer: str
-    "The name it gave: a port's, or free text such as `admin` and `anon_rpc`."
-    carrier: str
-    address: tuple[str, int]
-
-    @property
-    def title(self) -> str:
-        """For messages: the name, or the address where none is known."""
-        return self.peer or self.place
-
-    @property
-    def place(self) -> str:
-        """`HOST:PORT`."""
-        return f"{self.address[0]}:{self.address[1]}"
-
-
-@dataclass(frozen=True)
-class Request:
-    """A message for a port's owner."""
-
-    message: Message
-    info: ConnectionInfo
-
-    @property
-    def wants_reply(self) -> bool:
-        """Whether the peer waits for an answer."""
-        return self.message.letter == "d"
-
-    @property
-    def data(self) -> memoryview:
-        """The binary form, as received or made from text. Raises RemoteProtocolError."""
-        return memoryview(self.bottle().encode()) if self.message.text else self.message.body
-
-    @property
-    def dialect(self) -> Dialect:
-        """In which a Bottle for the peer is written: 3.x unless its message shows 4.0. Never raises."""
-        try:
-            return self.bottle().dialect or Dialect.YARP3
-        except RemoteProtocolError:
-            return Dialect.YARP3
-
-    def bottle(self) -> Bottle:
-        """The message as a Bottle. Raises RemoteProtocolError."""
-        return (
-            Bottle.from_text(self.message.text)
-            if not len(self.message.body)
-            else Bottle.decode(self.message.body)
-        )
 
 
 class Host(Protocol):
@@ -248,9 +192,9 @@ class Input:
         reply: list[Buffer] = []
         match message.letter:
             case "d" | "D":
-                reply = _binary(self._ask(message))
+                reply = encode_reply(self._ask(message))
             case "a":
-                reply = _binary(self._host.administer(Bottle.decode(message.body)))
+                reply = encode_reply(self._host.administer(Bottle.decode(message.body)))
             case "r":
                 return self._reverse(carrier)
             case "q":
@@ -328,7 +272,7 @@ class Input:
             if command[0] == "a":
                 return [self._host.administer(Bottle.from_text(body)).to_text()]
             reply = self._ask(Message(command if command != "do" else "d", text=body))
-            return [] if reply is None else [_text(reply)]
+            return [] if reply is None else [reply_text(reply)]
         return self._host.line(command)
 
     def _bottle_text(self, reader: LineReader) -> str:
@@ -375,23 +319,3 @@ class Input:
             pass
         finally:
             end()
-
-
-def _binary(reply: Reply) -> list[Buffer]:
-    if reply is None:
-        return []
-    if isinstance(reply, Bottle):
-        return reply.encode_parts()
-    if isinstance(reply, str):
-        return [reply.encode("utf-8", "surrogateescape")]
-    if isinstance(reply, (bytes, bytearray, memoryview)):
-        return [reply]
-    return list(reply)
-
-
-def _text(reply: Reply) -> str:
-    if isinstance(reply, Bottle):
-        return reply.to_text()
-    if isinstance(reply, str):
-        return reply.removesuffix("\r\n")
-    return Bottle.decode(b"".join(_binary(reply))).to_text()

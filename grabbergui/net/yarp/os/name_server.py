@@ -12,10 +12,11 @@ import threading
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import admin, sockets
 from grabbergui.net.yarp.os.configuration import DEFAULT_NAMESPACE, authentication_key
-from grabbergui.net.yarp.os.inputs import Input, Reply, Request
+from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.name_database import NameDatabase
 from grabbergui.net.yarp.os.names import DEFAULT_PORT, PREFIX, Contact
 from grabbergui.net.yarp.os.port import Port
+from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import word
 
 log = logging.getLogger(__name__)

@@ -28,11 +28,12 @@ from grabbergui.net.yarp.os import admin, sockets
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
-from grabbergui.net.yarp.os.inputs import Input, Reply, Request
+from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 from grabbergui.net.yarp.os.outputs import Outgoing, Output, dial
 from grabbergui.net.yarp.os.registration import Registration
+from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Item
 
 log = logging.getLogger(__name__)

@@ -14,10 +14,10 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtoc
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import mjpeg, sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.inputs import Reply, Request
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.port import Port
+from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Vocab
 
 log = logging.getLogger(__name__)

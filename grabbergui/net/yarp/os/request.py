@@ -1,0 +1,90 @@
+"""What a port's owner is asked, by whom, and what it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.net.yarp.os.bottle import Bottle, Buffer
+from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.values import Dialect
+
+Reply = Bottle | Buffer | Sequence[Buffer] | str | None
+"""A Bottle, its binary form, or text that goes as it is; None says nothing."""
+
+
+@dataclass(frozen=True)
+class ConnectionInfo:
+    """Who is at the other end."""
+
+    peer: str
+    "The name it gave: a port's, or free text such as `admin` and `anon_rpc`."
+    carrier: str
+    address: tuple[str, int]
+
+    @property
+    def title(self) -> str:
+        """For messages: the name, or the address where none is known."""
+        return self.peer or self.place
+
+    @property
+    def place(self) -> str:
+        """`HOST:PORT`."""
+        return f"{self.address[0]}:{self.address[1]}"
+
+
+@dataclass(frozen=True)
+class Request:
+    """A message for a port's owner."""
+
+    message: Message
+    info: ConnectionInfo
+
+    @property
+    def wants_reply(self) -> bool:
+        """Whether the peer waits for an answer."""
+        return self.message.letter == "d"
+
+    @property
+    def data(self) -> memoryview:
+        """The binary form, as received or made from text. Raises RemoteProtocolError."""
+        return memoryview(self.bottle().encode()) if self.message.text else self.message.body
+
+    @property
+    def dialect(self) -> Dialect:
+        """In which a Bottle for the peer is written: 3.x unless its message shows 4.0. Never raises."""
+        try:
+            return self.bottle().dialect or Dialect.YARP3
+        except RemoteProtocolError:
+            return Dialect.YARP3
+
+    def bottle(self) -> Bottle:
+        """The message as a Bottle. Raises RemoteProtocolError."""
+        return (
+            Bottle.from_text(self.message.text)
+            if not len(self.message.body)
+            else Bottle.decode(self.message.body)
+        )
+
+
+def encode_reply(reply: Reply) -> list[Buffer]:
+    """Its binary form in pieces."""
+    if reply is None:
+        return []
+    if isinstance(reply, Bottle):
+        return reply.encode_parts()
+    if isinstance(reply, str):
+        return [reply.encode("utf-8", "surrogateescape")]
+    if isinstance(reply, (bytes, bytearray, memoryview)):
+        return [reply]
+    return list(reply)
+
+
+def reply_text(reply: Reply) -> str:
+    """Its text, for the carriers that speak in lines."""
+    if isinstance(reply, Bottle):
+        return reply.to_text()
+    if isinstance(reply, str):
+        return reply.removesuffix("\r\n")
+    return Bottle.decode(b"".join(encode_reply(reply))).to_text()
