@@ -7,7 +7,6 @@ import time
 
 import numpy as np
 import pytest
-from u3v_bench import wait_for
 
 from grabbergui.core import buffers
 from grabbergui.core.errors import (
@@ -32,7 +31,7 @@ from grabbergui.driver.u3v import source
 from grabbergui.driver.u3v.bootstrap import Abrm
 from grabbergui.driver.u3v.device import U3vDevice
 from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
-from patience import PATIENCE
+from patience import PATIENCE, attempts, until
 
 
 def grab(camera: Camera, count: int) -> list[Frame]:
@@ -76,10 +75,10 @@ def test_a_consumer_that_keeps_every_buffer_costs_frames_not_the_stream(plug_in,
     camera.open()
     queue = camera.open_queue(64)
     camera.start()
-    wait_for(lambda: camera.statistics().underruns > 5)
+    until(lambda: camera.statistics().underruns > 5)
     queue.clear()
     frames = camera.statistics().frames
-    wait_for(lambda: camera.statistics().frames > frames + 5)
+    until(lambda: camera.statistics().frames > frames + 5)
     camera.close()
 
 
@@ -200,7 +199,7 @@ def test_events_reach_the_node_map_packet_by_packet(plug_in) -> None:
     device.open(Access.CONTROL)
     device.write(reg.EVENT_NOTIFICATION[reg.Event.TEST].address, (1).to_bytes(4, "big"))
     device.write(reg.TEST_EVENT_GENERATE.address, (1).to_bytes(4, "big"))
-    wait_for(lambda: bool(seen))
+    until(lambda: bool(seen))
     event_id, packet = seen[0]
     assert event_id == reg.EVENT_ID_BASE + reg.Event.TEST
     assert packet[:4] == b"U3VE"
@@ -253,7 +252,7 @@ def test_events_are_features_and_a_signal(plug_in) -> None:
     camera.write_feature("EventSelector", "ExposureEnd")
     camera.write_feature("EventNotification", "On")
     frames = grab(camera, 2)
-    wait_for(lambda: len(told) >= 2)
+    until(lambda: len(told) >= 2)
     assert told[0].name == "ExposureEnd"
     assert told[0].values["EventExposureEndFrameID"] == 1 == frames[0].frame_id + 1
     assert camera.feature("EventExposureEndFrameID").value in {
@@ -292,9 +291,9 @@ def test_a_second_host_is_told_that_the_camera_is_in_use(plug_in) -> None:
 
 
 def test_looking_for_cameras_is_quick_and_silent_without_any() -> None:
-    begun = time.monotonic()
-    found = source.discover(1.0)
-    assert time.monotonic() - begun < 2.0
+    for watch in attempts(2.0):
+        with watch:
+            found = source.discover(1.0)
     assert all(info.bus == "USB3 Vision" for info in found)
 
 
@@ -366,7 +365,7 @@ def test_short_frames_are_counted_or_delivered_as_such(plug_in) -> None:
     frames: list[Frame] = []
     device.open_stream(StreamRequest(64 * 48, deliver_incomplete=True), frames.append)
     device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
-    wait_for(lambda: len(frames) >= 12)
+    until(lambda: len(frames) >= 12)
     device.close_stream()
     short = [frame for frame in frames if not frame.complete]
     assert short
@@ -390,7 +389,7 @@ def test_unplugging_while_streaming_is_told_once_and_the_camera_comes_back(plug_
     camera.connection_changed.connect(lambda state, reason: states.append(state))
     camera.open()
     camera.start()
-    wait_for(lambda: ConnectionState.LOST in states)
+    until(lambda: ConnectionState.LOST in states)
     camera.close()
     assert states.count(ConnectionState.LOST) == 1
     simulated.faults.unplug_after_frames = 0
@@ -407,7 +406,7 @@ def test_unplugging_an_idle_camera_is_noticed(plug_in) -> None:
     device.on_lost = reasons.append
     device.open(Access.CONTROL)
     simulated.unplug()
-    wait_for(lambda: bool(reasons))
+    until(lambda: bool(reasons))
     with pytest.raises(DeviceLostError, match="unplugged"):
         device.read(0, 4)
     device.close()

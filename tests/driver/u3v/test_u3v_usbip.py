@@ -10,7 +10,6 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from u3v_bench import wait_for
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, EVENT_IN
@@ -19,7 +18,7 @@ from grabbergui.driver.sim.u3v.serve import serve
 from grabbergui.driver.sim.u3v.usbip import UsbIpServer, _free_port
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.gencp import CommandId, Packet
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 SUBMIT, UNLINK, SUBMIT_REPLY, UNLINK_REPLY = 1, 2, 3, 4
 CONNECTION_RESET = 0xFFFFFFFF - 103
@@ -167,7 +166,7 @@ def test_serving_on_tcp_ends_when_it_is_asked_to() -> None:
         target=lambda: serve("tcp", host="127.0.0.24", port=0, stop=stop, ready=told.append)
     )
     thread.start()
-    wait_for(lambda: bool(told))
+    until(lambda: bool(told))
     assert "attach -r 127.0.0.24 -b 1-1" in told[0]
     stop.set()
     thread.join(5.0)

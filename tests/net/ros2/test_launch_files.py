@@ -14,6 +14,7 @@ pytestmark = pytest.mark.ros2
 from ros2_peers import until  # noqa: E402
 
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+from patience import PROGRAM  # noqa: E402
 
 LAUNCH = """
 import sys
@@ -61,8 +62,8 @@ def test_the_launch_file_starts_the_server(probe, tmp_path):
         start_new_session=True,
     )
     try:
-        until(lambda: probe.node.get_publishers_info_by_topic("/launched/image_raw"), 30)
+        until(lambda: probe.node.get_publishers_info_by_topic("/launched/image_raw"))
     finally:
         launched.send_signal(signal.SIGINT)
-        said, _ = launched.communicate(timeout=20)
+        said, _ = launched.communicate(timeout=PROGRAM)
     assert "finished cleanly" in said
