@@ -2,6 +2,7 @@ import socket
 import threading
 import time
 from contextlib import closing
+from http.client import HTTPConnection
 
 import numpy as np
 import pytest
@@ -195,6 +196,26 @@ def test_reading_in_reverse_without_a_name():
         assert Bottle(["hello"]).encode() in sock.recv(4096)
 
 
+def browse(address, path="/"):
+    connection = HTTPConnection(*address, timeout=10)
+    with closing(connection):
+        connection.request("GET", path)
+        response = connection.getresponse()
+        return response.status, response.read().decode()
+
+
+def test_a_browser_finds_its_way_from_the_name_server_to_the_pictures(names):
+    with OutputPort("/out", names) as output, RpcServer("/rpc<b>", echo, names) as server:
+        status, page = browse(names.server.address)
+        assert status == 200 and f'/out at <a href="http://127.0.0.1:{output.port_number}/">' in page
+        status, page = browse(output.contact.address)
+        assert status == 200 and f"This is /out at <a href=\"http://127.0.0.1:{output.port_number}/" in page
+        assert '<img src="/?action=stream" alt="/out">' in page
+        _, page = browse(server.contact.address)
+        assert "/rpc&lt;b&gt;" in page and "<b>" not in page and "<img" not in page
+        assert browse(output.contact.address, "/favicon.ico") == (404, "")
+
+
 GARBAGE = [
     b"\xff" * 64,
     b"YA\xe4\x1e\x00\x00RP\xff\xff\xff\x7f",
@@ -207,6 +228,9 @@ GARBAGE = [
     b"CONNECT x\r\nd\r\n((((((\r\n",
     b"CONNACK " + b"y" * 2_000_000,
     b"GET /?action=stream",
+    b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 1000,
+    b"GET /" + b"x" * 100_000,
+    b"GET / HTTP/1.1\r\n",
     b"UNIX_STR",
     wire.encode_number(7777 + 14),
 ]

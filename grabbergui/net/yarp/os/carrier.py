@@ -64,6 +64,9 @@ MJPEG = Carrier("mjpeg", pull=True)
 CARRIERS: Final = {carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, TEXT, TEXT_ACK, MJPEG)}
 """Those we speak."""
 
+HTTP = Carrier("http", text=True)
+"""A browser's look at the port: no carrier of messages, so not among those offered."""
+
 _FOREIGN: Final = {1: "mcast", 14: "shmem"}
 
 
@@ -81,9 +84,10 @@ def identify(greeting: Buffer) -> Carrier:
     texts = {b"CONNECT ": TEXT, b"CONNACK ": TEXT_ACK, b"GET /?ac": MJPEG}
     if first in texts:
         return texts[first]
-    if first[:4] == b"GET " or first == b"UNIX_STR":
-        name = "http" if first[:3] == b"GET" else "unix_stream"
-        raise RemoteProtocolError(f"carrier {name} is not supported, use one of {', '.join(CARRIERS)}")
+    if first.startswith(b"GET /"):
+        return HTTP
+    if first == b"UNIX_STR":
+        raise RemoteProtocolError(f"carrier unix_stream is not supported, use one of {', '.join(CARRIERS)}")
     number = decode_number(first)
     code = number - MAGIC_BASE
     for carrier in CARRIERS.values():

@@ -18,7 +18,7 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import mjpeg, sockets
+from grabbergui.net.yarp.os import mjpeg, sockets, web_page
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier, Message
 from grabbergui.net.yarp.os.datagrams import Joiner
@@ -64,6 +64,9 @@ class Host(Protocol):
 
     def line(self, command: str) -> list[str]:
         """Carry out a command of one line."""
+
+    def page(self) -> bytes:
+        """What a browser gets."""
 
     def legacy(self, connection: Input, greeting: bytes) -> None:
         """Serve a question to a name server. Raises RemoteProtocolError where the port is none."""
@@ -141,6 +144,8 @@ class Input:
         carrier = wire.identify(greeting)
         if carrier.pull:
             self._serve_pictures(greeting)
+        elif carrier is wire.HTTP:
+            self._serve_page(greeting)
         elif carrier.text:
             self._serve_lines(carrier)
         else:
@@ -302,12 +307,25 @@ class Input:
         if text:
             sockets.send(self._sock, [text.encode("utf-8", "surrogateescape")])
 
-    # -- mjpeg -----------------------------------------------------------------------------------
-    def _serve_pictures(self, request: bytes) -> None:
-        while b"\n\n" not in request.replace(b"\r", b""):
-            request += sockets.receive_exactly(self._sock, 1)
-            if len(request) > mjpeg.HEADER_LIMIT:
-                raise RemoteProtocolError("HTTP request without an end")
+    # -- http ------------------------------------------------------------------------------------
+    def _read_request(self, greeting: bytes) -> str:
+        """The first line of a request over HTTP, once the blank line has come that ends it."""
+        reader = LineReader(web_page.LINE_LIMIT)
+        reader.feed(greeting)
+        request = self._line(reader, idle=False)
+        for _ in range(web_page.REQUEST_LINES):
+            if not self._line(reader, idle=False):
+                return request or ""
+        raise RemoteProtocolError("HTTP request without an end")
+
+    def _serve_page(self, greeting: bytes) -> None:
+        request = self._read_request(greeting)
+        self._enter("browser", wire.HTTP)
+        page = self._host.page() if web_page.wanted(request) else web_page.NOT_FOUND
+        sockets.send(self._sock, [page])
+
+    def _serve_pictures(self, greeting: bytes) -> None:
+        self._read_request(greeting)
         self._enter("mjpeg reader", wire.MJPEG)
         sockets.send(self._sock, [mjpeg.RESPONSE])
         sockets.set_deadline(self._sock, None)

@@ -10,11 +10,11 @@ import logging
 import threading
 
 from grabbergui.core.errors import TransportError
-from grabbergui.net.yarp.os import admin, sockets
+from grabbergui.net.yarp.os import admin, sockets, web_page
 from grabbergui.net.yarp.os.configuration import DEFAULT_NAMESPACE, authentication_key
 from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.name_database import NameDatabase
-from grabbergui.net.yarp.os.names import DEFAULT_PORT, PREFIX, Contact
+from grabbergui.net.yarp.os.names import DEFAULT_PORT, PREFIX, Contact, contacts
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import word
@@ -66,6 +66,12 @@ class NameServer(Port):
         if command.startswith(PREFIX):
             return self.ask(command.removeprefix(PREFIX), self.contact.host).splitlines()
         return admin.answer_line(self, command)
+
+    def page(self) -> bytes:
+        """The names in the books."""
+        known = contacts(self.ask("list", self.contact.host).splitlines())
+        lines = [f"{one.name} at {one.carrier}://{one.host}:{one.port}/" for one in known]
+        return web_page.encode_page(f"Name server {self.name}", lines)
 
     def legacy(self, connection: Input, greeting: bytes) -> None:
         """Questions as YARP itself asks them, a line each."""

@@ -24,7 +24,7 @@ from grabbergui.core.errors import (
     SourceNotFoundError,
     TransportError,
 )
-from grabbergui.net.yarp.os import admin, sockets
+from grabbergui.net.yarp.os import admin, sockets, web_page
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
@@ -319,6 +319,10 @@ class Port:
     def line(self, command: str) -> list[str]:
         """Carry out a command of one line."""
         return admin.answer_line(self, command)
+
+    def page(self) -> bytes:
+        """What a browser gets: who is connected, and the pictures where it sends some."""
+        return web_page.encode_page(self.name, self.line("*"), pictures=self.sends)
 
     def legacy(self, connection: Input, greeting: bytes) -> None:
         """Questions to a name server, which this is not."""

@@ -1,0 +1,45 @@
+"""What a port shows a browser: YARP's `yarp detect` sends people there. HTTP/1.0, no I/O here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from html import escape
+from typing import Final
+
+REQUEST_LINES: Final = 100
+LINE_LIMIT: Final = 8192
+"""Of a browser's request."""
+
+NOT_FOUND: Final = b"HTTP/1.0 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
+
+PICTURES: Final = "/?action=stream"
+"""Where a port's pictures are fetched over mjpeg."""
+
+_PLACE: Final = re.compile(r"tcp://([\w.\-\[\]:]+:\d+)/", re.ASCII)
+_STYLE: Final = "body{font:1em sans-serif;margin:2em}img{max-width:100%}"
+
+
+def wanted(request_line: str) -> bool:
+    """Whether it is the page that a browser asks for, not an icon for its tab."""
+    return request_line.split(" ")[1:2] == ["/"]
+
+
+def encode_page(title: str, lines: Iterable[str], *, pictures: bool = False) -> bytes:
+    """The answer with a page of lines of text; ports' places become links, `pictures` are shown live."""
+    shown = "".join(f"<li>{_linked(escape(line))}</li>" for line in lines)
+    picture = f'<img src="{PICTURES}" alt="{escape(title)}">' if pictures else ""
+    body = (
+        f'<!DOCTYPE html><html><head><meta charset="utf-8"><title>{escape(title)}</title>'
+        f"<style>{_STYLE}</style></head>"
+        f"<body><h1>{escape(title)}</h1>{picture}<ul>{shown}</ul></body></html>"
+    ).encode("utf-8", "replace")
+    head = (
+        "HTTP/1.0 200 OK\r\nContent-Type: text/html; charset=utf-8\r\n"
+        f"Content-Length: {len(body)}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n"
+    )
+    return head.encode() + body
+
+
+def _linked(text: str) -> str:
+    return _PLACE.sub(r'<a href="http://\1/">\g<0></a>', text)
