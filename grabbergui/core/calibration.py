@@ -121,14 +121,14 @@ class Calibration:
     def from_yaml(cls, text: str, where: str = "calibration") -> Calibration:
         """Read a camera_info file's text. Raises UsageError naming `where` and what is wrong."""
         values = camera_info_yaml.read(text, where)
-        model = values.get("distortion_model", "plumb_bob")
+        model = str(values.get("distortion_model", "plumb_bob"))
         if model not in DISTORTION_LENGTH:
             raise UsageError(
                 f"{where}: distortion model '{model}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
             )
         coefficients = _numbers(values, "distortion_coefficients", where).reshape(-1)
         # Older files leave out zeros at the end.
-        padding = DISTORTION_LENGTH[str(model)] - coefficients.size
+        padding = DISTORTION_LENGTH[model] - coefficients.size
         if padding < 0:
             raise UsageError(f"{where}: {coefficients.size} coefficients are too many for {model}")
         matrix = _numbers(values, "camera_matrix", where)

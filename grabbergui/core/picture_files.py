@@ -2,7 +2,8 @@
 
 What arrives may announce any size in a few bytes, and a decoder takes the memory for it before it looks at
 the first pixel. So the headers that are easily read (JPEG: ITU T.81, B.2.2; PNG: ISO 15948, 11.2.2; BMP) are
-read first. Of other kinds OpenCV's own limit of 2^30 pixels holds.
+read first. Of other kinds OpenCV's own limit of 2^30 pixels holds. Its PNG decoder takes up to 4 GiB for a
+chunk by its announced length alone, so these are held against the file's, too.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ def decode(file: NDArray[np.uint8]) -> NDArray[Any]:
         raise RemoteProtocolError(
             f"a picture that announces {size[0]}×{size[1]} pixels; at most {MOST_PIXELS} are decoded"
         )
+    if not _png_is_whole(file.data):
+        raise RemoteProtocolError(f"{file.size} bytes of a PNG picture that was cut short")
     try:
         picture = cv2.imdecode(file, cv2.IMREAD_UNCHANGED) if file.size else None
     except cv2.error:
@@ -58,6 +61,18 @@ def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
         width, height = struct.unpack_from("<ii", file, 18)
         return abs(width), abs(height)  # negative: the first line on top
     return None
+
+
+def _png_is_whole(file: memoryview) -> bool:
+    """Whether every chunk up to the last lies within the file; true of what is no PNG."""
+    if file[:8] != _PNG:
+        return True
+    at = len(_PNG)
+    while at + 8 <= len(file):
+        if file[at + 4 : at + 8] == b"IEND":
+            return True
+        at += 12 + int(struct.unpack_from(">I", file, at)[0])
+    return False
 
 
 def _jpeg_size(file: bytes | memoryview) -> tuple[int, int] | None:

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from grabbergui.core import camera_info_yaml
 from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
 
 NAMES = [
     "cam #2", "Bob's", 'the "left" one', r"C:\new", "two  blanks", "", " ", "on", "No", "12", "-", "é[1]",
@@ -49,3 +50,11 @@ def test_comments_may_stand_behind_everything():
         "list: # dashes\n- 3 # three\n"
     )
     assert camera_info_yaml.read(text, "test") == {"data": {"rows": 1, "data": [1, 2]}, "list": [3]}
+
+
+@pytest.mark.parametrize("value", ["", " [1, 2]", " 5", "\n  inner: 1"])
+def test_a_model_that_is_no_name_is_refused(value):
+    text = Calibration.from_field_of_view(64, 48).to_yaml()
+    assert "distortion_model: plumb_bob" in text
+    with pytest.raises(UsageError, match="is not known"):
+        Calibration.from_yaml(text.replace("distortion_model: plumb_bob", f"distortion_model:{value}"))

@@ -73,6 +73,16 @@ def test_what_announces_too_much_is_refused_before_memory_is_taken(file, size):
         tracemalloc.stop()
 
 
+@pytest.mark.parametrize("chunk", [b"IDAT", b"tEXt"])
+def test_a_png_whose_chunk_announces_more_than_the_file_has_is_refused_at_once(chunk):
+    file = bytearray(encoded(".png").tobytes())
+    at = file.index(b"IDAT")
+    file[at - 4 : at] = b"\xff\xff\xff\xf0"
+    file[at : at + 4] = chunk
+    with pytest.raises(RemoteProtocolError, match="cut short"):
+        picture_files.decode(np.frombuffer(bytes(file), np.uint8))
+
+
 def test_a_jpeg_is_measured_behind_filling_and_comments():
     file = encoded(".jpg").tobytes()
     more = b"\xff\xd8" + b"\xff\xff\xff\xfe" + struct.pack(">H", 2 + 300) + bytes(300) + file[2:]

@@ -1,0 +1,106 @@
+"""What is played back or loaded from files of anybody's: MCAP, ROS images, notes, pictures, calibrations."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from fuzz._input import Input, erring, refusing
+from grabbergui.core import camera_info_yaml, picture_files
+from grabbergui.core.calibration import Calibration
+from grabbergui.driver.playback import ros_image
+from grabbergui.driver.playback.mcap_file import McapRecording
+from grabbergui.driver.playback.ros_image import RosImage
+from grabbergui.driver.playback.stored import FrameNote, read_notes, rebuilt
+
+FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
+
+
+def seeds() -> list[bytes]:
+    """Small recordings of each compression, a message of each type, notes, pictures, a calibration."""
+    image = RosImage(5, "camera", 4, 6, "bayer_rggb8", 0, 8, bytes(range(32)))
+    pixels = np.arange(6 * 5 * 3, dtype=np.uint8).reshape(5, 6, 3)
+    pictures = [cv2.imencode(kind, pixels)[1].tobytes() for kind in (".png", ".jpg", ".bmp", ".tiff")]
+    note = FrameNote(file="0.png", width=6, height=4, pixel_format="BayerRG8", received_ns=10**18)
+    return [
+        *(b"\0" + _mcap(image, kind) for kind in CompressionType),
+        b"\1" + image.encode(),
+        b"\1" + ros_image.encode_time_reference(5, "camera", 7, "clock"),
+        b"\2" + note.line().encode() * 2,
+        *(b"\3" + picture for picture in pictures),
+        b"\4" + Calibration.from_field_of_view(64, 48).to_yaml().encode(),
+    ]
+
+
+def _mcap(image: RosImage, compression: CompressionType) -> bytes:
+    file = io.BytesIO()
+    writer = Writer(file, compression=compression)
+    writer.start()
+    for name, definition, message in (
+        (ros_image.IMAGE_NAME, ros_image.IMAGE_DEFINITION, image.encode()),
+        (ros_image.TIME_NAME, ros_image.TIME_DEFINITION, ros_image.encode_time_reference(5, "c", 7, "")),
+    ):
+        schema = writer.register_schema(name, "ros2msg", definition.encode()[:80])
+        topic = "/image" if name == ros_image.IMAGE_NAME else "/image/device_time"
+        channel = writer.register_channel(topic, "cdr", schema, {"pixel_format": "BayerRG8"})
+        writer.add_message(channel, 1, message, 1)
+    writer.finish()
+    return file.getvalue()
+
+
+def one_input(data: bytes) -> None:
+    """One part's turn, by the first byte."""
+    source = Input(data)
+    (_recording, _message, _notes, _picture, _calibration)[source.number(1) % 5](source)
+
+
+def _recording(source: Input) -> None:
+    FILE.write_bytes(source.rest())
+    try:
+        recording = erring(McapRecording, FILE)
+        if recording is not None:
+            for index in range(min(len(recording), 20)):
+                erring(recording.frame, index, 0)
+            recording.close()
+    finally:
+        FILE.unlink()
+
+
+def _message(source: Input) -> None:
+    data = source.rest()
+    refusing(ros_image.decode_time_reference, data)
+    image = refusing(RosImage.decode, data)
+    if image is not None:
+        ros_image.bytes_per_pixel(image.encoding)
+        if len(image.data) < image.step * image.height:
+            raise AssertionError(image)
+
+
+def _notes(source: Input) -> None:
+    FILE.write_bytes(source.rest())
+    try:
+        for note in erring(lambda: list(read_notes(FILE))) or ():
+            erring(rebuilt, np.zeros((8, 8), np.uint8), note, 0)
+    finally:
+        FILE.unlink()
+
+
+def _picture(source: Input) -> None:
+    picture = refusing(picture_files.decode, np.frombuffer(source.rest(), np.uint8))
+    if picture is not None and picture.shape[0] * picture.shape[1] > picture_files.MOST_PIXELS:
+        raise AssertionError(picture.shape)
+
+
+def _calibration(source: Input) -> None:
+    text = source.rest().decode("utf-8", "replace")
+    values = erring(camera_info_yaml.read, text, "input")
+    calibration = erring(Calibration.from_yaml, text)
+    if calibration is not None:
+        again = Calibration.from_yaml(calibration.to_yaml())
+        if values is None or not np.array_equal(again.matrix, calibration.matrix):
+            raise AssertionError(calibration)
