@@ -53,6 +53,8 @@ class BlockAssembler:
         self._history = BlockHistory(self.statistics)
         self._resender = Resender(self.policy)
         self._previous_leader: Leader | None = None
+        self._last_length = 0
+        "Payload packets of the last picture."
         self._finished: deque[FinishedBlock] = deque()
         self._due = NEVER
 
@@ -204,6 +206,7 @@ class BlockAssembler:
         if leader is None or block.refused or not leader.is_picture:
             return
         self._previous_leader = leader
+        self._last_length = block.payload_packets(self.stride) or self._last_length
         self._finished.append(finish(block, leader, self.stride, complete=complete))
 
     def flush(self) -> None:
@@ -216,13 +219,21 @@ class BlockAssembler:
         while self._finished:
             yield self._finished.popleft()
 
+    @property
+    def block_under_way(self) -> bool:
+        """Whether more is to come of the newest block."""
+        return bool(self._open) and self.expected() > 0
+
     def expected(self) -> int:
-        """How many packets of the newest block are still to come, where that is known; else 0."""
+        """How many packets are still to come until the newest block ends, or between blocks the next.
+
+        One that does not tell its length will be as long as the last. 0 where nothing is known.
+        """
         if not self._open:
-            return 0
+            return self._last_length
         block = self._open[-1]
         packets = block.payload_packets(self.stride)
-        return 0 if packets is None else max(packets - block.highest, 0)
+        return max((self._last_length if packets is None else packets) - block.highest, 0)
 
     # -- time ------------------------------------------------------------------------------------
     def timer(self) -> float:

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import math
+
 from grabbergui.driver.gige.stream_socket import kernel_bytes
 
 LONGEST_PAUSE = 0.01
 "Seconds."
 SHORTEST_PAUSE = 0.0002
 "Seconds; less is not worth the wake-up."
+LAST_PAUSE = 0.001
+"Seconds before a block's end at which all that came is taken, so that little is left to do at the end."
+MOST_USUALLY_LATE = 0.0003
+"Seconds by which the last pause is cut short at most: packets that come meanwhile are taken one by one."
 FASTEST = 600e6
 "Bytes a second, as the kernel counts: packets that come faster gather by themselves while others are taken."
 BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile."
-LEAST_SPAN = 0.0002
+LEAST_SPAN = 0.0005
 "Seconds; over a shorter one no rate is measured."
-FALL = 0.005
+STEADY_SPAN = 0.002
+"Seconds within a block over which a burst weighs little, so that a rate tells when the block ends."
+FALL, STEADY_FALL = 0.005, 0.02
 "Weight of a rate below the known one: a sender that stalled goes on as fast as before."
 RISE = 2.0
 """Times the known rate that a higher one counts for, and at once, since no buffer must run over. Not more: a
@@ -30,43 +38,68 @@ class Pace:
         """`buffer_bytes` as the kernel counts; `most_packets` are taken in one batch."""
         self._buffer_bytes = buffer_bytes
         self._most_packets = most_packets
+        self._peak = 0.0
+        "Packets a second within a block, bursts and all: what the buffer must hold."
         self._rate = 0.0
-        "Packets a second within a block."
-        self._last: float | None = None
+        "The same over longer: what tells when the block ends."
+        self._since: float | None = None
+        "From when on `_packets` of a block are counted; None between blocks."
+        self._packets = 0
+        self._looked_at = 0.0
+        "When the socket was last looked at: what came since is not counted yet."
         self._late = 0.0
         "Seconds that pauses lasted longer than asked for: on a busy machine a thread waits for its turn."
-        self._remembered_at: float | None = None
+        self._usually_late = 0.0
 
     def slept(self, asked: float, took: float) -> None:
         """A pause of `asked` seconds has lasted `took`."""
-        self._late = max(self._late, took - asked)
+        late = took - asked
+        self._late = max(self._late, late)
+        self._usually_late += (min(late, MOST_USUALLY_LATE) - self._usually_late) / 8
 
     def took(self, packets: int, now: float, *, more: bool) -> None:
-        """A batch was taken; `more` of its block is to come."""
-        if self._last is not None and now - self._last >= LEAST_SPAN and packets:
-            rate = packets / (now - self._last)
-            if rate > self._rate:
-                self._rate = min(rate, RISE * self._rate) if self._rate else rate
-            else:
-                self._rate += FALL * (rate - self._rate)
-        self._last = now if more else None
-        if self._remembered_at is not None:
-            self._late *= 0.5 ** ((now - self._remembered_at) / HALF_LIFE)
-        self._remembered_at = now
+        """A batch was taken by `now`; `more` of its block is to come."""
+        if self._since is not None:
+            span = now - self._looked_at
+            if packets and span >= LEAST_SPAN:
+                self._peak = _followed(self._peak, packets / span, FALL)
+            self._packets += packets
+            span = now - self._since
+            if self._packets and span >= (STEADY_SPAN if more else LEAST_SPAN):
+                self._rate = _followed(self._rate, self._packets / span, STEADY_FALL)
+                self._since = None
+        if self._since is None or not more:
+            self._packets, self._since = 0, now if more else None
+        self._late *= 0.5 ** ((now - self._looked_at) / HALF_LIFE)
+        self._looked_at = now
 
-    def pause(self, expected: int, packet_bytes: int) -> float:
-        """Seconds to wait where `expected` packets of so many bytes are still to come of a block."""
-        if not expected or not self._rate:
+    def pause(self, expected: int, packet_bytes: int, now: float) -> float:
+        """Seconds to wait where `expected` packets of so many bytes are still to come until a block's end.
+
+        The last pause begins shortly before the end and ends with it, so that the picture is there soon.
+        """
+        if not expected or not self._rate or not self._peak:
             return 0.0
-        filling = self._rate * kernel_bytes(packet_bytes)
+        filling = self._peak * kernel_bytes(packet_bytes)
         if filling > FASTEST:
             return 0.0
+        since = now - self._looked_at
         longest = min(
             LONGEST_PAUSE,
-            BUFFER_SHARE * self._buffer_bytes / filling - self._late,
-            0.9 * self._most_packets / self._rate,
+            BUFFER_SHARE * self._buffer_bytes / filling - self._late - since,
+            0.9 * self._most_packets / self._peak - since,
         )
-        rest = expected / self._rate
-        # Two equal pauses rather than a long and a tiny one.
-        pause = rest if rest <= longest else min(longest, rest / 2)
+        pause = expected / self._rate - since - self._usually_late
+        before_last = pause - LAST_PAUSE
+        if before_last > SHORTEST_PAUSE:
+            # Equal pauses rather than long ones and a tiny one.
+            pause = before_last / math.ceil(before_last / LONGEST_PAUSE)
+        pause = min(pause, longest)
         return pause if pause >= SHORTEST_PAUSE else 0.0
+
+
+def _followed(known: float, seen: float, fall: float) -> float:
+    """A known rate after another was seen."""
+    if not known:
+        return seen
+    return min(seen, RISE * known) if seen > known else known + fall * (seen - known)

@@ -51,27 +51,36 @@ class BatchSource(DatagramSource):
         "Whether the sockets were empty when they were last looked at."
         self._newest = 0
         "Which socket the last packets came from."
+        self._flowing = False
+        "Whether anything came when the sockets were last looked at."
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """See DatagramSource."""
         before = assembler.statistics.packets
-        pause = self._pace.pause(assembler.expected(), assembler.stride) if self._drained else 0.0
-        if pause:
-            begun = time.monotonic()
-            time.sleep(pause)
-            self._pace.slept(pause, time.monotonic() - begun)
-        waiting = self._waiting(timeout if self._drained and not pause else 0.0)
+        paused = self._drained and self._flowing and self._gather(assembler, timeout)
+        waiting = self._waiting(timeout if self._drained and not paused else 0.0)
         now = time.monotonic()
         self._drained = True
         for index in waiting:
             now = self._drain(index, assembler)
         packets = assembler.statistics.packets - before
-        self._pace.took(packets, now, more=assembler.expected() > 0)
+        self._flowing = packets > 0
+        self._pace.took(packets, now, more=assembler.block_under_way)
 
     def close(self) -> None:
         """Close the further sockets."""
         for each in self._more:
             each.close()
+
+    def _gather(self, assembler: BlockAssembler, timeout: float) -> bool:
+        """Let packets gather for a while, where that delays no picture; whether there was time to."""
+        begun = time.monotonic()
+        pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
+        if not pause:
+            return False
+        time.sleep(pause)
+        self._pace.slept(pause, time.monotonic() - begun)
+        return True
 
     def _waiting(self, timeout: float) -> list[int]:
         """Which sockets to read, in the order in which packets are given to them; some may be empty."""

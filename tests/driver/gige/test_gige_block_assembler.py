@@ -301,6 +301,35 @@ def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
     assert ids(done) == [1, 2] and all(map(is_picture, done))
 
 
+def test_how_many_packets_are_still_to_come() -> None:
+    bench = Bench()
+    sent = block(1)
+    assert bench.assembler.expected() == 0 and not bench.assembler.block_under_way, "nothing is known yet"
+    bench.feed(sent[:1])
+    assert bench.assembler.expected() == LAST - 1 and bench.assembler.block_under_way
+    bench.feed(sent[1:6])
+    assert bench.assembler.expected() == LAST - 1 - 5
+    bench.feed(sent[6:-1])
+    assert bench.assembler.expected() == LAST - 1 and not bench.assembler.block_under_way, "of the next block"
+
+
+def test_a_block_that_waits_for_what_it_lost_ends_at_any_moment() -> None:
+    bench = Bench()
+    bench.feed(datagram for index, datagram in enumerate(block(1)) if index != 5)
+    assert bench.assembler.expected() == 0 and not bench.assembler.block_under_way
+
+
+def test_a_block_with_chunks_is_expected_to_be_as_long_as_the_last() -> None:
+    bench = Bench(payload_size=SIZE + 250)
+    data = bytes(SIZE + 250)
+    first, second = (block(index, data=data, payload_type=0x4001) for index in (1, 2))
+    bench.feed(first[:3])
+    assert bench.assembler.expected() == 0, "only the trailer tells"
+    bench.feed(first[3:])
+    bench.feed(second[:3])
+    assert bench.assembler.expected() == len(second) - 2 - 2 and bench.assembler.block_under_way
+
+
 def test_chunks_stay_at_the_end_of_the_payload() -> None:
     data = picture(1) + b"chunk data" + (0x1234).to_bytes(4, "big") + (10).to_bytes(4, "big")
     bench = Bench(payload_size=SIZE + 500)

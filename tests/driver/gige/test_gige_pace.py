@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from grabbergui.driver.gige.pace import FASTEST, LONGEST_PAUSE, SHORTEST_PAUSE, Pace
+from grabbergui.driver.gige.pace import (
+    FASTEST,
+    LAST_PAUSE,
+    LONGEST_PAUSE,
+    MOST_USUALLY_LATE,
+    SHORTEST_PAUSE,
+    STEADY_SPAN,
+    Pace,
+)
 
 ROOMY = 16 << 20
 STOCK = 425_984
@@ -13,26 +21,58 @@ GIGABIT = 125e6
 PACKET = 1400
 
 
+NOW = 1e5
+"When `learned` saw its last packets."
+
+
 def learned(buffer_bytes: int, rate: float, most_packets: int = 4096) -> Pace:
-    """A pace that saw packets at `rate` a second."""
+    """A pace that saw packets at `rate` a second, until now."""
     pace = Pace(buffer_bytes, most_packets)
-    for step in range(20):
-        pace.took(round(rate * 0.001), 1e5 + 0.001 * step, more=True)
+    for step in range(-20, 1):
+        pace.took(round(rate * 0.003), NOW + 0.003 * step, more=True)
     return pace
 
 
-def test_nothing_is_waited_for_before_the_rate_is_known_or_between_blocks() -> None:
-    assert Pace(ROOMY, 4096).pause(3000, PACKET) == 0
-    assert learned(ROOMY, GIGABIT / PACKET).pause(0, PACKET) == 0
+def test_nothing_is_waited_for_before_the_rate_is_known_or_a_length() -> None:
+    assert Pace(ROOMY, 4096).pause(3000, PACKET, NOW) == 0
+    assert learned(ROOMY, GIGABIT / PACKET).pause(0, PACKET, NOW) == 0
 
 
-def test_pauses_end_when_the_block_should() -> None:
+def test_a_block_is_waited_for_in_equal_pauses_until_shortly_before_its_end() -> None:
     rate = GIGABIT / PACKET
     pace = learned(ROOMY, rate)
-    assert pace.pause(3000, PACKET) == pytest.approx(LONGEST_PAUSE, rel=0.01)
-    assert pace.pause(1000, PACKET) == pytest.approx(500 / rate, rel=0.05), "two equal ones"
-    assert pace.pause(500, PACKET) == pytest.approx(500 / rate, rel=0.05)
-    assert pace.pause(2, PACKET) == 0, "too short to be worth it"
+    for expected, pauses in ((3000, 4), (1000, 2), (500, 1)):
+        pause = pace.pause(expected, PACKET, NOW)
+        assert pause * pauses == pytest.approx(expected / rate - LAST_PAUSE, rel=0.02)
+
+
+def test_the_last_pause_ends_with_the_block() -> None:
+    rate = GIGABIT / PACKET
+    pace = learned(ROOMY, rate)
+    assert pace.pause(round(rate * LAST_PAUSE), PACKET, NOW) == pytest.approx(LAST_PAUSE, rel=0.02)
+    assert pace.pause(2, PACKET, NOW) == 0, "too short to be worth it"
+
+
+def test_the_time_that_a_batch_took_counts() -> None:
+    """What comes while packets are put in place is not counted yet, but it came."""
+    rate = GIGABIT / PACKET
+    pace = learned(ROOMY, rate)
+    last = round(rate * LAST_PAUSE)
+    assert pace.pause(last, PACKET, NOW + 0.0004) == pytest.approx(LAST_PAUSE - 0.0004, rel=0.02)
+    assert pace.pause(last, PACKET, NOW + 0.0009) == 0
+    assert pace.pause(500, PACKET, NOW + 0.001) == pytest.approx(500 / rate - LAST_PAUSE - 0.001, rel=0.02)
+
+
+def test_pauses_that_usually_end_late_end_the_sooner() -> None:
+    rate = GIGABIT / PACKET
+    pace = learned(ROOMY, rate)
+    for _ in range(50):
+        pace.slept(0.001, 0.0011)
+    last = round(rate * LAST_PAUSE)
+    assert pace.pause(last, PACKET, NOW) == pytest.approx(LAST_PAUSE - 0.0001, rel=0.02)
+    for _ in range(50):
+        pace.slept(0.001, 0.005)
+    assert pace.pause(last, PACKET, NOW) == pytest.approx(LAST_PAUSE - MOST_USUALLY_LATE, rel=0.02)
 
 
 @pytest.mark.parametrize("buffer_bytes", [STOCK, 1 << 20, ROOMY])
@@ -42,46 +82,65 @@ def test_no_pause_fills_more_than_a_part_of_the_buffer(
     buffer_bytes: int, packet: int, bandwidth: float
 ) -> None:
     rate = bandwidth / packet
-    pause = learned(buffer_bytes, rate).pause(100_000, packet)
+    pause = learned(buffer_bytes, rate).pause(100_000, packet, NOW)
     assert pause == 0 or SHORTEST_PAUSE <= pause <= LONGEST_PAUSE
     kernel_bytes = {576: 1280, 1400: 2304, 8164: 8164 + 2304}[packet]
     assert pause * rate * kernel_bytes < 0.3 * buffer_bytes
 
 
 def test_what_comes_very_fast_gathers_by_itself() -> None:
-    assert learned(4 * ROOMY, 2 * FASTEST / 8164).pause(100_000, 8164) == 0
+    assert learned(4 * ROOMY, 2 * FASTEST / 8164).pause(100_000, 8164, NOW) == 0
 
 
 def test_no_pause_gathers_more_than_a_batch() -> None:
-    assert learned(ROOMY, 90_000, most_packets=256).pause(100_000, PACKET) * 90_000 < 256
+    assert learned(ROOMY, 90_000, most_packets=256).pause(100_000, PACKET, NOW) * 90_000 < 256
 
 
 def test_a_faster_rate_counts_at_once_a_slower_one_by_and_by() -> None:
     pace = learned(STOCK, 10_000)
-    before = pace.pause(100_000, PACKET)
-    pace.took(100, 1e5 + 0.020, more=True)
-    faster = pace.pause(100_000, PACKET)
+    before = pace.pause(100_000, PACKET, NOW)
+    later = NOW + 0.003
+    pace.took(300, later, more=True)
+    faster = pace.pause(100_000, PACKET, later)
     assert faster == pytest.approx(before / 2, rel=0.01), "twice as fast, and no more in one step"
-    pace.took(10, 1e5 + 0.021, more=True)
-    assert faster < pace.pause(100_000, PACKET) < 1.2 * faster
+    later += 0.003
+    pace.took(10, later, more=True)
+    assert faster < pace.pause(100_000, PACKET, later) < 1.2 * faster
+
+
+def test_a_burst_fills_the_buffer_but_ends_no_block_sooner() -> None:
+    pace = learned(STOCK, 10_000)
+    last = round(10_000 * LAST_PAUSE)
+    pause, long_pause = (pace.pause(expected, PACKET, NOW) for expected in (last, 100_000))
+    pace.took(14, NOW + STEADY_SPAN / 3, more=True)
+    assert pace.pause(last, PACKET, NOW + STEADY_SPAN / 3) == pytest.approx(pause, rel=0.02)
+    assert pace.pause(100_000, PACKET, NOW + STEADY_SPAN / 3) == pytest.approx(long_pause / 2, rel=0.02)
+
+
+def test_short_blocks_are_measured_too() -> None:
+    pace = Pace(ROOMY, 4096)
+    pace.took(1, NOW, more=True)
+    pace.took(90, NOW + 0.001, more=False)
+    assert pace.pause(180, PACKET, NOW + 0.001) == pytest.approx(0.001, rel=0.02)
 
 
 def test_where_pauses_end_late_the_buffer_must_hold_that_too() -> None:
     """On a busy machine a fast stream is not waited for; a slow one still is."""
     fast, slow = learned(ROOMY, 40_000), learned(ROOMY, 15_000)
-    assert fast.pause(100_000, 8164) > SHORTEST_PAUSE
+    assert fast.pause(100_000, 8164, NOW) > SHORTEST_PAUSE
     for pace in (fast, slow):
         pace.slept(0.001, 0.016)
-    assert fast.pause(100_000, 8164) == 0
-    assert slow.pause(100_000, 8164) > 0.8 * LONGEST_PAUSE
-    fast.took(10, 1e5 + 0.020, more=False)
-    fast.took(10, 1e5 + 10.0, more=False)
-    assert fast.pause(100_000, 8164) > SHORTEST_PAUSE, "that is forgotten by and by"
+    assert fast.pause(100_000, 8164, NOW) == 0
+    assert slow.pause(100_000, 8164, NOW) > 0.8 * LONGEST_PAUSE
+    fast.took(10, NOW + 0.001, more=False)
+    fast.took(10, NOW + 10.0, more=False)
+    assert fast.pause(100_000, 8164, NOW + 10.0) > SHORTEST_PAUSE, "that is forgotten by and by"
 
 
-def test_the_pause_between_blocks_is_no_rate() -> None:
+def test_the_time_between_blocks_is_no_rate() -> None:
     pace = learned(ROOMY, 90_000)
-    before = pace.pause(100_000, PACKET)
-    pace.took(5, 1e5 + 0.020, more=False)
-    pace.took(5, 1e5 + 10.0, more=True)
-    assert pace.pause(100_000, PACKET) == pytest.approx(before, rel=0.3)
+    before = pace.pause(100_000, PACKET, NOW)
+    pace.took(90, NOW + 0.001, more=False)
+    pace.took(5, NOW + 10.0, more=True)
+    pace.took(270, NOW + 10.003, more=True)
+    assert pace.pause(100_000, PACKET, NOW + 10.003) == pytest.approx(before, rel=0.02)
