@@ -1,8 +1,8 @@
 """A host that streams from a camera, to be run in a network namespace.
 
 `python in_namespace.py URI` sets an exposure time, streams, and prints a JSON object a line: what became of
-the connection, and the first frame behind each. Closing its input makes it print its statistics and end.
-Times are those of the monotonic clock, which all processes of a machine share.
+the connection, the first frame behind each, and that there were many. Closing its input makes it print its
+statistics and end. Times are those of the monotonic clock, which all processes of a machine share.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.grabber import ConnectionState
 
 EXPOSURE = 1234.0
+MANY = 100
+"""Frames after which it tells that they were many."""
 
 
 def tell(what: str, **more: Any) -> None:
@@ -34,7 +36,7 @@ def main(uri: str) -> None:
             awaiting.set()
 
     def consume() -> None:
-        frame_id = 0
+        frame_id = taken = 0
         while not stopping.is_set():
             try:
                 frame = frames.get(0.2)
@@ -45,6 +47,9 @@ def main(uri: str) -> None:
                 awaiting.clear()
                 tell("frame", id=frame.frame_id)
             frame_id = frame.frame_id
+            taken += 1
+            if taken == MANY:
+                tell("many")
 
     logging.basicConfig(level="INFO", format="%(asctime)s %(name)s %(message)s")
     grabber = sources.create(uri)

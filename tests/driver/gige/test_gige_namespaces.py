@@ -16,15 +16,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from in_namespace import EXPOSURE
+from in_namespace import EXPOSURE, MANY
 
-from patience import PATIENCE
+from patience import PATIENCE, TRIES, slowness
 
 HERE = Path(__file__).parent
 CAMERA, HOST = "10.77.0.1", "10.77.0.2"
 LOSS, DELAY_MS, JITTER_MS, REORDER = 0.01, 5.0, 1.0, 0.25
 PULL_SECONDS = 3.0
-RECOVERY_SECONDS = 2.0
+MISSED_SECONDS = RECOVERY_SECONDS = 2.0
 
 pytestmark = pytest.mark.netns
 
@@ -176,12 +176,12 @@ def test_a_bad_network_costs_no_frame(network: Network, report: Callable[..., No
     # Few packets, as the cable in Python has to keep up on a busy machine too.
     network.start_camera("sim:?width=320&height=240&fps=30")
     host = Host(network, f"gige:{CAMERA}?packet_size=1400")
-    host.wait_for("frame")
-    time.sleep(float(os.environ.get("GRABBERGUI_NETNS_SECONDS", "4")))
+    host.wait_for("many")
+    time.sleep(float(os.environ.get("GRABBERGUI_NETNS_SECONDS", "0")))
     told = host.end()
     report(netem=netem, **told)
     asked = told["frames"] + told["incomplete"] + told["lost"]
-    assert asked >= 100
+    assert asked >= MANY
     assert told["frames"] >= 0.999 * asked
     assert told["packets_resent"] > 0.5 * LOSS * told["packets"], "this was no bad network"
 
@@ -191,13 +191,13 @@ def test_a_cable_that_was_out_for_three_seconds(network: Network, report: Callab
     network.start_camera("sim:?width=640&height=480&fps=20")
     host = Host(network, f"gige:{CAMERA}")
     host.wait_for("frame")
-    missed, recovered = pull_cable(network, host)
-    if recovered > RECOVERY_SECONDS:
-        # Processes that others keep waiting for seconds say nothing about us: once more.
-        missed, recovered = pull_cable(network, host)
+    for _ in range(TRIES):  # processes that others keep waiting for seconds say nothing about us
+        missed, recovered = (seconds / slowness() for seconds in pull_cable(network, host))
+        if missed < MISSED_SECONDS and recovered < RECOVERY_SECONDS:
+            break
     told = host.end()
     report(missed_after=missed, frame_after=recovered)
-    assert missed < 2.0 and recovered < RECOVERY_SECONDS
+    assert missed < MISSED_SECONDS and recovered < RECOVERY_SECONDS
     assert told["exposure"] == EXPOSURE and told["frames"] > 0
 
 
