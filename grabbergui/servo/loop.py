@@ -73,9 +73,7 @@ class ServoLoop:
         self._last = now
         sound = robot is not None and _sound(robot)
         if robot is not None and sound:
-            self._history.add(robot.time, robot.head)
-            self._watch.look(now, robot)
-            self._judge_encoders(now, robot)
+            self._feel(now, robot)
         fresh_robot = sound and robot is not None and now - robot.time <= safety.robot_timeout
         self._update_tracks()
         captured = self.sighting.captured if self.sighting is not None else -np.inf
@@ -105,17 +103,15 @@ class ServoLoop:
             self.arm.rest()
         self._watch.commanded(now, command)
         self._twist = command.hand
-        return Turn(
-            now,
-            state,
-            self.machine.reason,
-            command,
-            (float(self.head.offset[0]), float(self.head.offset[1]))
-            if target is not None
-            else (np.nan, np.nan),
-            self.arm.error if marker is not None else (np.nan, np.nan),
-            robot,
-        )
+        right, down = map(float, self.head.offset) if target is not None else (np.nan, np.nan)
+        error = self.arm.error if marker is not None else (np.nan, np.nan)
+        return Turn(now, state, self.machine.reason, command, (right, down), error, robot)
+
+    def _feel(self, now: float, robot: RobotState) -> None:
+        """Take in where the robot is."""
+        self._history.add(robot.time, robot.head)
+        self._watch.look(now, robot)
+        self._judge_encoders(now, robot)
 
     def _command(
         self,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -79,8 +80,7 @@ def summary(turns: list[Turn]) -> dict[str, Any]:
     start = turns[0].time
     states = [
         {"time": round(turn.time - start, 3), "state": turn.state.value, "reason": turn.reason}
-        for before, turn in zip([None, *turns], turns, strict=False)
-        if before is None or turn.state is not before.state
+        for turn in _changes(turns)
     ]
     first: dict[State, float] = {}
     for turn in turns:
@@ -101,55 +101,62 @@ def summary(turns: list[Turn]) -> dict[str, Any]:
 def plot(turns: list[Turn]) -> np.ndarray:
     """Error, offset, twist and head speed over time, on the colours of the states."""
     start = turns[0].time
-    times = [turn.time - start for turn in turns]
-    bands = [
-        (turn.time - start, overlay.colour_of(turn.state))
+    plots = [
+        Plot(title, unit, tuple(Curve(name, [float(read(turn)) for turn in turns]) for name, read in curves))
+        for title, unit, curves in _PLOTS
+    ]
+    bands = [(turn.time - start, overlay.colour_of(turn.state)) for turn in _changes(turns)]
+    return sheet(plots, [turn.time - start for turn in turns], bands)
+
+
+def _changes(turns: list[Turn]) -> list[Turn]:
+    """The first turn, and every one that came to another state than the one before."""
+    return [
+        turn
         for before, turn in zip([None, *turns], turns, strict=False)
         if before is None or turn.state is not before.state
     ]
 
-    def column(values: Any, factor: float = 1.0) -> list[float]:
-        return [factor * float(value) for value in values]
 
-    degrees = 180 / math.pi
-    return sheet(
-        [
-            Plot(
-                "hand to goal",
-                "mm, degrees",
-                (
-                    Curve("distance", column((turn.error[0] for turn in turns), 1e3)),
-                    Curve("angle", column((turn.error[1] for turn in turns), degrees)),
-                ),
-            ),
-            Plot(
-                "target off centre",
-                "degrees",
-                (
-                    Curve("right", column((turn.off_centre[0] for turn in turns), degrees)),
-                    Curve("down", column((turn.off_centre[1] for turn in turns), degrees)),
-                ),
-            ),
-            Plot(
-                "hand velocity",
-                "mm/s",
-                tuple(
-                    Curve(name, column((turn.command.hand[axis] for turn in turns), 1e3))
-                    for axis, name in enumerate("xyz")
-                ),
-            ),
-            Plot(
-                "head velocity",
-                "degrees/s",
-                tuple(
-                    Curve(name, column((turn.command.head[axis] for turn in turns), degrees))
-                    for axis, name in enumerate(("pan", "tilt"))
-                ),
-            ),
-        ],
-        times,
-        bands,
-    )
+def _hand_velocity(axis: int, turn: Turn) -> float:
+    return 1e3 * float(turn.command.hand[axis])
+
+
+def _head_velocity(axis: int, turn: Turn) -> float:
+    return math.degrees(turn.command.head[axis])
+
+
+_Curves = tuple[tuple[str, Callable[[Turn], float]], ...]
+
+_PLOTS: tuple[tuple[str, str, _Curves], ...] = (
+    (
+        "hand to goal",
+        "mm, degrees",
+        (
+            ("distance", lambda turn: 1e3 * turn.error[0]),
+            ("angle", lambda turn: math.degrees(turn.error[1])),
+        ),
+    ),
+    (
+        "target off centre",
+        "degrees",
+        (
+            ("right", lambda turn: math.degrees(turn.off_centre[0])),
+            ("down", lambda turn: math.degrees(turn.off_centre[1])),
+        ),
+    ),
+    (
+        "hand velocity",
+        "mm/s",
+        tuple((name, partial(_hand_velocity, axis)) for axis, name in enumerate("xyz")),
+    ),
+    (
+        "head velocity",
+        "degrees/s",
+        tuple((name, partial(_head_velocity, axis)) for axis, name in enumerate(("pan", "tilt"))),
+    ),
+)
+"""Title, unit, and what each curve shows of a turn."""
 
 
 def _plain(value: Any) -> Any:

@@ -45,6 +45,16 @@ TRANSFERS_AHEAD = 4
 _STATUS = {refusal: Status[refusal.name] for refusal in Refusal}
 
 
+_IDENTITY = (
+    reg.DEVICE_VENDOR_NAME,
+    reg.DEVICE_MODEL_NAME,
+    reg.DEVICE_SERIAL_NUMBER,
+    reg.DEVICE_VERSION,
+    reg.DEVICE_USER_ID,
+)
+"Where the strings of `UsbIdentity` come from, in its order."
+
+
 @dataclass
 class U3vFaults:
     """What goes wrong on request; 0 means never."""
@@ -91,18 +101,7 @@ class SimulatedU3vDevice:
         self.model = model or CameraModel()
         self.model.memory.set(reg.DEVICE_TL_TYPE, reg.TransportLayer.USB3_VISION)
         self.faults = faults or U3vFaults()
-        self.identity = UsbIdentity(
-            *(
-                str(self.model.memory.get(register))
-                for register in (
-                    reg.DEVICE_VENDOR_NAME,
-                    reg.DEVICE_MODEL_NAME,
-                    reg.DEVICE_SERIAL_NUMBER,
-                    reg.DEVICE_VERSION,
-                    reg.DEVICE_USER_ID,
-                )
-            )
-        )
+        self.identity = UsbIdentity(*(str(self.model.memory.get(register)) for register in _IDENTITY))
         self.descriptors = Descriptors(self.identity)
         self.registers = U3vRegisters(self.model, self.identity, alignment, leader_space)
         self.registers.on_stream_control = self._on_stream_control
