@@ -48,6 +48,8 @@ class Colours:
     accent: str
     accent_hover: str
     on_accent: str
+    progress: str
+    "Of a bar, below text in `text`."
     canvas: str
     "Around the picture: neutral, so that it does not change how colours are seen."
     good: str
@@ -71,6 +73,7 @@ LIGHT = Colours(
     accent="#0b6bcb",
     accent_hover="#2a80d6",
     on_accent="#ffffff",
+    progress="#8dc1f3",
     canvas="#2a2d31",
     good="#137a3e",
     busy="#8f5a00",
@@ -93,6 +96,7 @@ DARK = Colours(
     accent="#4aa3ff",
     accent_hover="#74b8ff",
     on_accent="#07182a",
+    progress="#1f5c98",
     canvas="#101214",
     good="#5ccf8a",
     busy="#f0b253",

@@ -34,47 +34,47 @@
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="253"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="257"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="255"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="259"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="257"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="261"/>
         <source>Waiting for a frame, {0:.0f} s</source>
         <translation>Esperando una imagen, {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="259"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="263"/>
         <source>Stalled for {0:.0f} s</source>
         <translation>Detenida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="262"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="266"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="263"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="267"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="264"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="268"/>
         <source>Connection lost</source>
         <translation>Conexión perdida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="265"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="269"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="267"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="271"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
@@ -1011,22 +1011,22 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="106"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="114"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="127"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="119"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="132"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="120"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="133"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
@@ -1163,9 +1163,14 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="56"/>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="57"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="55"/>
+        <source>grey</source>
+        <translation>gris</translation>
     </message>
 </context>
 <context>
@@ -2680,26 +2685,6 @@ It {1}.</source>
         <translation> Hz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
-        <source>hand to goal, mm</source>
-        <translation>mano a objetivo, mm</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
-        <source>hand to goal, °</source>
-        <translation>mano a objetivo, °</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
-        <source>velocity of the hand, mm/s</source>
-        <translation>velocidad de la mano, mm/s</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
-        <source>turning of the hand, °/s</source>
-        <translation>giro de la mano, °/s</translation>
-    </message>
-    <message>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="57"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
@@ -2713,6 +2698,26 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/servo.ui" line="32"/>
         <source>Let the robot move</source>
         <translation>Deja que el robot se mueva</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
+        <source>Hand to goal, mm</source>
+        <translation>Mano a objetivo, mm</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
+        <source>Hand to goal, °</source>
+        <translation>Mano a objetivo, °</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
+        <source>Velocity of the hand, mm/s</source>
+        <translation>Velocidad de la mano, mm/s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
+        <source>Turning of the hand, °/s</source>
+        <translation>Giro de la mano, °/s</translation>
     </message>
 </context>
 <context>

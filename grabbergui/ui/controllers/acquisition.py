@@ -193,8 +193,12 @@ class AcquisitionController(QObject):
         status, frame = self._window.status, self._picture.frame
         if frame is not None and self._picture.last_received is not None:
             status.setFormat(f"{frame.width} × {frame.height}  {frame.pixel_format}")
-        status.setRates(statistics.frame_rate, self._picture.painted_rate)
-        status.setBandwidth(statistics.bandwidth)
+        if self._connection.state is LinkState.STREAMING:
+            status.setRates(statistics.frame_rate, self._picture.painted_rate)
+            status.setBandwidth(statistics.bandwidth)
+        else:  # what is remembered of the last second would pass for something that goes on
+            status.setRates(0, 0)
+            status.setBandwidth(0)
         status.setLosses(statistics.lost, statistics.incomplete)
 
     def _explain(self, source: OpenSource, statistics: StreamStatistics) -> None:

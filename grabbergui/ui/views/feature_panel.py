@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
@@ -46,7 +47,19 @@ class FeaturePanel(QWidget):
         self._watched: frozenset[str] = frozenset()
         self.filterEdit.textChanged.connect(self._arrange)
         self.levelBox.currentIndexChanged[int].connect(self._arrange)
+        self.filterEdit.installEventFilter(self)
         self._arrange()
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Escape in the filter shows everything again."""
+        if (
+            isinstance(event, QKeyEvent)
+            and event.type() == QEvent.Type.KeyPress
+            and event.key() == Qt.Key.Key_Escape
+        ):
+            self.filterEdit.clear()
+            return True
+        return super().eventFilter(watched, event)
 
     def setTree(self, root: Category | None, opened: Collection[str] = ()) -> None:
         """Show another camera's features, or none.

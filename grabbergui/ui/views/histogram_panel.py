@@ -52,7 +52,8 @@ class HistogramPanel(QWidget):
         if 1 << histogram.depth != self._range:
             self._set_range(1 << histogram.depth)
         self._histogram = histogram
-        means = "  ".join(f"{name} {histogram.mean(name):.1f}" for name in histogram.channels)
+        titles = {"grey": self.tr("grey")}  # others are letters
+        means = "  ".join(f"{titles.get(name, name)} {histogram.mean(name):.1f}" for name in histogram.channels)
         self.figuresLabel.setText(
             self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black").format(
                 means, histogram.saturated, histogram.black

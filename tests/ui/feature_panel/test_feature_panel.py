@@ -179,3 +179,12 @@ def test_a_search_shows_so_many_and_says_how_many_more(desk):
     assert d.panel.messageLabel.text() == "3300 more match; type another letter."
     d.panel.filterEdit.setText("feature3499")
     assert d.shown() == ["Feature3499"]
+
+
+def test_escape_in_the_filter_shows_everything_again(desk, qtbot):
+    d = desk()
+    d.panel.filterEdit.setText("gain")
+    assert "ExposureTime" not in d.shown()
+    qtbot.keyClick(d.panel.filterEdit, Qt.Key_Escape)
+    assert d.panel.filterEdit.text() == ""
+    assert "ExposureTime" in d.shown()
