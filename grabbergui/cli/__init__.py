@@ -51,7 +51,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"grabbergui: {error}", file=sys.stderr)
         return EXIT_FAILURE
     except OSError as error:
-        print(f"grabbergui: {error.filename or 'output'}: {error.strerror or error}", file=sys.stderr)
+        place = f"{error.filename}: " if error.filename is not None else ""
+        print(f"grabbergui: {place}{error.strerror or error}", file=sys.stderr)
         _give_up_output()
         return EXIT_FAILURE
     except KeyboardInterrupt as interrupt:

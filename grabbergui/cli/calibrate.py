@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import opened
 from grabbergui.cli.stopping import stop_on_signals
-from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.servo.boards import BoardSettings
@@ -62,7 +63,10 @@ def _run(options: argparse.Namespace) -> int:
 
     board = settings(options).board()
     if options.sheet is not None:
-        sheet = board_sheet.save(board, options.sheet)
+        try:
+            sheet = board_sheet.save(board, options.sheet)
+        except OSError as fault:
+            raise GrabberError(f"{options.sheet} could not be written: {fault.strerror or fault}") from fault
         print(f"saved as {options.sheet}; print it on {sheet.paper} at 100 %, and measure the rule")
         return 0
     if not options.source:
@@ -71,6 +75,8 @@ def _run(options: argparse.Namespace) -> int:
         return _show(options)
     if not options.out.parent.is_dir():
         raise UsageError(f"there is no folder {options.out.parent} for the calibration")
+    if not os.access(options.out if options.out.exists() else options.out.parent, os.W_OK):
+        raise UsageError(f"the calibration could not be written to {options.out}; choose another --out")
     collector = Collector(board, options.views, still=True)
     _collect(collector, options)
     result = collector.solve(options.name)

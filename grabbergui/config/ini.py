@@ -7,10 +7,13 @@ name it.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from grabbergui.core.errors import UsageError
 
+_ENTRY = re.compile(r"([^\s=]+)(?:\s*=\s*|\s+|$)(.*)")
+"""`key value`, and `key = value` for those used to other dialects."""
 MAX_BYTES = 1024 * 1024
 """A configuration longer than this is something else."""
 
@@ -40,19 +43,14 @@ def parse(text: str, where: str = "configuration") -> dict[str, Section]:
             name = " ".join(line[1:-1].split())
             current = sections.setdefault(name, Section(name))
             continue
-        key, value = _split(line)
-        if not key:
+        match = _ENTRY.fullmatch(line)
+        if not match:
             raise UsageError(f"{where}, line {number}: '{line}' has no key; write: key value")
-        current.values[key] = value
+        current.values[match[1]] = _unquoted(match[2])
     return sections
 
 
-def _split(line: str) -> tuple[str, str]:
-    """`key value`, and `key = value` for those used to other dialects."""
-    key, _, value = line.partition(" ") if " " in line.split("=", 1)[0].strip() else line.partition("=")
-    if "\t" in key:
-        key, _, value = line.partition("\t")
-    value = value.strip().removeprefix("=").strip()
+def _unquoted(value: str) -> str:
     if len(value) >= 2 and value[0] == value[-1] and value[0] in "\"'":
-        value = value[1:-1]
-    return key.strip(), value
+        return value[1:-1]
+    return value

@@ -38,9 +38,9 @@ def receive_buffer(sysctl: Path) -> Iterator[Finding]:
     except (OSError, ValueError):
         return
     if limit < WANTED_RMEM:
-        yield problem(
-            f"socket buffers are limited to {limit} bytes, {limit / 125e3:.1f} ms of a 1 GbE line; "
-            "frames may lose packets",
+        yield note(
+            f"socket buffers are limited to {limit} bytes, {limit / 125e3:.1f} ms of a 1 GbE line each; "
+            "a stream takes up to 32 of them, which 10 GbE may find too few",
             f"sudo sysctl -w net.core.rmem_max={WANTED_RMEM}   (in /etc/sysctl.d to keep it)",
         )
     else:

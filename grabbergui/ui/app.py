@@ -144,10 +144,11 @@ class _Report:
             return self._code
         if self._painted == 0:
             messages = self._controller.window.messages.messages
-            print(messages[0] if messages else "no frame came from the source in time", file=sys.stderr)
+            reason = messages[0] if messages else "no frame came from the source in time"
+            print(f"grabbergui: {reason}", file=sys.stderr)
             return 1
         if not self._taken and not self._save(self._path):
-            print(f"the screenshot could not be written to {self._path}", file=sys.stderr)
+            print(f"grabbergui: the screenshot could not be written to {self._path}", file=sys.stderr)
             return 1
         print(f"{self._path.resolve()}  {self._rate:.1f} frames/s")
         return 0

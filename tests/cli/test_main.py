@@ -121,4 +121,4 @@ def test_a_full_disk_is_told_in_a_line():
     with Path("/dev/full").open("w") as full:
         done = run("list", stdout=full)
     assert done.returncode == 1
-    assert done.stderr == "grabbergui: output: No space left on device\n"
+    assert done.stderr == "grabbergui: No space left on device\n"
