@@ -1163,7 +1163,7 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="57"/>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="59"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>

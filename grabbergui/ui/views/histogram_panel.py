@@ -53,7 +53,9 @@ class HistogramPanel(QWidget):
             self._set_range(1 << histogram.depth)
         self._histogram = histogram
         titles = {"grey": self.tr("grey")}  # others are letters
-        means = "  ".join(f"{titles.get(name, name)} {histogram.mean(name):.1f}" for name in histogram.channels)
+        means = "  ".join(
+            f"{titles.get(name, name)} {histogram.mean(name):.1f}" for name in histogram.channels
+        )
         self.figuresLabel.setText(
             self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black").format(
                 means, histogram.saturated, histogram.black
