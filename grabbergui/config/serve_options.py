@@ -83,7 +83,7 @@ class ServeOptions:
                 if key not in _YARP_OWN:
                     near = difflib.get_close_matches(key, _NAMES, n=1)
                     hint = f"; did you mean {near[0]}?" if near else ""
-                    log.warning("%s: unknown key '%s' is ignored%s", where, key, hint)
+                    log.warning("%s: unknown key %r is ignored%s", where, key, hint)
             elif name not in given:
                 changes[name] = _value(key, text, _TYPES[name], where)
         return replace(self, **changes)
@@ -106,8 +106,9 @@ def _value(key: str, text: str, kind: str, where: str) -> Any:
     converters: dict[str, Callable[[str], Any]] = {"int": int, "float": float, "bool": _switch}
     try:
         return converters.get(kind, str)(text)
-    except ValueError as error:
-        raise UsageError(f"{where}: {key} {text}: {error}") from error
+    except ValueError:
+        wanted = {"int": "a whole number", "float": "a number", "bool": "yes or no"}[kind]
+        raise UsageError(f"{where}: {key} {text}: write {wanted}") from None
 
 
 def _switch(text: str) -> bool:
@@ -117,4 +118,4 @@ def _switch(text: str) -> bool:
         return True
     if lowered in ("0", "false", "off", "no"):
         return False
-    raise ValueError("not yes or no")
+    raise ValueError(text)
