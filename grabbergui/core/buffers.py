@@ -46,11 +46,14 @@ class BufferPool:
         return self._in_use
 
     def take(self) -> NDArray[np.uint8] | None:
-        """A writable array of `size` bytes with undefined content, or None when all are in use."""
+        """A writable array of `size` bytes with undefined content; None when all are in use, or memory is."""
         with self._lock:
             if self._in_use >= self.limit:
                 return None
-            storage = self._free.pop() if self._free else bytearray(self.size)
+            try:
+                storage = self._free.pop() if self._free else bytearray(self.size)
+            except MemoryError:
+                return None  # a frame is lost; the thread that receives must go on
             self._in_use += 1
         # numpy collapses chains of array bases, but not this object: it lives as long as any view.
         lease: Any = (ctypes.c_ubyte * self.size).from_buffer(storage)

@@ -111,3 +111,9 @@ def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
 )
 def test_without_a_limit_memory_decides(size, limit):
     assert BufferPool(size).limit == limit
+
+
+def test_where_the_system_has_no_memory_there_is_no_buffer_and_the_pool_goes_on():
+    pool = BufferPool(1 << 62)
+    assert pool.take() is None
+    assert pool.in_use == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import struct
 import threading
 import time
@@ -19,6 +20,8 @@ from grabbergui.driver.sim.description import camera_xml
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel, FramePlan
 from grabbergui.driver.sim.registers import EVENT_ID_BASE, Event
+
+log = logging.getLogger(__name__)
 
 _STATUS = {
     Refusal.INVALID_ADDRESS: 0x8003,
@@ -135,7 +138,11 @@ class SimulatedDevice(Device):
             self._rate.add(used)
             frame = self._frame(plan, buffer[:used])
             del buffer
-            deliver(frame)
+            try:
+                deliver(frame)
+            except Exception:
+                log.exception("a consumer of frames failed")
+            del frame  # else its buffer would be in use until the next one is made
 
     def _frame(self, plan: FramePlan, payload: object) -> Frame:
         settings = plan.settings

@@ -158,7 +158,10 @@ class StreamReceiver:
             statistics.incomplete += 1
             if not self._deliver_incomplete:
                 return
-        self._deliver(self._frame(block, complete))
+        try:
+            self._deliver(self._frame(block, complete))
+        except Exception:
+            log.exception("a consumer of frames failed")
 
     def _frame(self, block: Block, complete: bool) -> Frame:
         leader, trailer = block.leader, block.trailer

@@ -132,6 +132,23 @@ def test_held_frames_cost_underruns_not_memory(streaming):
     assert len(frames) == MOST and np.array_equal(frames[0].payload, first)
 
 
+def test_a_consumer_that_fails_does_not_end_the_stream(caplog):
+    device = create_device(uri("sim:?width=64&height=48&fps=200"))
+    device.open(Access.CONTROL)
+    arrived = threading.Semaphore(0)
+
+    def deliver(frame):
+        arrived.release()
+        if frame.frame_id == 1:
+            raise ValueError("consumer")
+
+    device.open_stream(StreamRequest(64 * 48), deliver)
+    device.write(reg.ACQUISITION_START.address, bytes((0, 0, 0, 1)))
+    assert all(arrived.acquire(timeout=PATIENCE) for _ in range(3))
+    device.close()
+    assert "a consumer of frames failed" in caplog.text
+
+
 def test_closing_ends_the_thread(streaming):
     device, take = streaming
     take(1)
