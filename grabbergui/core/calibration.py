@@ -8,7 +8,7 @@ camera_info_manager and camera_calibration; how they lie in YAML is read by `cor
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,10 @@ class Calibration:
     camera_name: str = "camera"
     nominal: bool = False
     "Whether it is only assumed from a field of view; poses are then rough."
+    rectification: Matrix = field(default_factory=lambda: np.eye(3))
+    "(3, 3) float64: turns the camera into the one of the rectified pictures, in a stereo pair."
+    rectified: Matrix | None = None
+    "(3, 4) float64: that one's projection, a pair's baseline in it; None where nobody rectified."
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -50,7 +54,13 @@ class Calibration:
                 f"a calibration needs a 3×3 camera matrix and 5 or 8 distortion coefficients, not "
                 f"{self.matrix.shape} and {self.distortion.shape}"
             )
-        if not (np.isfinite(self.matrix).all() and np.isfinite(self.distortion).all()):
+        if self.rectification.shape != (3, 3) or self.projection.shape != (3, 4):
+            raise UsageError(
+                f"a calibration needs a 3×3 rectification and a 3×4 projection, not "
+                f"{self.rectification.shape} and {self.projection.shape}"
+            )
+        numbers = (self.matrix, self.distortion, self.rectification, self.projection)
+        if not all(np.isfinite(matrix).all() for matrix in numbers):
             raise UsageError("the calibration holds numbers that are not finite; calibrate again")
         if self.matrix[0, 0] <= 0 or self.matrix[1, 1] <= 0:
             raise UsageError(
@@ -65,7 +75,9 @@ class Calibration:
 
     @property
     def projection(self) -> Matrix:
-        """(3, 4): the projection of a single camera whose pictures are not rectified otherwise."""
+        """(3, 4): of the rectified pictures; where nobody rectified, the camera's own."""
+        if self.rectified is not None:
+            return self.rectified
         return np.hstack((self.matrix, np.zeros((3, 1))))
 
     @classmethod
@@ -93,13 +105,25 @@ class Calibration:
                 f"the calibration is of {self.width}×{self.height} pictures, the camera sends "
                 f"{width}×{height}, which is another crop; calibrate at this size"
             )
-        matrix = self.matrix.copy()
-        matrix[0, :2] *= along_x
-        matrix[1, 1] *= along_y
         # Half a pixel lies between a picture's edge and its first pixel's centre, whatever their size.
-        matrix[0, 2] = (self.matrix[0, 2] + 0.5) * along_x - 0.5
-        matrix[1, 2] = (self.matrix[1, 2] + 0.5) * along_y - 0.5
-        return replace(self, width=width, height=height, matrix=matrix)
+        shift = ((along_x - 1) / 2, (along_y - 1) / 2)
+        return self._changed(width, height, (along_x, along_y), shift)
+
+    def cut_out(self, x: int, y: int, width: int, height: int) -> Calibration:
+        """The same camera with pictures of a region whose first pixel is at `x`, `y`."""
+        return self._changed(width, height, (1.0, 1.0), (-x, -y))
+
+    def _changed(
+        self, width: int, height: int, scale: tuple[float, float], shift: tuple[float, float]
+    ) -> Calibration:
+        def changed(projection: Matrix) -> Matrix:
+            result = projection.copy()
+            result[:2] *= np.array(scale)[:, None]
+            result[:2, 2] += shift
+            return result
+
+        rectified = None if self.rectified is None else changed(self.rectified)
+        return replace(self, width=width, height=height, matrix=changed(self.matrix), rectified=rectified)
 
     # -- the file --------------------------------------------------------------------------------
     def to_yaml(self) -> str:
@@ -112,7 +136,7 @@ class Calibration:
                 "camera_matrix": _matrix(self.matrix),
                 "distortion_model": self.distortion_model,
                 "distortion_coefficients": _matrix(self.distortion[None]),
-                "rectification_matrix": _matrix(np.eye(3)),
+                "rectification_matrix": _matrix(self.rectification),
                 "projection_matrix": _matrix(self.projection),
             }
         )
@@ -141,6 +165,8 @@ class Calibration:
                 matrix,
                 np.pad(coefficients, (0, padding)),
                 str(values.get("camera_name", "camera")),
+                rectification=given_rectification(_optional(values, "rectification_matrix", where)),
+                rectified=given_projection(_optional(values, "projection_matrix", where)),
             )
         except UsageError as error:
             raise UsageError(f"{where}: {error}") from None
@@ -155,6 +181,16 @@ class Calibration:
     def save(self, path: Path) -> None:
         """Write a file that camera_info_manager reads."""
         path.write_text(self.to_yaml(), "utf-8")
+
+
+def given_rectification(matrix: Matrix | None) -> Matrix:
+    """A rectification as ROS's messages and files give it: left out or zero, there is none."""
+    return matrix if matrix is not None and matrix.any() else np.eye(3)
+
+
+def given_projection(matrix: Matrix | None) -> Matrix | None:
+    """A projection as ROS's messages and files give it: left out or zero, it is the camera's own."""
+    return matrix if matrix is not None and matrix.any() else None
 
 
 def _matrix(values: Matrix) -> dict[str, Any]:
@@ -172,6 +208,10 @@ def _numbers(values: dict[str, Any], key: str, where: str) -> Matrix:
     if not isinstance(rows, int) or not isinstance(columns, int) or rows * columns != len(data) or rows < 1:
         raise UsageError(f"{where}: {key} has {len(data)} numbers for {rows} rows and {columns} columns")
     return np.array(data, np.float64).reshape(rows, columns)
+
+
+def _optional(values: dict[str, Any], key: str, where: str) -> Matrix | None:
+    return _numbers(values, key, where) if key in values else None
 
 
 def _size(values: dict[str, Any], key: str, where: str) -> int:

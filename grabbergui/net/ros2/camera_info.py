@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from grabbergui.core.calibration import DISTORTION_LENGTH, Calibration
+from grabbergui.core.calibration import (
+    DISTORTION_LENGTH,
+    Calibration,
+    given_projection,
+    given_rectification,
+)
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -78,9 +82,7 @@ def fitted(calibration: Calibration, frame: Frame, full_size: tuple[int, int] | 
     if (frame.width, frame.height) == (calibration.width, calibration.height):
         return calibration
     whole = calibration.scaled_to(*(full_size or (frame.width, frame.height)))
-    matrix = whole.matrix.copy()
-    matrix[:2, 2] -= (frame.offset_x, frame.offset_y)
-    return replace(whole, width=frame.width, height=frame.height, matrix=matrix)
+    return whole.cut_out(frame.offset_x, frame.offset_y, frame.width, frame.height)
 
 
 def fill_camera_info(message: Any, calibration: Calibration) -> None:
@@ -89,7 +91,7 @@ def fill_camera_info(message: Any, calibration: Calibration) -> None:
     message.distortion_model = calibration.distortion_model
     message.d = [float(value) for value in np.ravel(calibration.distortion)]
     message.k = [float(value) for value in np.ravel(calibration.matrix)]
-    message.r = [float(value) for value in np.eye(3).ravel()]
+    message.r = [float(value) for value in np.ravel(calibration.rectification)]
     message.p = [float(value) for value in np.ravel(calibration.projection)]
 
 
@@ -110,10 +112,16 @@ def read_camera_info(message: Any, name: str) -> Calibration:
     if padding < 0:
         raise UsageError(f"the camera_info has {len(message.d)} coefficients, which are too many for {model}")
     distortion = np.pad(np.array(message.d, float), (0, padding))
-    whole = Calibration(message.width, message.height, matrix, distortion, camera_name=name)
+    whole = Calibration(
+        message.width,
+        message.height,
+        matrix,
+        distortion,
+        camera_name=name,
+        rectification=given_rectification(np.array(message.r, float).reshape(3, 3)),
+        rectified=given_projection(np.array(message.p, float).reshape(3, 4)),
+    )
     region, across, down = message.roi, max(message.binning_x, 1), max(message.binning_y, 1)
     if region.width and region.height:
-        matrix = whole.matrix.copy()
-        matrix[:2, 2] -= (region.x_offset, region.y_offset)
-        whole = replace(whole, width=region.width, height=region.height, matrix=matrix)
+        whole = whole.cut_out(region.x_offset, region.y_offset, region.width, region.height)
     return whole.scaled_to(whole.width // across, whole.height // down) if across * down > 1 else whole

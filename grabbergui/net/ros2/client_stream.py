@@ -137,7 +137,7 @@ class ImageStream:
         key = (
             *(message.width, message.height, message.distortion_model, message.binning_x, message.binning_y),
             *(region.x_offset, region.y_offset, region.width, region.height),
-            *(tuple(message.k), tuple(message.d)),
+            *(tuple(message.k), tuple(message.d), tuple(message.r), tuple(message.p)),
         )
         if key == self._info_key:
             return

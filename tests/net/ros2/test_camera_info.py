@@ -11,7 +11,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
-from grabbergui.net.ros2.camera_info import FittedCalibration, fitted, read_camera_info
+from grabbergui.net.ros2.camera_info import FittedCalibration, fill_camera_info, fitted, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
 WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))
@@ -101,6 +101,8 @@ def message(**changes):
         "distortion_model": "plumb_bob",
         "k": MATRIX.ravel().tolist(),
         "d": [0.1] * 5,
+        "r": [0.0] * 9,
+        "p": [0.0] * 12,
         "binning_x": 0,
         "binning_y": 0,
         "roi": SimpleNamespace(**whole),
@@ -126,6 +128,28 @@ def test_a_messages_region_and_binning():
     assert intrinsics(calibration) == (250, 250, (319.5 - 64 + 0.5) / 2 - 0.5, (239.5 - 32 + 0.5) / 2 - 0.5)
 
 
+def test_a_stereo_pairs_rectification_and_baseline_are_kept_through_binning_and_region():
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    projection = np.array([[480.0, 0, 300.5, -48], [0, 480, 230.5, 0], [0, 0, 1, 0]])
+    given = message(r=turn.ravel().tolist(), p=projection.ravel().tolist())
+
+    kept = Calibration.from_yaml(read_camera_info(given, "right").to_yaml())
+    told = SimpleNamespace()
+    fill_camera_info(told, fitted(kept, frame(64, 48, 16, 8), (320, 240)))
+
+    assert told.r == turn.ravel().tolist()
+    assert told.p == [240, 0, 301 / 2 - 0.5 - 16, -24, 0, 240, 231 / 2 - 0.5 - 8, 0, 0, 0, 1, 0]
+    assert told.k[2] == 320 / 2 - 0.5 - 16
+
+
+def test_without_a_rectification_it_is_the_cameras_own():
+    told = SimpleNamespace()
+    fill_camera_info(told, read_camera_info(message(), "left"))
+
+    assert told.r == np.eye(3).ravel().tolist()
+    assert told.p == [500, 0, 319.5, 0, 0, 500, 239.5, 0, 0, 0, 1, 0]
+
+
 @pytest.mark.parametrize(("given", "expected"), [([], 5), ([0.1, 0.2], 5), ([0.1, 0.2, 0.3, 0.4], 5)])
 def test_coefficients_left_out_are_zero(given, expected):
     distortion = read_camera_info(message(d=given), "left").distortion
@@ -147,6 +171,8 @@ def test_eight_coefficients():
         ({"k": [float("nan")] * 9}, "holds no calibration"),
         ({"d": [0.1] * 6}, "too many for plumb_bob"),
         ({"d": [float("inf")] * 5}, "not finite"),
+        ({"p": [float("nan")] * 12}, "not finite"),
+        ({"r": [float("inf")] * 9}, "not finite"),
         ({"distortion_model": "equidistant", "d": [0.1] * 4}, "'equidistant'"),
     ],
 )
