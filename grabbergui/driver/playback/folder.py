@@ -56,7 +56,10 @@ class FolderRecording(Recording):
         if note is None:
             note = _foreign(pixels, index)
         elif format_named(note.pixel_format).family is Family.RGB and pixels.ndim == 3:
-            pixels = pixels[..., file_channels(note.pixel_format)]
+            channels = file_channels(note.pixel_format)
+            if len(channels) > pixels.shape[2]:
+                raise RecordingError(f"{file} has no alpha, which {note.pixel_format} in {NOTES_NAME} has")
+            pixels = pixels[..., channels]
         if pixels.shape[:2] != (note.height, note.width):
             raise RecordingError(f"{file} is not of {note.width}×{note.height} pixels as {NOTES_NAME} says")
         return rebuilt(pixels, note, received_ns)
@@ -81,11 +84,11 @@ def file_channels(pixel_format: str) -> list[int]:
 
 
 def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
-    names = {(2, 1): "Mono8", (2, 2): "Mono16", (3, 1): "BGRa8" if pixels.shape[-1] == 4 else "BGR8"}
-    name = names.get((pixels.ndim, pixels.dtype.itemsize))
+    """The note of a picture without one. Raises RecordingError for values of another kind than a sensor's."""
+    names = {(2, "u1"): "Mono8", (2, "u2"): "Mono16", (3, "u1"): "BGRa8" if pixels.shape[-1] == 4 else "BGR8"}
+    name = names.get((pixels.ndim, pixels.dtype.str[1:]))
     if name is None:
-        raise RecordingError(
-            f"pictures of {pixels.dtype} with {pixels.shape[-1]} components cannot be played"
-        )
+        components = pixels.shape[2] if pixels.ndim == 3 else 1
+        raise RecordingError(f"pictures of {pixels.dtype} with {components} components cannot be played")
     height, width = pixels.shape[:2]
     return FrameNote(width=width, height=height, pixel_format=name, frame_id=index)

@@ -46,9 +46,13 @@ class VideoRecording(Recording):
 
     def frame(self, index: int, received_ns: int) -> Frame:
         """See Recording."""
-        if index != self._next:
-            self._capture.set(cv2.CAP_PROP_POS_FRAMES, index)
-        read, pixels = self._capture.read()
+        try:
+            if index != self._next:
+                self._capture.set(cv2.CAP_PROP_POS_FRAMES, index)
+            read, pixels = self._capture.read()
+        except cv2.error as error:
+            self._next = -1
+            raise RecordingError(f"{self.path}: frame {index} cannot be decoded: {error}") from error
         self._next = index + 1 if read else -1
         if not read or pixels is None:
             raise RecordingError(f"{self.path}: frame {index} cannot be decoded")

@@ -249,3 +249,18 @@ def test_a_folder_that_cannot_be_listed_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(type(tmp_path), "iterdir", closed)
     with pytest.raises(RecordingError, match=r"could not be read: Permission denied"):
         source.create(SourceUri("file", str(tmp_path))).open()
+
+
+@pytest.mark.parametrize("kind", ["RGBa8", "BGRa8"])
+def test_a_picture_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
+    cv2.imwrite(str(tmp_path / "0.png"), np.zeros((8, 16, 3), np.uint8))
+    (tmp_path / "frames.jsonl").write_text(note(0, pixel_format=kind))
+    with pytest.raises(RecordingError, match="no alpha"):
+        source.create(SourceUri("file", str(tmp_path))).open()
+
+
+@pytest.mark.parametrize("values", [np.int16, np.float32])
+def test_pictures_of_no_sensors_values_are_refused(tmp_path, values):
+    cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
+    with pytest.raises(RecordingError, match=f"pictures of {values.__name__} with 1 components"):
+        source.create(SourceUri("file", str(tmp_path))).open()
