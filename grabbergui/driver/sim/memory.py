@@ -78,7 +78,9 @@ class Register:
     def encode(self, value: RegisterValue) -> bytes:
         """A value to the register's bytes."""
         if self.kind is Kind.STRING:
-            return str(value).encode()[: self.length].ljust(self.length, b"\0")
+            # No letter is cut in two: what is left of it no host could read.
+            whole = str(value).encode()[: self.length].decode("utf-8", "ignore")
+            return whole.encode().ljust(self.length, b"\0")
         number = float(value) if self.kind is Kind.FLOAT64 else int(value)
         return struct.pack(f">{self.kind.value}", number)
 

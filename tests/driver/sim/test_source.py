@@ -42,6 +42,16 @@ def test_options_are_power_on_values():
     assert device.info.serial == get(reg.DEVICE_SERIAL_NUMBER) == "X7"
 
 
+@pytest.mark.parametrize(("name", "kept"), [("ä" * 9, "ä" * 8), ("x" + "ä" * 9, "x" + "ä" * 7)])
+def test_a_name_that_is_too_long_is_cut_between_letters(name, kept):
+    camera = create(uri(f"sim:?user_id={name}"))
+    camera.open()
+    try:
+        assert camera.feature("DeviceUserID").value == kept
+    finally:
+        camera.close()
+
+
 def test_a_fast_rate_shortens_the_exposure():
     get = create_device(uri("sim:?fps=400&height=480")).model.memory.get
     assert get(reg.FRAME_RATE) == pytest.approx(400)
