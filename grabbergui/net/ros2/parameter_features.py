@@ -16,6 +16,7 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
+from grabbergui.net.ros2.parameter_arrays import ARRAYS, message_of_text, text_of
 from grabbergui.net.ros2.parameter_values import BOOL, DOUBLE, INTEGER, STRING, message_of, value_of
 
 _KINDS = {
@@ -23,8 +24,9 @@ _KINDS = {
     INTEGER: FeatureKind.INTEGER,
     DOUBLE: FeatureKind.FLOAT,
     STRING: FeatureKind.STRING,
+    **dict.fromkeys(ARRAYS, FeatureKind.STRING),
 }
-"""Arrays are left out."""
+"""Arrays are edited as text."""
 _NOT_OF_THE_CAMERA = re.compile(r"qos_overrides\..*|use_sim_time|start_type_description_service")
 """What ROS adds to every node."""
 _CHOICES = re.compile(
@@ -117,9 +119,7 @@ class ParameterFeatures:
         """Set it; raises FeatureValueError with the node's reason where it refuses."""
         from rcl_interfaces.msg import Parameter
 
-        new = self.read(name).validated(value)
-        kind = _KINDS[self._descriptors[name].type]
-        message = message_of(kind, int(new) if kind is FeatureKind.INTEGER else new)
+        message = self._message(name, self.read(name).validated(value))
         request = self._srv.SetParameters.Request(parameters=[Parameter(name=name, value=message)])
         result = self._call("set_parameters", request).results[0]
         if not result.successful:
@@ -130,6 +130,13 @@ class ParameterFeatures:
         """Parameters cannot be executed."""
         raise FeatureValueError(f"{name} is a parameter and no command", name)
 
+    def _message(self, name: str, value: FeatureValue) -> Any:
+        given = self._descriptors[name].type
+        if given in ARRAYS:
+            return message_of_text(name, given, str(value))
+        kind = _KINDS[given]
+        return message_of(kind, int(value) if kind is FeatureKind.INTEGER else value)
+
     def _describe(self, names: list[str]) -> list[Any]:
         if not names:
             return []
@@ -138,7 +145,9 @@ class ParameterFeatures:
 
     def _values(self, names: list[str]) -> list[FeatureValue | None]:
         answer = self._call("get_parameters", self._srv.GetParameters.Request(names=names))
-        return [value_of(message) for message in answer.values]
+        return [
+            text_of(message) if message.type in ARRAYS else value_of(message) for message in answer.values
+        ]
 
     def _description(self, name: str) -> FeatureDescription:
         return FeatureDescription(

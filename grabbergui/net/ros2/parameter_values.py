@@ -9,7 +9,7 @@ from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 
 NOT_SET, BOOL, INTEGER, DOUBLE, STRING = range(5)
-"""Of `rcl_interfaces/msg/ParameterType`; arrays are left out."""
+"""Of `rcl_interfaces/msg/ParameterType`; `parameter_arrays` has the rest. No feature is an array."""
 
 TYPES = {
     FeatureKind.BOOLEAN: BOOL,

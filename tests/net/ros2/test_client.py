@@ -207,13 +207,14 @@ def test_parameters_become_controls(driver, opened):
     declare("serial", "4711", ParameterDescriptor(read_only=True))
     declare("awb", "auto", ParameterDescriptor(additional_constraints="one of [off, auto, daylight]"))
     declare("anti_flicker", 50, ParameterDescriptor(description="Mains, in Hz. Valid values: 0, 50 or 60"))
-    declare("matrix", [1.0, 2.0])
+    declare("matrix", [1.0, 2.5])
+    declare("modes", ["off", "größer"], ParameterDescriptor(read_only=True))
 
     remote = opened("ros2:/other")
 
     branches = {branch.name: [m.name for m in branch.members] for branch in remote.feature_tree().members}
     assert branches["rgb"] == ["rgb.binning", "rgb.flip"]
-    assert branches["Parameters"] == ["exposure", "name", "serial", "awb", "anti_flicker"]
+    assert branches["Parameters"] == ["exposure", "name", "serial", "awb", "anti_flicker", "matrix", "modes"]
     exposure = remote.feature("exposure")
     assert (exposure.kind, exposure.value, exposure.tooltip) == (FeatureKind.FLOAT, 2.0, "how bright")
     assert (exposure.minimum, exposure.maximum) == (1.0, 9.0)
@@ -227,6 +228,10 @@ def test_parameters_become_controls(driver, opened):
     assert remote.feature("rgb.flip").kind is FeatureKind.BOOLEAN
     assert remote.feature("name").kind is FeatureKind.STRING
     assert not remote.feature("serial").access.writable
+    matrix = remote.feature("matrix")
+    assert (matrix.kind, matrix.value) == (FeatureKind.STRING, "[1.0, 2.5]")
+    assert remote.feature("modes").value == '["off", "größer"]'
+    assert not remote.feature("modes").access.writable
     awb, flicker = remote.feature("awb"), remote.feature("anti_flicker")
     assert [entry.name for entry in awb.entries] == ["off", "auto", "daylight"] and awb.value == "auto"
     assert [entry.name for entry in flicker.entries] == ["0", "50", "60"] and flicker.value == "50"
@@ -257,6 +262,29 @@ def test_controls_set_parameters(driver, opened):
         remote.write_feature("name", "taken")
     with pytest.raises(FeatureValueError, match="no command"):
         remote.execute("flip")
+
+
+@pytest.mark.parametrize(
+    ("before", "text", "after", "shown"),
+    [
+        ([1.0], "[0.5, 2]", [0.5, 2.0], "[0.5, 2.0]"),
+        ([1], "3, -4", [3, -4], "[3, -4]"),
+        ([True], "[false, true]", [False, True], "[false, true]"),
+        (["a"], '["left, right", ""]', ["left, right", ""], '["left, right", ""]'),
+        ([b"\x01"], "[0, 255]", [b"\x00", b"\xff"], "[0, 255]"),
+        ([1.0], "[]", [], "[]"),
+    ],
+)
+def test_arrays_are_edited_as_text(driver, opened, before, text, after, shown):
+    driver.node.declare_parameter("list", before)
+    remote = opened("ros2:/other")
+
+    assert remote.write_feature("list", text).value == shown
+
+    parameter = driver.node.get_parameter("list")
+    assert list(parameter.value) == after and parameter.type_ == Parameter("list", value=before).type_
+    with pytest.raises(FeatureValueError, match="write a list as"):
+        remote.write_feature("list", "[{}]")
 
 
 def test_what_the_driver_changes_is_told_with_its_new_range(driver, opened):
