@@ -70,6 +70,14 @@ class ControlLink:
                 self._channel.cancel(exchange)
         return self._result(exchange)
 
+    def send_last(self, request: Request) -> None:
+        """Send a command to a camera that counts as lost, without waiting: it may only have been slow."""
+        with self._turn:
+            if self._socket.fileno() >= 0:
+                self._channel.start(request, time.monotonic())
+                for datagram in self._channel.datagrams():
+                    self._send(datagram)
+
     def read_register(self, address: int) -> int:
         """One register by READREG. Raises as `execute`, and RemoteProtocolError."""
         request = ReadReg((address,))

@@ -139,12 +139,20 @@ class GigeDevice(Device):
     def _let_go(self, link: ControlLink, memory: DeviceMemory) -> None:
         # The heart stops first: a released control must not look like a lost one.
         link.stop_heartbeat()
-        if memory.writable and link.lost is None:
-            try:
-                link.execute(WriteReg(((Register.CCP, 0),)), BRIEF)
-            except GrabberError as error:
-                log.info("releasing %s: %s", self.info.uri, error)
+        if memory.writable:
+            self._release(link)
         link.close()
+
+    def _release(self, link: ControlLink) -> None:
+        """Let control go: a camera that keeps it for a closed link keeps everybody out for seconds."""
+        release = WriteReg(((Register.CCP, 0),))
+        if link.lost is not None:
+            link.send_last(release)
+            return
+        try:
+            link.execute(release, BRIEF)
+        except GrabberError as error:
+            log.info("releasing %s: %s", self.info.uri, error)
 
     def _find(self, name: str) -> FoundDevice:
         found = discovery.find(name, self.options.search_timeout)
@@ -200,6 +208,8 @@ class GigeDevice(Device):
                 raise self._denied(link) from error
             raise
         except AckTimeoutError as error:
+            # Only the answer may have been lost. What is another's is not released by us.
+            self._release(link)
             link.read_register(Register.CCP)
             raise self._denied(link) from error
 

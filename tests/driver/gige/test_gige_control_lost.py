@@ -12,11 +12,12 @@ from grabbergui.core.errors import AccessDeniedError, AckTimeoutError
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register
+from grabbergui.driver.gige.control_channel import ControlTiming
 from grabbergui.driver.gige.control_link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice
-from grabbergui.driver.gige.gvcp import WriteReg
+from grabbergui.driver.gige.gvcp import Request, WriteReg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 
 def test_another_program_in_control_is_noticed_and_named() -> None:
@@ -48,6 +49,34 @@ def test_opening_that_fails_half_way_gives_control_back(monkeypatch: pytest.Monk
         with pytest.raises(AckTimeoutError):
             device.open(Access.CONTROL)
         assert not simulated.control.controlled
+
+
+def test_control_whose_grant_was_lost_on_the_way_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The link that has it is closed: until the camera forgets it, nobody could take control."""
+    execute = ControlLink.execute
+
+    def lose_grant(link: ControlLink, request: Request, timing: ControlTiming | None = None) -> bytes:
+        answer = execute(link, request, timing)
+        if isinstance(request, WriteReg) and request.writes == ((Register.CCP, Control.CONTROL),):
+            assert simulated.control.controlled
+            raise AckTimeoutError("no answer")
+        return answer
+
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.5")) as simulated:
+        with monkeypatch.context() as patch, pytest.raises(AccessDeniedError):
+            patch.setattr(ControlLink, "execute", lose_grant)
+            GigeDevice(simulated.address).open(Access.CONTROL)
+        assert not simulated.control.controlled
+
+
+def test_a_camera_that_was_only_slow_gives_its_control_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is taken for lost while its heart goes on: it must not keep us out until that expires."""
+    with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.6")) as simulated:
+        device = GigeDevice(simulated.address)
+        device.open(Access.CONTROL)
+        monkeypatch.setattr(ControlLink, "lost", "it has not answered")
+        device.close()
+        until(lambda: not simulated.control.controlled, "the release")
 
 
 def test_control_is_taken_from_one_who_offers_it_and_stays_taken() -> None:
