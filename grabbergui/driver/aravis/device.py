@@ -85,8 +85,8 @@ class AravisDevice(Device):
                 return camera
         known = ", ".join(camera.info().uri for camera in cameras) or "none"
         raise SourceNotFoundError(
-            f"Aravis sees no camera '{self._name}'; found: {known}. Check cable, power and address; a camera"
-            " in another network can be named by its IP address, as in aravis:192.168.0.10"
+            f"Aravis sees no camera {self._name or 'at all'}; found: {known}. Check cable, power and address;"
+            " a camera in another network can be named by its IP address, as in aravis:192.168.0.10"
         )
 
     def _settle_access(self, device: int, access: Access) -> None:

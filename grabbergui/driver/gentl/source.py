@@ -52,6 +52,6 @@ def _producer_file(file: str) -> Path:
             return path
     known = ", ".join(str(path) for path in installed) or "no .cti file"
     raise SourceNotFoundError(
-        f"there is no GenTL producer '{file}'; {SEARCH_PATH} leads to {known}. Give the file's whole"
-        " path, as in gentl:/opt/vendor/producer.cti"
+        f"there is no GenTL producer{f' {file}' if file else ''}; {SEARCH_PATH} leads to {known}. "
+        "Give the file's whole path, as in gentl:/opt/vendor/producer.cti"
     )

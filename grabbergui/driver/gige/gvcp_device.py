@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import struct
 from dataclasses import dataclass
@@ -135,7 +136,7 @@ class ForceIp:
 
 def parse_mac(text: str) -> bytes:
     """Six bytes from `00:30:53:0a:0b:0c`, `00-30-53-0A-0B-0C` or `0030530a0b0c`. Raises ValueError."""
-    raw = bytes.fromhex(text.replace(":", "").replace("-", ""))
-    if len(raw) != 6:
+    digits = text.replace(":", "").replace("-", "")
+    if not re.fullmatch(r"[0-9A-Fa-f]{12}", digits):
         raise ValueError(f"'{text}' is no MAC address")
-    return raw
+    return bytes.fromhex(digits)

@@ -35,7 +35,8 @@ class NameClient:
         server = configuration.parse_address(address) if address else configuration.name_server()
         if server is None:
             raise SourceUnavailableError(
-                "no YARP name server is configured; run `yarp conf HOST PORT`, or pass --nameserver HOST:PORT"
+                "no YARP name server is configured; run `yarp conf HOST PORT`, or name it: "
+                "--nameserver HOST:PORT, or ?nameserver=HOST:PORT behind a source"
             )
         return cls(server, configuration.authentication_key())
 
