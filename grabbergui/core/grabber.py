@@ -183,6 +183,10 @@ class FrameGrabber(ABC):
         FeatureAccessError, FeatureValueError, FeatureError for the camera's refusal, TransportError.
         """
 
+    def pauses_for(self, name: str) -> bool:
+        """Whether writing the feature stops a running stream, and starts it again."""
+        return False
+
     @abstractmethod
     def execute(self, name: str) -> None:
         """Run a command feature and wait until the camera says it is done (at most five seconds)."""

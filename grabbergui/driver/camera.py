@@ -160,7 +160,7 @@ class Camera(FrameGrabber):
                 raise FeatureAccessError(
                     f"{name}: this camera is open for reading only, another application controls it", name
                 )
-            restart = self._streaming and name.startswith(_CHANGES_PAYLOAD)
+            restart = self._streaming and self.pauses_for(name)
             # Refuse a wrong value before anything is switched or stopped for its sake.
             if feature.value is not None:
                 replace(feature, access=AccessMode.READ_WRITE).validated(value)
@@ -173,6 +173,10 @@ class Camera(FrameGrabber):
                 self._opened().write(name, accepted)
                 self._settings.note(feature, accepted, self._opened().feature)
             return self.feature(name)
+
+    def pauses_for(self, name: str) -> bool:
+        """See FrameGrabber."""
+        return name.startswith(_CHANGES_PAYLOAD) and not name.endswith("Max")
 
     def execute(self, name: str) -> None:
         """See FrameGrabber."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.regulation import as_editable
 from grabbergui.net.ros2.parameter_events import ParameterEvents
 from grabbergui.net.ros2.parameter_values import TYPES, accepted, descriptor_of, message_of, type_of
@@ -119,6 +119,9 @@ class FeatureParameters:
         return feature
 
     def _settable(self, feature: Feature) -> bool:
+        """Whether it can be set; what its automatic mode or the stream locks is freed for a write."""
+        if self._grabber.streaming and feature.access.readable and self._grabber.pauses_for(feature.name):
+            return self._grabber.access is Access.CONTROL
         auto = self._grabber.feature(feature.auto) if feature.auto else None
         return as_editable(feature, auto).access.writable
 

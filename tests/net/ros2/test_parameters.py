@@ -84,6 +84,16 @@ def test_descriptors_say_range_unit_entries_and_who_may_write(parameters, camera
     assert sensor.read_only and "read-only" in sensor.additional_constraints
 
 
+def test_what_only_the_stream_locks_can_be_set(parameters, camera):
+    assert camera.streaming
+
+    described = parameters.describe("PixelFormat", "Height", "HeightMax", "AcquisitionMode")
+
+    assert [descriptor.read_only for descriptor in described] == [False, False, True, True]
+    assert described[0].additional_constraints.startswith("one of Mono8")
+    assert parameters.set(Height=64)[0].successful and camera.streaming
+
+
 def test_the_read_only_flag_and_the_range_follow_the_camera(domain):
     knob = Feature(
         name="Knob", kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=3, minimum=0, maximum=9
