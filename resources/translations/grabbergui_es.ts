@@ -714,17 +714,17 @@ It {1}.</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
     </message>
@@ -2801,7 +2801,7 @@ It {1}.</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="66"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
@@ -2849,32 +2849,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="74"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="76"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="78"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="80"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="81"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="81"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="82"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -2889,19 +2889,19 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="71"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="76"/>
-        <source>differs</source>
-        <translation>difiere</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="79"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="77"/>
+        <source>would be written</source>
+        <translation>por escribir</translation>
     </message>
 </context>
 <context>

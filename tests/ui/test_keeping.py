@@ -63,7 +63,7 @@ def test_comparing_changes_nothing_until_applied(desk, tmp_path):
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     keeping.compare(path)
     desk.until(lambda: keeping.report)
-    assert rows(keeping.report) == {"Gain": "differs"}
+    assert rows(keeping.report) == {"Gain": "would be written"}
     assert desk.grabber.feature("Gain").value == 0
     desk.qtbot.mouseClick(keeping.report.applyButton, Qt.LeftButton)
     desk.until(lambda: desk.grabber.feature("Gain").value == 3)

@@ -12,7 +12,7 @@ from grabbergui.models.changes.change import Change, Origin
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.change_table import ChangeTable
 
-_WIDTHS = (76, 190, 96, 96, 76)
+_WIDTHS = (76, 180, 90, 90, 80)
 """Of the columns at first."""
 
 
@@ -45,7 +45,8 @@ class ChangesPanel(QWidget):
         self._changes = ChangeTable(self)
         self.table.setModel(self._changes)
         if (header := self.table.horizontalHeader()) is not None:
-            header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft)
+            left = Qt.Alignment(Qt.AlignmentFlag.AlignLeft)
+            header.setDefaultAlignment(left | Qt.AlignmentFlag.AlignVCenter)
         for column, width in enumerate(_WIDTHS):
             self.table.setColumnWidth(column, width)
         self.copyMenu = QMenu(self)

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QTreeWidg
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.models.settings.feature_set import Difference, SettingKey
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.checked_rows import checked_keys, make_checkable
+from grabbergui.ui.widgets.checked_rows import TICK_WIDTH, checked_keys, make_checkable
 
 
 class SettingsDifference(QDialog):
@@ -56,6 +56,7 @@ class SettingsDifference(QDialog):
             self.table.addTopLevelItem(row)
         for column in range(3):
             self.table.resizeColumnToContents(column)
+        self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
 
     def checked(self) -> list[SettingKey]:
         """What is ticked."""

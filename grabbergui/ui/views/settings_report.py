@@ -16,7 +16,7 @@ from PyQt5.QtWidgets import (
 from grabbergui.core.features import format_value
 from grabbergui.models.settings.loading import SETTLED, LoadReport, Outcome
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.checked_rows import checked_keys, make_checkable
+from grabbergui.ui.widgets.checked_rows import TICK_WIDTH, checked_keys, make_checkable
 
 
 class SettingsReport(QDialog):
@@ -64,6 +64,7 @@ class SettingsReport(QDialog):
         self._show_equal(self.equalBox.isChecked())
         for column in range(4):
             self.table.resizeColumnToContents(column)
+        self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
 
     def _summary(self, report: LoadReport) -> str:
         counts = ((report.count(outcome), self._outcome(outcome)) for outcome in Outcome)
@@ -73,7 +74,7 @@ class SettingsReport(QDialog):
         return {
             Outcome.WRITTEN: self.tr("written"),
             Outcome.EQUAL: self.tr("equal"),
-            Outcome.WOULD_WRITE: self.tr("differs"),
+            Outcome.WOULD_WRITE: self.tr("would be written"),
             Outcome.REFUSED: self.tr("refused"),
             Outcome.DIFFERENT: self.tr("came out different"),
             Outcome.LEFT_ALONE: self.tr("left alone"),

@@ -7,6 +7,8 @@ from PyQt5.QtWidgets import QTreeWidget, QTreeWidgetItem
 
 from grabbergui.models.settings.feature_set import SettingKey
 
+TICK_WIDTH = 24
+"Pixels of the ticks, which a style sheet makes larger than a column fitted to its contents has room for."
 _KEY_ROLE = Qt.ItemDataRole.UserRole + 1
 
 
