@@ -110,9 +110,12 @@ class NumberFeatures:
         raise FeatureAccessError(f"{name} is no command; YARP's own servers have none", name)
 
     def changes(self) -> frozenset[str]:
-        """What others changed since the last call: everything they may change is read again."""
+        """What others changed since the last call: everything they may change is read again.
+
+        The first call gives all of it: nobody can know what changed between reading it and that call.
+        """
         now = {name: entry.read() for name, entry in self._entries.items() if entry.write is not None}
-        before, self._seen = self._seen or now, now
+        before, self._seen = self._seen, now
         return frozenset(name for name, feature in now.items() if before.get(name) != feature)
 
     # -- what the server has -------------------------------------------------------------------------
