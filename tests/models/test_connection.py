@@ -60,7 +60,7 @@ class Bench:
         self.link.state_changed.connect(lambda state, reason: self.states.append(state))
         self.link.failed.connect(self.failures.append)
 
-    def until(self, state, seconds=5.0):
+    def until(self, state, seconds=PATIENCE):
         deadline = time.monotonic() + seconds
         while self.link.state is not state:
             assert time.monotonic() < deadline, f"{self.link.state}, not {state}: {self.failures}"

@@ -23,7 +23,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.gentl import producer, source, stream
 from grabbergui.driver.gentl.stream import BUFFERS
-from patience import PATIENCE, until
+from patience import PATIENCE, TRIES, until
 
 VIKY = Path(genicam.__file__).parent / "viky.cti"
 pytestmark = pytest.mark.skipif(not VIKY.is_file(), reason="this build of genicam ships no viky.cti")
@@ -134,13 +134,16 @@ def test_a_wait_for_frames_leaves_the_interpreter_to_others(grabber):
     queue = grabber.open_queue()
     grabber.start()
     queue.get(5)
-    before = grabber.statistics().frames
-    idle, long_pauses, last = threading.Event(), 0, time.monotonic()
-    while (frames := grabber.statistics().frames - before) < 16:
-        idle.wait(0.001)
-        now = time.monotonic()
-        long_pauses, last = long_pauses + (now - last > 0.03), now
-    # A waiting call would take most of every frame's 50 ms; a busy machine takes some.
+    for _ in range(TRIES):
+        before = grabber.statistics().frames
+        idle, long_pauses, last = threading.Event(), 0, time.monotonic()
+        while (frames := grabber.statistics().frames - before) < 16:
+            idle.wait(0.001)
+            now = time.monotonic()
+            long_pauses, last = long_pauses + (now - last > 0.03), now
+        # A waiting call would take most of every frame's 50 ms; a busy machine takes some.
+        if long_pauses < frames / 2:
+            break
     assert long_pauses < frames / 2
 
 

@@ -50,7 +50,7 @@ def grabber(simulated: GigeCamera) -> Iterator[FrameGrabber]:
         yield grabber
 
 
-def eventually(condition: Callable[[], Any], seconds: float = 5) -> None:
+def eventually(condition: Callable[[], Any], seconds: float = PATIENCE) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, "did not happen in time"

@@ -52,7 +52,7 @@ def simulate() -> Iterator[Callable[..., GigeCamera]]:
         camera.close()
 
 
-def eventually(condition: Callable[[], Any], seconds: float = 5) -> Any:
+def eventually(condition: Callable[[], Any], seconds: float = PATIENCE) -> Any:
     deadline = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < deadline, "did not happen in time"
@@ -125,7 +125,7 @@ def test_only_the_device_is_heard() -> None:
         stranger.sendto(Event(0x9999).encode(1), ("127.0.0.1", port))
     with closing(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) as device:
         device.bind(("127.0.0.7", 0))
-        device.settimeout(5)
+        device.settimeout(PATIENCE)
         device.sendto(EVENT.encode(5), ("127.0.0.1", port))
         assert Ack.decode(device.recv(100)).ack_id == 5
     assert heard.get(timeout=PATIENCE) == 0x9001 and heard.empty()

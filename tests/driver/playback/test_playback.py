@@ -2,7 +2,6 @@
 
 import json
 import threading
-import time
 
 import cv2
 import numpy as np
@@ -22,7 +21,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback import source
 from grabbergui.driver.playback.opening import open_recording
 from grabbergui.driver.playback.stored import RecordingError
-from patience import PATIENCE
+from patience import PATIENCE, attempts, until
 
 STEP_NS = 50_000_000
 
@@ -58,19 +57,22 @@ def player(folder):
 def test_frames_are_paced_as_recorded(player):
     queue = player.open_queue(16)
     player.start()
-    stamps = [queue.get(PATIENCE).received_ns for _ in range(6)]
-    steps = np.diff(stamps)
-    assert np.median(steps) == pytest.approx(STEP_NS, rel=0.3)
+
+    def paced():
+        steps = np.diff([queue.get(PATIENCE).received_ns for _ in range(6)])
+        return np.median(steps) == pytest.approx(STEP_NS, rel=0.3)
+
+    until(paced)
 
 
 def test_speed_changes_while_it_plays(player):
     player.write_feature("PlaybackSpeed", 10)
     queue = player.open_queue(16)
     player.start()
-    begun = time.monotonic()
-    for _ in range(12):
-        queue.get(PATIENCE)
-    assert time.monotonic() - begun < 6 * STEP_NS / 1e9
+    for watch in attempts(6 * STEP_NS / 1e9):
+        with watch:
+            for _ in range(12):
+                queue.get(PATIENCE)
 
 
 def test_loop_goes_round_and_can_be_ended(player):

@@ -16,6 +16,7 @@ from grabbergui.driver.sim.gige.server import counted
 from grabbergui.driver.sim.model import FramePlan
 from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.settings import FrameSettings, Optics
+from patience import PATIENCE
 
 test_packet.__test__ = False  # a maker of test packets
 
@@ -93,7 +94,7 @@ def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size):
     ):
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
         receiver.bind(("127.0.0.1", 0))
-        receiver.settimeout(5)
+        receiver.settimeout(PATIENCE)
         batch = DatagramBatch(sender, receiver.getsockname(), segmentation=segmentation)
         for first in range(0, block.payload_packets, 20):
             part = slice(first, first + 20)

@@ -55,11 +55,11 @@ class Host:
     def __init__(self, address):
         self.address = address
         self.control = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.control.settimeout(3)
+        self.control.settimeout(PATIENCE)
         self.stream = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
         self.stream.bind(("127.0.0.1", 0))
-        self.stream.settimeout(3)
+        self.stream.settimeout(PATIENCE)
         self.req_id = 0
 
     def close(self):
@@ -115,7 +115,7 @@ def stage():
     assert not [thread for thread in threading.enumerate() if "127.78." in thread.name]
 
 
-def eventually(condition, seconds=5):
+def eventually(condition, seconds=PATIENCE):
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, "did not happen in time"
@@ -229,7 +229,7 @@ def test_events_come_over_the_message_channel(stage):
     _, host = stage()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as messages:
         messages.bind(("127.0.0.1", 0))
-        messages.settimeout(3)
+        messages.settimeout(PATIENCE)
         host.write((CCP, 2), (MCDA, LOCALHOST), (MCP, messages.getsockname()[1]))
         host.write((reg.EVENT_NOTIFICATION[reg.Event.TEST].address, 1), (reg.TEST_EVENT_GENERATE.address, 1))
         datagram, source = messages.recvfrom(2048)
@@ -246,7 +246,7 @@ def test_broadcasts_are_heard(stage):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as seeker:
         seeker.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         seeker.bind(("127.0.0.1", 0))
-        seeker.settimeout(3)
+        seeker.settimeout(PATIENCE)
         seeker.sendto(encode_discovery(), ("127.255.255.255", 3956))
         found = set()
         while camera.address not in found:

@@ -76,7 +76,7 @@ class Bench:
         """Wait for so many more samples."""
         with self.came:
             wanted = len(self.samples) + count
-            assert self.came.wait_for(lambda: len(self.samples) >= wanted, 5)
+            assert self.came.wait_for(lambda: len(self.samples) >= wanted, PATIENCE)
             return self.samples[-1][1]
 
     def idle(self):

@@ -11,6 +11,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.picture.picture import PictureModel
+from patience import PATIENCE
 
 MONO8 = pfnc.by_name("Mono8")
 
@@ -25,7 +26,7 @@ class Stream(ScriptedGrabber):
             self._fanout.put(one)
 
 
-def until(condition, seconds=5.0):
+def until(condition, seconds=PATIENCE):
     deadline = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < deadline, "it did not happen in time"

@@ -187,7 +187,7 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
 
 def test_reading_in_reverse_without_a_name():
     with OutputPort("/out") as output, socket.create_connection(output.contact.address) as sock:
-        sock.settimeout(5)
+        sock.settimeout(PATIENCE)
         sock.sendall(wire.encode_greeting(wire.FAST_TCP, "/me"))
         assert wire.decode_number(sock.recv(8)) == output.port_number
         sock.sendall(b"".join(wire.encode_message("r")))
@@ -242,7 +242,7 @@ def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
     with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
         assert client.call(Bottle([1]))
         with socket.create_connection(server.contact.address) as sock:
-            sock.settimeout(10)
+            sock.settimeout(PATIENCE)
             try:
                 sock.sendall(data)
                 while sock.recv(4096):

@@ -34,7 +34,7 @@ def names(tmp_path, monkeypatch):
 
 
 def yarp(*arguments, text=None):
-    done = subprocess.run(["yarp", *arguments], input=text, capture_output=True, text=True, timeout=15)
+    done = subprocess.run(["yarp", *arguments], input=text, capture_output=True, text=True, timeout=PATIENCE)
     return done.stdout + done.stderr
 
 
