@@ -6,9 +6,9 @@ import logging
 import socket
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from queue import Empty, SimpleQueue
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
@@ -86,22 +86,25 @@ class InputPort(Port):
         super().__init__(name, names, bind=bind, port=port)
         self.overwritten = 0
         "Messages that newer ones replaced before they were read."
-        self._arrived: deque[tuple[memoryview | bytes, str]] = deque(maxlen=depth)
-        "Messages and envelopes; a JPEG picture as bytes."
-        self._changed = threading.Condition()
+        self._depth = depth
+        # Not a Condition: one lock that C waits for costs the reading thread far less than Python's.
+        self._arrived: SimpleQueue[tuple[memoryview | bytes, str] | None] = SimpleQueue()
+        "Messages and envelopes; a JPEG picture as bytes; None once the port is closed."
+        self._putting = threading.Lock()
         self._pulled: dict[str, _Puller] = {}
 
     def read(self, timeout: float) -> tuple[memoryview, str]:
         """The oldest message kept and its envelope's text. Raises FrameTimeoutError."""
         deadline = time.monotonic() + timeout
         while True:
-            with self._changed:
-                left = deadline - time.monotonic()
-                if not self._changed.wait_for(lambda: self._arrived or self._closing.is_set(), left):
-                    raise FrameTimeoutError(f"{self.name}: no message arrived within {timeout:g} s")
-                if not self._arrived:
-                    raise FrameTimeoutError(f"{self.name} was closed")
-                message, envelope = self._arrived.popleft()
+            try:
+                arrived = self._arrived.get(timeout=max(0.0, deadline - time.monotonic()))
+            except Empty:
+                raise FrameTimeoutError(f"{self.name}: no message arrived within {timeout:g} s") from None
+            if arrived is None:
+                self._arrived.put(None)  # for the next who reads
+                raise FrameTimeoutError(f"{self.name} was closed")
+            message, envelope = arrived
             if isinstance(message, memoryview):
                 return message, envelope
             try:
@@ -159,16 +162,28 @@ class InputPort(Port):
         for name in [name for name, carrier in self.carriers(outgoing=False).items() if name.startswith("/")]:
             self.disconnect(name)
         super().close()
-        with self._changed:
-            self._closing.set()
-            self._arrived.clear()
-            self._changed.notify_all()
+        with self._putting:
+            self._keep(0)
+            self._arrived.put(None)
 
     def _put(self, payload: memoryview | bytes, envelope: str = "") -> None:
-        with self._changed:
-            self.overwritten += len(self._arrived) == self._arrived.maxlen
-            self._arrived.append((payload, envelope))
-            self._changed.notify()
+        with self._putting:
+            if not self._closing.is_set():
+                self.overwritten += self._keep(self._depth - 1)
+                self._arrived.put((payload, envelope))
+
+    def _prepare(self) -> None:
+        self._keep(0)  # of an earlier life
+        super()._prepare()
+
+    def _keep(self, count: int) -> int:
+        """Drop the oldest messages but `count`; returns how many."""
+        dropped = 0
+        with suppress(Empty):  # somebody reads just now
+            while self._arrived.qsize() > count:
+                self._arrived.get_nowait()
+                dropped += 1
+        return dropped
 
     def _pull(self, target: Target) -> None:
         address = self.locate(target.name)
