@@ -67,6 +67,10 @@ class SharedGrabber(FrameGrabber):
         """See FrameGrabber."""
         return self._grabber.write_feature(name, value)
 
+    def pauses_for(self, name: str) -> bool:
+        """See FrameGrabber."""
+        return self._grabber.pauses_for(name)
+
     def execute(self, name: str) -> None:
         """See FrameGrabber."""
         self._grabber.execute(name)

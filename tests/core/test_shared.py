@@ -5,7 +5,7 @@ import threading
 from test_grabber import ThreeKnobs
 
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.shared import SharedGrabber
 from patience import PATIENCE
 
@@ -15,6 +15,17 @@ class Plain(ThreeKnobs):
 
     def open_queue(self, depth=2):
         return FrameQueue(depth)
+
+
+def test_whatever_a_grabber_can_be_asked_is_asked_of_the_one_beneath():
+    public = {
+        name
+        for name, kind in vars(FrameGrabber).items()
+        if not name.startswith("_") and (callable(kind) or isinstance(kind, property))
+    }
+    made_of_the_others = {"features"}
+
+    assert public - made_of_the_others <= set(vars(SharedGrabber))
 
 
 def test_no_queue_is_forgotten_where_two_threads_open_one_at_a_time():
