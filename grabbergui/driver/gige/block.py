@@ -19,10 +19,12 @@ class RequestLog:
     def __init__(self) -> None:
         self.tries = np.zeros(0, np.uint8)
         "Requests for each packet, by packet id."
+        self.missed_at = np.zeros(0)
+        "When it did not come in its turn; minus infinity where that was not noticed."
         self.first_at = np.zeros(0)
-        "When the first of them left."
+        "When the first request left."
         self.again_at = np.zeros(0)
-        "When the last of them counts as lost."
+        "When it is time for the next."
         self.next_check = NEVER
         "When to look for packets to ask for."
         self.tail_checked = -NEVER
@@ -31,7 +33,10 @@ class RequestLog:
     def make_room(self, packets: int) -> None:
         """Hold at least so many packets."""
         if len(self.tries) < packets:
+            known = len(self.tries)
             self.tries = _grown(self.tries, packets - 1)
+            self.missed_at = _grown(self.missed_at, packets - 1)
+            self.missed_at[known:] = -NEVER
             self.first_at = _grown(self.first_at, packets - 1)
             self.again_at = _grown(self.again_at, packets - 1)
 

@@ -124,6 +124,7 @@ class BlockAssembler:
             return
         if block.holds(header.packet_id):
             self.statistics.packets_duplicate += 1
+            self._resender.doubled(block, header.packet_id)
             return
         if header.packet_id > self.payload_size // 16 + 64:
             raise RemoteProtocolError(f"packet_id {header.packet_id} in a block of {self.payload_size} bytes")
@@ -132,12 +133,14 @@ class BlockAssembler:
 
     def _note_arrival(self, block: Block, header: PacketHeader, count: int, now: float) -> None:
         """Packets from `header`'s on, stored already, are noted; what follows from that is done."""
-        was_asked_for = self._resender.came(block, header.packet_id, count, now)
-        if was_asked_for or header.flags & FLAG_RESEND or header.status == Status.PACKET_RESEND:
+        marked = bool(header.flags & FLAG_RESEND) or header.status == Status.PACKET_RESEND
+        was_asked_for = self._resender.came(block, header.packet_id, count, now, marked=marked)
+        if was_asked_for or marked:
             self.statistics.packets_resent += count
-        is_gap = header.packet_id > block.highest + 1
+        expected = block.highest + 1
         block.mark(header.packet_id, count, now)
-        if is_gap:
+        if header.packet_id > expected and self.policy.enabled:
+            self._resender.missed(block, expected, header.packet_id - expected, now)
             self._notice_gap(block, now)
         if block.complete(self.stride):
             self._finish_ready()
@@ -260,7 +263,7 @@ class BlockAssembler:
 
     def _notice_gap(self, block: Block, now: float) -> None:
         if self.policy.enabled and not block.complete(self.stride):
-            block.asked.next_check = min(block.asked.next_check, now + self.policy.initial_wait)
+            block.asked.next_check = min(block.asked.next_check, now + self._resender.initial_wait)
             self._due = min(self._due, block.asked.next_check)
 
     def _ask(self, block: Block, now: float) -> None:

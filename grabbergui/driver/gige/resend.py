@@ -1,5 +1,6 @@
 """When to ask for lost packets, and when to stop: part of the machine that puts blocks together, without I/O.
 
+A packet that others overtook comes by itself: how late such packets are is learned, and so long a gap waits.
 A device answers as fast as it can, and a busy or distant one is slow. So the time to wait before a packet is
 asked for again is learned from the answers, as TCP learns it, and doubles with each try; and only so many
 requests are unanswered at once. Asking a slow device more often would make it slower still.
@@ -25,7 +26,9 @@ class ResendPolicy:
     enabled: bool = True
     "Off where the device cannot resend: it is then never asked."
     initial_wait: float = 0.001
-    "Seconds from noticing a gap to asking: the packet may only have been overtaken."
+    "Seconds from noticing a gap to asking, at least: the packet may only have been overtaken."
+    longest_initial_wait: float = 0.02
+    "The same at most, where packets were seen to be overtaken and to come late."
     first_answer_wait: float = 0.02
     "Seconds to wait for the answer to a request, before any answer showed how long it takes."
     shortest_answer_wait: float = 0.005
@@ -49,16 +52,17 @@ class ResendPolicy:
     "Blocks under way at once; the oldest is finished when one more begins."
 
 
-class AnswerTime:
-    """How long the device takes to answer."""
+class LearnedWait:
+    """How long to wait for something, from how long it took before."""
 
-    def __init__(self, policy: ResendPolicy) -> None:
-        self._policy = policy
+    def __init__(self, first: float, shortest: float, longest: float) -> None:
+        """Seconds: to wait before anything is known, and the bounds of what is learned."""
+        self._first, self._shortest, self._longest = first, shortest, longest
         self._mean: float | None = None
         self._deviation = 0.0
 
     def learn(self, seconds: float) -> None:
-        """An answer came after so long."""
+        """It came after so long."""
         if self._mean is None:
             self._mean, self._deviation = seconds, seconds / 2
             return
@@ -67,14 +71,12 @@ class AnswerTime:
 
     @property
     def wait(self) -> float:
-        """Seconds after which an answer counts as lost."""
-        policy = self._policy
+        """Seconds after which it counts as lost."""
         if self._mean is None:
-            return policy.first_answer_wait
+            return self._first
         # Twice the deviation and not four times as TCP: times here include answers that were lost, and with
         # four the wait would grow without end on a link that loses a tenth of its packets.
-        likely = self._mean + 2 * self._deviation
-        return min(max(likely, policy.shortest_answer_wait), policy.longest_answer_wait)
+        return min(max(self._mean + 2 * self._deviation, self._shortest), self._longest)
 
 
 class AnswerWindow:
@@ -113,20 +115,57 @@ class Resender:
 
     def __init__(self, policy: ResendPolicy) -> None:
         self.policy = policy
-        self._answer_time = AnswerTime(policy)
+        self._answer = LearnedWait(
+            policy.first_answer_wait, policy.shortest_answer_wait, policy.longest_answer_wait
+        )
+        self._overtaken = LearnedWait(policy.initial_wait, policy.initial_wait, policy.longest_initial_wait)
+        "How late packets come that others overtook."
+        self._marks = False
+        "Whether the device marks what it sends again."
         self._window = AnswerWindow(policy.max_unanswered)
         self._requests: deque[PacketResend] = deque()
 
-    def came(self, block: Block, packet_id: int, count: int, now: float) -> bool:
-        """Note that `count` packets from `packet_id` on arrived; whether they had been asked for."""
+    @property
+    def initial_wait(self) -> float:
+        """Seconds from noticing a gap to asking."""
+        return self._overtaken.wait
+
+    def missed(self, block: Block, packet_id: int, count: int, now: float) -> None:
+        """Note that `count` packets from `packet_id` on did not come in their turn."""
+        block.asked.make_room(len(block.received))
+        gap = slice(packet_id, packet_id + count)
+        block.asked.missed_at[gap] = now
+        block.asked.again_at[gap] = now + self.initial_wait
+
+    def came(self, block: Block, packet_id: int, count: int, now: float, *, marked: bool) -> bool:
+        """Note that `count` packets from `packet_id` on arrived; whether they had been asked for.
+
+        `marked`: the device says that it sent them again.
+        """
+        self._marks = self._marks or marked
         asked = block.asked
-        if packet_id >= len(asked.tries) or not asked.tries[packet_id]:
+        if packet_id >= len(asked.tries):
             return False
-        # Which of several requests was answered cannot be told. Taken as the first, a device that is slower
-        # than we thought is found out.
-        self._answer_time.learn(now - float(asked.first_at[packet_id]))
+        missed_at = float(asked.missed_at[packet_id])
+        if not asked.tries[packet_id]:
+            if missed_at > -NEVER:
+                self._overtaken.learn(now - missed_at)
+            return False
+        if marked or not self._marks:
+            # Which of several requests was answered cannot be told. Taken as the first, a device that is
+            # slower than we thought is found out.
+            self._answer.learn(now - float(asked.first_at[packet_id]))
+            self._overtaken.learn(0.0)
+        elif missed_at > -NEVER:
+            self._overtaken.learn(now - missed_at)
         self._window.came(count)
         return True
+
+    def doubled(self, block: Block, packet_id: int) -> None:
+        """A packet came twice: if it was asked for, then too soon. By how much, only marks tell."""
+        asked = block.asked
+        if not self._marks and packet_id < len(asked.tries) and asked.tries[packet_id]:
+            self._overtaken.learn(2 * self.initial_wait)
 
     def refused(self, block: Block, packet_id: int) -> None:
         """The device no longer has this packet: it is not asked for again."""
@@ -148,7 +187,7 @@ class Resender:
             due = due[: max(room, 0)]
             asked.next_check = now + policy.shortest_answer_wait
         for first, last in runs(due):
-            wait = self._answer_time.wait
+            wait = self._answer.wait
             asked.note(first, last, now, wait)
             self._window.asked(last - first + 1, now + wait)
             self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
