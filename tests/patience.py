@@ -28,37 +28,45 @@ def until(condition: Callable[[], T], what: str = "it", seconds: float = PATIENC
 
 
 class Stopwatch:
-    """Measures the seconds that its `with` block would take a machine at rest."""
+    """Measures the seconds that its `with` block would take a machine at rest.
+
+    Of wall-clock time, or of the processor's by `time.thread_time` or `time.process_time`.
+    """
 
     seconds = float("inf")
 
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
+
     def __enter__(self) -> Stopwatch:
-        self._slowness = slowness()
-        self._begun = time.perf_counter()
+        self._slowness = slowness(self._clock)
+        self._begun = self._clock()
         return self
 
     def __exit__(self, *_: object) -> None:
-        took = time.perf_counter() - self._begun
-        self.seconds = took / ((self._slowness + slowness()) / 2)
+        took = self._clock() - self._begun
+        self.seconds = took / ((self._slowness + slowness(self._clock)) / 2)
 
 
-def slowness() -> float:
+def slowness(clock: Callable[[], float] = time.perf_counter) -> float:
     """How many times longer than a desktop at rest this machine takes for some work just now; 1 or more."""
-    begun = time.perf_counter()
+    begun = clock()
     total = 0
     for number in range(TURNS):
         total += number
-    return max((time.perf_counter() - begun) / AT_REST, 1.0)
+    return max((clock() - begun) / AT_REST, 1.0)
 
 
-def attempts(promised: float, tries: int = TRIES) -> Iterator[Stopwatch]:
+def attempts(
+    promised: float, tries: int = TRIES, clock: Callable[[], float] = time.perf_counter
+) -> Iterator[Stopwatch]:
     """Stopwatches for the same thing again and again, until it took no longer than promised, in seconds.
 
     `for watch in attempts(1.0):` prepare, then do `with watch:`. Fails when every try took longer.
     """
     took: list[str] = []
     while len(took) < tries:
-        watch = Stopwatch()
+        watch = Stopwatch(clock)
         yield watch
         if watch.seconds <= promised:
             return

@@ -13,6 +13,7 @@ from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel
 from grabbergui.ui.widgets.section import Section
+from patience import PATIENCE, attempts, slowness
 
 
 def test_without_a_camera_the_panel_says_so(qtbot):
@@ -153,13 +154,13 @@ def huge_grabber(count=3500, per_category=500):
 
 def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(desk, qapp):
     # In seconds of this thread's own work: how busy the machine is otherwise must not matter.
-    grabber = huge_grabber()
-    start = time.thread_time()
-    d = desk(grabber)
+    for watch in attempts(0.5, clock=time.thread_time):
+        grabber = huge_grabber()
+        with watch:
+            d = desk(grabber)
     worst = 0.0
-    assert time.thread_time() - start < 0.5
     d.panel.section("Category3").header.click()
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + PATIENCE
     while len(grabber.reads) < 1000 or any(
         not row.editor for name in d.panel.watched for row in d.panel.rows.rows(name)
     ):
@@ -167,7 +168,7 @@ def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(desk, 
         turn = time.thread_time()
         qapp.processEvents()
         worst = max(worst, time.thread_time() - turn)
-    assert worst < 0.1
+    assert worst / slowness(time.thread_time) < 0.1
     # Two sections were opened, nothing else was read.
     assert len(set(grabber.reads)) == 1000
 
