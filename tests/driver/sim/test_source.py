@@ -92,7 +92,7 @@ def test_refusals_carry_a_status():
 
 @pytest.fixture
 def streaming():
-    device = create_device(uri("sim:?width=64&height=48&fps=200"))
+    device = create_device(uri("sim:?width=64&height=48&fps=1000&exposure=100"))
     device.open(Access.CONTROL)
     frames = []
     arrived = threading.Semaphore(0)
@@ -103,7 +103,7 @@ def streaming():
 
     def take(count):
         for _ in range(count):
-            assert arrived.acquire(timeout=5)
+            assert arrived.acquire(timeout=PATIENCE)
         return frames
 
     device.open_stream(StreamRequest(64 * 48), deliver)
