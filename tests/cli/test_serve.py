@@ -75,7 +75,7 @@ def test_the_terminal_of_a_server_and_a_configuration_file(serve, tmp_path):
 def test_counters_and_a_structured_log(serve):
     process = serve(SMALL, "--introspection", "--metrics", "0", "--terminal", "--log-format", "json")
     url = line_with(process, "counters are at").split()[-1]
-    with urllib.request.urlopen(url, timeout=5) as page:
+    with urllib.request.urlopen(url, timeout=PATIENCE) as page:
         assert b"grabbergui_frames_total{" in page.read()
 
     process.send_signal(signal.SIGTERM)

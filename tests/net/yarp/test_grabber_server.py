@@ -51,11 +51,11 @@ def test_its_ports_are_known_while_it_runs(scene: Stage, server: YarpGrabberServ
 def test_pictures_over_each_carrier(scene: Stage, server: YarpGrabberServer, chosen: str) -> None:
     with InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber", chosen)
-        message, envelope = reader.read(5)
+        message, envelope = reader.read(PATIENCE)
         header, pixels = image.decode(message)
         assert (header.code, pixels.shape) == ("rgb", (100, 168, 3))
         first = Stamp.decode(envelope)
-        second = Stamp.decode(reader.read(5)[1])
+        second = Stamp.decode(reader.read(PATIENCE)[1])
         assert first and second and second.count > first.count
         assert abs(second.time - time.time()) < 5
 
@@ -63,20 +63,20 @@ def test_pictures_over_each_carrier(scene: Stage, server: YarpGrabberServer, cho
 def test_raw_beside_colour(scene: Stage, server: YarpGrabberServer) -> None:
     with InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber/raw")
-        header, pixels = image.decode(reader.read(5)[0])
+        header, pixels = image.decode(reader.read(PATIENCE)[0])
         assert (header.code, pixels.shape) == ("mono", (100, 168))
 
 
 def test_raw_alone(scene: Stage) -> None:
     with scene.share(capabilities=Capability.RAW), InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber")
-        assert image.decode(reader.read(5)[0])[0].code == "mono"
+        assert image.decode(reader.read(PATIENCE)[0])[0].code == "mono"
 
 
 def test_a_period_spaces_pictures(scene: Stage) -> None:
     with scene.share(period=0.2), InputPort("/reader", scene.names, depth=10) as reader:
         reader.connect("/grabber")
-        times = [Stamp.decode(reader.read(5)[1]) for _ in range(4)]
+        times = [Stamp.decode(reader.read(PATIENCE)[1]) for _ in range(4)]
         stamps = [stamp.time for stamp in times if stamp]
         assert 0.5 < stamps[-1] - stamps[0] < 0.9
 

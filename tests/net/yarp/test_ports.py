@@ -57,7 +57,7 @@ def test_pictures_over_every_carrier(names, carrier):
         stamp = Stamp(7, 1234.5).encode()
         smooth = np.full_like(PICTURE, 90)
         output.write(*image.encode(smooth, "rgb"), stamp)
-        payload, envelope = reader.read(5)
+        payload, envelope = reader.read(PATIENCE)
         header, pixels = image.decode(payload)
         assert (header.code, envelope) == ("rgb", stamp)
         np.testing.assert_allclose(pixels, smooth, atol=3 if carrier == "mjpeg" else 0)
@@ -73,7 +73,7 @@ def test_bottles_over_every_carrier(names, carrier):
         assert reader.carriers(outgoing=False) == {"/out": carrier}
         bottle = Bottle([1, 2.5, "two words", ["x", Vocab("ok")]])
         output.write_bottle(bottle, "3 4.5")
-        payload, envelope = reader.read(5)
+        payload, envelope = reader.read(PATIENCE)
         assert Bottle.decode(payload) == bottle and envelope == "3 4.5"
 
 
@@ -167,7 +167,7 @@ def test_a_slow_reader_slows_nobody():
         picture = image.encode(np.zeros((1000, 1000, 3), np.uint8), "rgb")
         for number in range(20):
             output.write(*picture, Stamp(number, 1).encode())
-            assert Stamp.decode(reader.read(5)[1]).count == number
+            assert Stamp.decode(reader.read(PATIENCE)[1]).count == number
         assert output.dropped > 5
         accepted[0].close()
 
@@ -180,7 +180,7 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
         for number in range(5):
             output.write_bottle(Bottle([number]))
             wait_for(lambda sent=number + 1: output._outputs[0].sent == sent)
-        assert Bottle.decode(reader.read(1)[0]) == [4] and reader.overwritten == 4
+        assert Bottle.decode(reader.read(PATIENCE)[0]) == [4] and reader.overwritten == 4
         with pytest.raises(FrameTimeoutError):
             reader.read(0.01)
 
@@ -280,12 +280,12 @@ def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
 
 
 def test_authentication_keeps_strangers_out(monkeypatch):
-    monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
     server = RpcServer("/rpc", echo)
     server.key = b"secret"
     with server:
         with RpcClient(server.place(), key=b"secret") as friend:
             assert friend.call(Bottle([1])) == [Vocab("ok"), 1]
+        monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
         with RpcClient(server.place()) as stranger, pytest.raises(TransportError):
             stranger.call(Bottle([1]), timeout=2)
 
