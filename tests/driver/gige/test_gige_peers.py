@@ -82,7 +82,7 @@ def test_is_listed(aravis_camera: Any) -> None:
 @ARAVIS
 def test_an_unknown_name_is_an_error_that_lists_what_is_there(aravis_camera: Any) -> None:
     with pytest.raises(SourceNotFoundError, match="found: gige:GV01"):
-        opened("GV99", search_timeout=0.2)
+        opened("GV99", search_timeout=1.0)
 
 
 @ARAVIS

@@ -238,9 +238,9 @@ GARBAGE = [
 
 @pytest.mark.parametrize("data", GARBAGE)
 def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
-    monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
     with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
         assert client.call(Bottle([1]))
+        monkeypatch.setattr("grabbergui.net.yarp.os.inputs.STALL_SECONDS", 0.3)
         with socket.create_connection(server.contact.address) as sock:
             sock.settimeout(PATIENCE)
             try:
