@@ -1,9 +1,12 @@
-"""ROS, where a test uses it, in a domain of its own."""
+"""ROS, where a test uses it, in a domain of its own; what a robot waits for on a busy machine."""
 
 import os
+from dataclasses import replace
 
 import pytest
 
+from grabbergui.servo.config import Config
+from patience import slowness
 from ros2_domain import own_domain
 
 
@@ -11,3 +14,16 @@ from ros2_domain import own_domain
 def domain():
     """Nobody else's nodes, and none of ours beyond this machine."""
     os.environ.update(own_domain())
+
+
+@pytest.fixture
+def config():
+    """Of a session in real time: on a machine that is slow just now, pictures and readings may be older.
+
+    With the limits of a real robot it would rightly not move at all there. Tests in simulated time hold them.
+    """
+    config, slow = Config(), slowness()
+    limits = ("picture_timeout", "robot_timeout", "command_timeout", "freeze", "stuck")
+    relaxed = replace(config.safety, **{name: slow * getattr(config.safety, name) for name in limits})
+    object.__setattr__(config, "safety", relaxed)  # past the check, which holds every user to 0.2 s
+    return config

@@ -125,11 +125,11 @@ def test_the_simulated_hand_moves_as_it_is_told():
 
 # -- real time -----------------------------------------------------------------------------------
 @pytest.fixture
-def live():
+def live(config):
     robot = SimRobot(teo.BODY)
     camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
     yield pilot, camera, robot
     pilot.stop()
     camera.close()

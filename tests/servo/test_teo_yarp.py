@@ -193,10 +193,10 @@ def test_the_ports_answer_whatever_is_asked(names, simulated, text):
             client.close()
 
 
-def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated):
+def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
     camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
     try:
         pilot.start()
         until(lambda: pilot.loop.machine.state is State.REACHED, seconds=PROGRAM)
@@ -210,10 +210,10 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated):
 
 
 # -- what others see -----------------------------------------------------------------------------
-def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated):
+def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated, config):
     camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
     publisher = YarpPublisher(pilot, names, "/servo")
     reader, caller = InputPort("/reader", names, depth=50), RpcClient("/servo/rpc:s", names)
     try:
