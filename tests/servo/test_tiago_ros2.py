@@ -128,9 +128,17 @@ def listener(domain):
 
 
 @pytest.fixture
-def pilot(robot, simulated, config):
+def board_shown():
+    """Set while the person shows the board with the marker; clear it to see the person alone."""
+    shown = threading.Event()
+    shown.set()
+    return shown
+
+
+@pytest.fixture
+def pilot(robot, simulated, config, board_shown):
     """The whole loop, its pictures from the simulated head: a person, and a second later the marker."""
-    things = Things(board=lambda seconds: board_pose() if seconds > 1 else None)
+    things = Things(board=lambda seconds: board_pose() if seconds > 1 and board_shown.is_set() else None)
     camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker, things))
     camera.open()
     pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
@@ -432,21 +440,23 @@ def pairs(states):
     return {pair.key: pair.value for pair in states.get(timeout=PATIENCE).values}
 
 
-def test_all_detections_are_published_where_vision_msgs_is_there(pilot, listener):
+def test_all_detections_are_published_where_vision_msgs_is_there(pilot, listener, board_shown):
     vision = pytest.importorskip("vision_msgs.msg", reason="vision_msgs is not installed")
     publisher = Ros2Publisher(pilot, "/servo")
     publisher.open()
     try:
         markers = listener.hear(vision.Detection3DArray, "/servo/markers")
         heads = listener.hear(vision.Detection3DArray, "/servo/heads")
+        board_shown.clear()
         pilot.start()
+        assert heads.get(timeout=PATIENCE).header.frame_id == "camera"
+        board_shown.set()
         found = []
         until(lambda: found or found.extend(markers.get(timeout=PATIENCE).detections))
         assert found[0].id == "20"
         assert found[0].results[0].hypothesis.class_id == "20"
         assert found[0].bbox.size.x == pytest.approx(0.1)
         assert found[0].results[0].pose.pose == found[0].bbox.center
-        assert heads.get(timeout=PATIENCE).header.frame_id == "camera"
     finally:
         pilot.stop()
         publisher.close()
