@@ -63,6 +63,9 @@ class Camera(FrameGrabber):
         self._closed = threading.Event()
         self._closed.set()
         self._reconnecting: threading.Thread | None = None
+        self._losses = threading.Lock()
+        "Never held while anything waits: a loss is told of by threads that closing the device joins."
+        self._lost_again = False
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access = Access.CONTROL) -> None:
@@ -333,11 +336,15 @@ class Camera(FrameGrabber):
         log.warning("%s: %s", self.info.uri, reason)
         was_streaming, self._streaming = self._streaming, False
         self.connection_changed.emit(ConnectionState.LOST, reason)
-        if self._closed.is_set() or self._reconnecting is not None:
-            return
-        name = f"reconnect {self.info.uri}"
-        thread = threading.Thread(target=self._reconnect, args=(was_streaming,), name=name, daemon=True)
-        self._reconnecting = thread
+        with self._losses:
+            if self._closed.is_set():
+                return
+            if self._reconnecting is not None:
+                self._lost_again = True
+                return
+            name = f"reconnect {self.info.uri}"
+            thread = threading.Thread(target=self._reconnect, args=(was_streaming,), name=name, daemon=True)
+            self._reconnecting = thread
         thread.start()
 
     def _reconnect(self, was_streaming: bool) -> None:
@@ -351,7 +358,10 @@ class Camera(FrameGrabber):
                 except GrabberError as error:
                     log.info("%s is not back yet: %s", self.info.uri, error)
                     continue
-                self._reconnecting = None
+                with self._losses:
+                    if self._lost_again:
+                        continue
+                    self._reconnecting = None
             self.connection_changed.emit(ConnectionState.OPEN, "it is back, and set as before")
             names = frozenset(description.name for description in self.feature_tree().descriptions())
             self.features_changed.emit(names)
@@ -360,6 +370,7 @@ class Camera(FrameGrabber):
     def _restore(self, streaming: bool) -> None:
         self.device.close_stream()
         self.device.close()
+        self._lost_again = self._streaming = False  # what was told until here is about what is closed
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)

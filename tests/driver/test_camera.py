@@ -213,6 +213,29 @@ def test_a_lost_device_comes_back_as_it_was_set(camera):
     assert queue.get(PATIENCE).width == 128
 
 
+def test_a_device_lost_again_while_it_comes_back_comes_back_once_more(camera):
+    states, really, opened = queue_module.Queue(), camera.device.open_stream, []
+    camera.connection_changed.connect(lambda state, why: states.put(state))
+
+    def open_stream(*args, **kwargs):
+        stream = really(*args, **kwargs)
+        opened.append(stream)
+        if len(opened) == 1:
+            camera.device.on_lost("out again, in the last step of its return")
+        return stream
+
+    queue = camera.open_queue()
+    camera.start()
+    camera.device.open_stream = open_stream
+    camera.device.on_lost("the cable is out")
+
+    lost, back = ConnectionState.LOST, ConnectionState.OPEN
+    assert [states.get(timeout=PATIENCE) for _ in range(3)] == [lost, lost, back]
+    assert len(opened) == 2 and camera.streaming
+    queue.clear()
+    assert queue.get(PATIENCE)
+
+
 def test_a_lost_device_can_be_closed(camera, monkeypatch):
     def refuse(access: Access) -> Access:
         raise DeviceLostError("still gone")
