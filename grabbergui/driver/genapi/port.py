@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from genicam import genapi
 
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import GrabberError, TransportError
 from grabbergui.driver.device import Device
 
 
@@ -12,7 +12,7 @@ class RegisterPort(genapi.AbstractPort):
     """Reads and writes registers of a `Device` for GenApi.
 
     What the device raises does not survive its way through C++, so it is kept in `failure` for whoever
-    made the call.
+    made the call; what nobody foresaw becomes a TransportError, since GenApi would end the process.
     """
 
     def __init__(self, device: Device) -> None:
@@ -25,17 +25,15 @@ class RegisterPort(genapi.AbstractPort):
         """Called by GenApi."""
         try:
             return self._device.read(address, length)
-        except GrabberError as error:
-            self.failure = error
-            raise RuntimeError(str(error)) from error
+        except Exception as error:
+            raise self._kept(error) from error
 
     def write(self, address: int, value: bytes) -> None:
         """Called by GenApi."""
         try:
             self._device.write(address, bytes(value))
-        except GrabberError as error:
-            self.failure = error
-            raise RuntimeError(str(error)) from error
+        except Exception as error:
+            raise self._kept(error) from error
 
     def get_access_mode(self) -> int:
         """Called by GenApi."""
@@ -48,6 +46,13 @@ class RegisterPort(genapi.AbstractPort):
     def get_principal_interface_type(self) -> int:
         """Called by GenApi."""
         return int(genapi.EInterfaceType.intfIPort)
+
+    def _kept(self, error: Exception) -> RuntimeError:
+        """What GenApi takes; the reason waits for `take_failure`."""
+        if not isinstance(error, GrabberError):
+            error = TransportError(f"{type(error).__name__}: {error}")
+        self.failure = error
+        return RuntimeError(str(error))
 
     def take_failure(self) -> GrabberError | None:
         """The error behind GenApi's last exception, forgotten by this call."""

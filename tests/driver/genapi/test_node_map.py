@@ -13,6 +13,7 @@ from grabbergui.core.errors import (
     FeatureError,
     FeatureValueError,
     RemoteProtocolError,
+    TransportError,
 )
 from grabbergui.core.features import AccessMode, FeatureKind, Representation, Visibility
 from grabbergui.driver.genapi.node_map import CameraNodeMap
@@ -180,6 +181,16 @@ def test_silence_is_a_transport_error(nodes, memory):
     memory.silent = True
 
     with pytest.raises(AckTimeoutError):
+        nodes.execute("Reset")
+
+
+def test_what_nobody_foresaw_is_a_transport_error_too(nodes, memory, monkeypatch):
+    def fail(address, data):
+        raise MemoryError("none left")
+
+    monkeypatch.setattr(memory, "write", fail)
+
+    with pytest.raises(TransportError, match="MemoryError: none left"):
         nodes.execute("Reset")
 
 
