@@ -42,6 +42,13 @@ def dictionary_by_name(name: str) -> int:
     return int(number)
 
 
+def check_marker(dictionary: str, marker: int) -> None:
+    """Raises UsageError for an id that the dictionary does not have; it would be looked for for ever."""
+    ids = len(cv2.aruco.getPredefinedDictionary(dictionary_by_name(dictionary)).bytesList)
+    if not 0 <= marker < ids:
+        raise UsageError(f"the dictionary {dictionary} has no marker {marker}; it has 0 to {ids - 1}")
+
+
 class ArucoFinder:
     """Markers of one dictionary and size. Use from one thread."""
 

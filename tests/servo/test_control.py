@@ -272,6 +272,7 @@ def test_the_shipped_file_says_what_the_defaults_are():
         ("[head]\nstart 0.01", "never rest"),
         ("[safety]\npicture_timeout 0.5", "too long"),
         ("[loop]\nrate 0", "1 to 1000"),
+        ("[marker]\nid = 50", "4X4_50 has no marker 50; it has 0 to 49"),
     ],
 )
 def test_a_setting_that_cannot_be_is_refused(text, complaint):
