@@ -1,6 +1,5 @@
 """Nothing blocks: however large a camera is, the window answers within a tenth of a second."""
 
-import gc
 import os
 import time
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.models.connection import LinkState
 from grabbergui.ui.widgets.section import Section
+from patience import little_garbage, slowness
 
 ATTEMPTS = 4
 "A busy machine may take a turn's time for itself; a window that blocks does so every time."
@@ -25,8 +25,8 @@ VENDORS = Path(
 
 
 def longest():
-    """Seconds that a turn of the event loop may take: 0.1, more where others want the processors too."""
-    return 0.1 * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    """Seconds that a turn of the event loop may take: 0.1, more on a slow machine or among others' work."""
+    return 0.1 * max(slowness(), os.getloadavg()[0] / (os.cpu_count() or 1))
 
 
 @contextmanager
@@ -59,8 +59,8 @@ def warm_desk(window_desk):
     window_desk.connect()
     window_desk.watch()
     disconnected(window_desk)
-    gc.collect()
-    return window_desk
+    with little_garbage():
+        yield window_desk
 
 
 def open_sections(desk, count):

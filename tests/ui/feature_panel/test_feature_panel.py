@@ -13,7 +13,7 @@ from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.views.feature_panel import MOST_FOUND, FeaturePanel
 from grabbergui.ui.widgets.section import Section
-from patience import PATIENCE, attempts, slowness
+from patience import PATIENCE, attempts, little_garbage, slowness
 
 
 def test_without_a_camera_the_panel_says_so(qtbot):
@@ -161,13 +161,14 @@ def test_thousands_of_features_open_at_once_and_never_hold_the_event_loop(desk, 
     worst = 0.0
     d.panel.section("Category3").header.click()
     deadline = time.monotonic() + PATIENCE
-    while len(grabber.reads) < 1000 or any(
-        not row.editor for name in d.panel.watched for row in d.panel.rows.rows(name)
-    ):
-        assert time.monotonic() < deadline
-        turn = time.thread_time()
-        qapp.processEvents()
-        worst = max(worst, time.thread_time() - turn)
+    with little_garbage():
+        while len(grabber.reads) < 1000 or any(
+            not row.editor for name in d.panel.watched for row in d.panel.rows.rows(name)
+        ):
+            assert time.monotonic() < deadline
+            turn = time.thread_time()
+            qapp.processEvents()
+            worst = max(worst, time.thread_time() - turn)
     assert worst / slowness(time.thread_time) < 0.1
     # Two sections were opened, nothing else was read.
     assert len(set(grabber.reads)) == 1000
