@@ -18,7 +18,7 @@ FASTEST = 600e6
 "Bytes a second, as the kernel counts: packets that come faster gather by themselves while others are taken."
 BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile."
-LEAST_SPAN = 0.0005
+LEAST_SPAN = 0.0002
 "Seconds; over a shorter one no rate is measured."
 STEADY_SPAN = 0.002
 "Seconds within a block over which a burst weighs little, so that a rate tells when the block ends."

@@ -29,6 +29,8 @@ class ResendPolicy:
     "Seconds from noticing a gap to asking, at least: the packet may only have been overtaken."
     longest_initial_wait: float = 0.02
     "The same at most, where packets were seen to be overtaken and to come late."
+    look_again: float = 0.005
+    "Seconds between two looks at what a block misses, at least: gaps that fall into one are asked for together."
     first_answer_wait: float = 0.02
     "Seconds to wait for the answer to a request, before any answer showed how long it takes."
     shortest_answer_wait: float = 0.005
@@ -192,7 +194,8 @@ class Resender:
             self._window.asked(last - first + 1, now + wait)
             self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
         waiting = asked.again_at[missing]
-        asked.next_check = min(asked.next_check, float(waiting[waiting > now].min(initial=NEVER)))
+        next_turn = float(waiting[waiting > now].min(initial=NEVER))
+        asked.next_check = min(asked.next_check, max(next_turn, now + policy.look_again))
 
     def requests(self) -> Iterator[PacketResend]:
         """Commands to send, each once."""
