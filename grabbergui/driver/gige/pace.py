@@ -18,8 +18,10 @@ FASTEST = 600e6
 "Bytes a second, as the kernel counts: packets that come faster gather by themselves while others are taken."
 BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile."
-LEAST_SPAN = 0.0002
-"Seconds; over a shorter one no rate is measured."
+BURST_SPAN = 0.0002
+"Seconds; over a shorter span no burst is measured."
+LEAST_SPAN = 0.0005
+"Seconds; over a shorter span no rate is measured."
 STEADY_SPAN = 0.002
 "Seconds within a block over which a burst weighs little, so that a rate tells when the block ends."
 FALL, STEADY_FALL = 0.005, 0.02
@@ -61,7 +63,7 @@ class Pace:
         """A batch was taken by `now`; `more` of its block is to come."""
         if self._since is not None:
             span = now - self._looked_at
-            if packets and span >= LEAST_SPAN:
+            if packets and span >= BURST_SPAN:
                 self._peak = _followed(self._peak, packets / span, FALL)
             self._packets += packets
             span = now - self._since

@@ -30,7 +30,7 @@ class ResendPolicy:
     longest_initial_wait: float = 0.02
     "The same at most, where packets were seen to be overtaken and to come late."
     look_again: float = 0.005
-    "Seconds between two looks at what a block misses, at least: gaps that fall into one are asked for together."
+    "Seconds between two looks at what a block misses, at least: gaps meanwhile are asked for together."
     first_answer_wait: float = 0.02
     "Seconds to wait for the answer to a request, before any answer showed how long it takes."
     shortest_answer_wait: float = 0.005
