@@ -19,8 +19,6 @@ from grabbergui.core.uri import SourceUri
 
 log = logging.getLogger(__name__)
 
-DEFAULT_URI = "sim:"
-
 _KINDS: dict[str, str] = {
     "sim": "grabbergui.driver.sim.source",
     "gige": "grabbergui.driver.gige.source",

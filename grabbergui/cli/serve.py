@@ -21,7 +21,7 @@ from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.uri import SourceUri
+from grabbergui.core.uri import SIMULATED, SourceUri
 
 if TYPE_CHECKING:
     from grabbergui.net.ros2.server import Ros2GrabberServer
@@ -132,7 +132,7 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
 
 def _nth_camera(index: int) -> str:
     """The camera of that number among those found, the simulated one left out, in order of their URIs."""
-    found = sorted(info.uri for info in sources.discover() if not info.uri.startswith(sources.DEFAULT_URI))
+    found = sorted(info.uri for info in sources.discover() if not info.uri.startswith(SIMULATED))
     if not 0 <= index < len(found):
         raise SourceNotFoundError(
             f"there is no camera {index}: {len(found)} found; "
@@ -149,6 +149,7 @@ def _introspected(feature: Feature) -> str:
 def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabberServer | None]:
     from grabbergui.net.yarp.dev.grabber_pictures import Capability
     from grabbergui.net.yarp.server import YarpGrabberServer
+    from grabbergui.terminal.interpreter import remote_terminal
 
     with name_server.named(options.nameserver, ours=options.with_name_server) as names:
         if not options.yarp:
@@ -163,6 +164,7 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabb
             period=options.period,
             normalised=options.normalised,
             bind=options.bind,
+            terminal=remote_terminal(grabber),
         )
         server.start()
         try:
@@ -176,6 +178,7 @@ def _on_ros2(
     grabber: FrameGrabber, options: ServeOptions, ros_args: Sequence[str]
 ) -> Iterator[Ros2GrabberServer]:
     from grabbergui.net.ros2.server import Ros2GrabberServer
+    from grabbergui.terminal.interpreter import remote_terminal
 
     server = Ros2GrabberServer(
         grabber,
@@ -184,6 +187,7 @@ def _on_ros2(
         calibration=Path(options.calibration) if options.calibration else None,
         qos=options.qos,
         ros_args=ros_args,
+        terminal=remote_terminal(grabber),
     )
     server.start()
     try:

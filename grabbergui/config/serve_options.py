@@ -15,7 +15,7 @@ from typing import Any
 
 from grabbergui.config.ini import Section
 from grabbergui.core.errors import UsageError
-from grabbergui.sources import DEFAULT_URI
+from grabbergui.core.uri import SIMULATED
 
 log = logging.getLogger(__name__)
 
@@ -69,7 +69,7 @@ class ServeOptions:
     @property
     def uri(self) -> str:
         """The source to open, where it is clear without looking for cameras."""
-        return self.source or (DEFAULT_URI if self.fake else "")
+        return self.source or (SIMULATED if self.fake else "")
 
     def with_file(self, section: Section, given: frozenset[str], where: str) -> ServeOptions:
         """These options with a file's values for those not in `given` (the command line's).

@@ -9,6 +9,9 @@ from urllib.parse import parse_qsl, quote, unquote, urlencode
 
 from grabbergui.core.errors import UsageError
 
+SIMULATED = "sim:"
+"""The camera that is always there."""
+
 _SCHEME = re.compile(r"[a-z][a-z0-9+.-]*", re.ASCII)
 _PLAIN = "/:@,;+=~!$&'()*[]#"
 "Signs that a name keeps as they are; a question mark, a blank or a percent sign would be misread."

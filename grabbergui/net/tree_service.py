@@ -20,16 +20,23 @@ from collections.abc import Callable
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.change_log import ChangeLog
-from grabbergui.terminal.interpreter import Interpreter
 
 VERSION = 1
 _ANY = -1
+
+Terminal = Callable[[str], str]
+"""Runs a line typed from afar and gives what to print; raises GrabberError. Any thread."""
+
+
+def no_terminal(line: str) -> str:
+    """The terminal of a server that was given none."""
+    raise UsageError(f"'{line}' was not run: no terminal is offered here")
 
 
 class TreeService:
     """Answers verbs about one grabber. Any thread; each call may take as long as the camera."""
 
-    def __init__(self, grabber: FrameGrabber) -> None:
+    def __init__(self, grabber: FrameGrabber, terminal: Terminal = no_terminal) -> None:
         self._grabber = grabber
         self._changes = ChangeLog(grabber)
         self._verbs: dict[str, tuple[int, Callable[..., object]]] = {
@@ -39,7 +46,7 @@ class TreeService:
             "write": (2, grabber.write_feature),
             "execute": (1, grabber.execute),
             "changes": (1, self._changes_since),
-            "terminal": (1, lambda line: Interpreter(grabber, remote=True).execute(line)),
+            "terminal": (1, terminal),
         }
         # Verb: how many arguments, and what it does.
 

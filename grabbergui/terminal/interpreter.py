@@ -254,6 +254,11 @@ class Interpreter:
         return text if plain else f"{text} ({feature.range_text()})"
 
 
+def remote_terminal(grabber: FrameGrabber) -> Callable[[str], str]:
+    """A grabber's terminal for those who type from afar: several may at once, each line stands for itself."""
+    return lambda line: Interpreter(grabber, remote=True).execute(line)
+
+
 def answer(interpreter: Interpreter, line: str) -> tuple[bool, str]:
     """Run a line; whether it worked, and what to print. Raises nothing that a user may cause."""
     try:

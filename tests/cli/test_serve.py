@@ -10,6 +10,9 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
 from patience import PATIENCE
 
 SMALL = "sim:?width=64&height=48&fps=100"
@@ -51,6 +54,9 @@ def test_a_camera_on_yarp_and_its_remote_twin(serve):
     assert queue.get(PATIENCE).rgb().shape == (48, 64, 3)
     assert remote.write_feature("Gain", 6).value == 6
     remote.close()
+
+    with RpcClient("/cam/terminal", NameClient.find(address)) as terminal:
+        assert str(terminal.call(Bottle(["get", "Gain"]), PATIENCE)[0]).startswith("Gain = 6 dB")
 
     again = sources.create(f"yarp:/cam?nameserver={address}")
     again.open()

@@ -16,6 +16,7 @@ from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.pictures import PicturePublisher
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.net.ros2.services import GrabberServices
+from grabbergui.net.tree_service import Terminal, no_terminal
 
 log = logging.getLogger(__name__)
 
@@ -38,8 +39,9 @@ class Ros2GrabberServer:
         calibration: Path | None = None,
         qos: str = "sensor_data",
         ros_args: Sequence[str] = (),
+        terminal: Terminal = no_terminal,
     ) -> None:
-        """Get ready, as yet unseen.
+        """Get ready, as yet unseen. `terminal` runs what is typed to it by the service `ask`.
 
         Raises UsageError for a bad name, calibration or `ros_args`, OSError where the calibration cannot
         be read, SourceUnavailableError without ROS 2.
@@ -59,7 +61,7 @@ class Ros2GrabberServer:
         node = self._ros.node
         try:
             # Pictures last: who sees the topic finds the services there already.
-            self._services = GrabberServices(node, grabber, name)
+            self._services = GrabberServices(node, grabber, name, terminal)
             self._parameters = FeatureParameters(node, grabber)
             self._serve_camera_info(node)
             Diagnostics(node, grabber, name, self._counters)

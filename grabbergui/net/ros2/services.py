@@ -11,7 +11,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.feature_json import dumps
 from grabbergui.net.feature_modes import FeatureModes
 from grabbergui.net.ros2.runtime import require_interfaces
-from grabbergui.net.tree_service import TreeService
+from grabbergui.net.tree_service import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
 from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
 
@@ -19,14 +19,16 @@ from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
 class GrabberServices:
     """Offers the services below a name. Callbacks run on the node's thread; failures are replies."""
 
-    def __init__(self, node: Any, grabber: FrameGrabber, name: str) -> None:
+    def __init__(
+        self, node: Any, grabber: FrameGrabber, name: str, terminal: Terminal = no_terminal
+    ) -> None:
         require_interfaces()
         from grabber_interfaces import srv
 
         self._grabber = grabber
         self._numbers = NumberedFeatures(grabber)
         self._modes = FeatureModes(grabber)
-        self._tree = TreeService(grabber)
+        self._tree = TreeService(grabber, terminal)
         for service, kind, action in (
             ("has_feature", srv.HasFeature, self._has),
             ("get_feature", srv.GetFeature, self._get),

@@ -10,6 +10,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatE
 from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.tree_service import Terminal, no_terminal
 from grabbergui.net.yarp.dev.grabber_pictures import Capability
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -17,7 +18,6 @@ from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.request import Reply, Request
-from grabbergui.terminal.interpreter import Interpreter, answer
 
 log = logging.getLogger(__name__)
 
@@ -45,17 +45,20 @@ class YarpGrabberServer:
         period: float = 0.0,
         normalised: bool = False,
         bind: str = "",
+        terminal: Terminal = no_terminal,
     ) -> None:
         """Get ready to share an open grabber.
 
         `period` is the least time between two pictures in seconds, 0 for all. With `normalised` the values
         of features go from 0 to 1. Without `names` the ports are reached as ``tcp://HOST:PORT/`` only.
+        `terminal` runs what is typed at NAME/terminal.
         """
         self.name = name
         self._grabber = grabber
-        self._service = GrabberService(grabber, normalised=normalised)
+        self._service = GrabberService(grabber, normalised=normalised, terminal=terminal)
+        self._run_line = terminal
         self._rpc = RpcServer(f"{name}/rpc", self._answer, names, bind=bind)
-        self._terminal = RpcServer(f"{name}/terminal", self._run_line, names, bind=bind)
+        self._terminal = RpcServer(f"{name}/terminal", self._answer_line, names, bind=bind)
         images = OutputPort(name, names, handler=self._answer, bind=bind)
         self._publishers = [_Publisher(grabber, images, capabilities, period)]
         if also_raw:
@@ -121,11 +124,14 @@ class YarpGrabberServer:
     def _answer(self, request: Request) -> Reply:
         return self._service.answer(request.bottle())
 
-    def _run_line(self, request: Request) -> Reply:
+    def _answer_line(self, request: Request) -> Reply:
         """A line of the terminal, as `yarp rpc` sends it; the answer's lines are the reply's items."""
         words = [format_value(item) for item in request.bottle() if isinstance(item, (bool, int, float, str))]
-        worked, text = answer(Interpreter(self._grabber, remote=True), " ".join(words))
-        return Bottle(text.splitlines() or ["ok"]) if worked else Bottle(["fail", text])
+        try:
+            text = self._run_line(" ".join(words))
+        except GrabberError as error:
+            return Bottle(["fail", str(error)])
+        return Bottle(text.splitlines() or ["ok"])
 
 
 class _Publisher:

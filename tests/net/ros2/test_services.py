@@ -11,6 +11,7 @@ from ros2_peers import Probe  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+from grabbergui.terminal.interpreter import remote_terminal  # noqa: E402
 
 WHITE_BALANCE, GAIN, TRIGGER, FRAME_RATE = 3, 8, 12, 15
 MANUAL, AUTO, ONCE, ON, OFF = range(1, 6)
@@ -26,7 +27,7 @@ def camera():
 
 @pytest.fixture(scope="module")
 def probe(camera, domain):
-    with Ros2GrabberServer(camera, "/cam"):
+    with Ros2GrabberServer(camera, "/cam", terminal=remote_terminal(camera)):
         probe = Probe()
         yield probe
         probe.close()
@@ -105,6 +106,13 @@ def test_white_balance_is_a_pair(call, camera):
     assert camera.feature("BalanceWhiteAuto").value == "Continuous"
     refused = call(srv.SetFeature, feature=WHITE_BALANCE, value=1.0, second_value=1000.0)
     assert not refused.success and "allowed is" in refused.message
+
+
+def test_lines_typed_from_afar(call):
+    answer = call(srv.Ask, verb="terminal", arguments=["get SensorWidth"])
+    assert answer.success and "SensorWidth = " in answer.result
+    answer = call(srv.Ask, verb="terminal", arguments=["save camera.yaml"])
+    assert not answer.success and "save" in answer.result
 
 
 def test_choices_go_by_text_and_by_place(call, camera):

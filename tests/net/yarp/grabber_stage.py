@@ -13,6 +13,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.server import YarpGrabberServer
+from grabbergui.terminal.interpreter import remote_terminal
 
 HOST = "127.0.0.1"
 
@@ -28,7 +29,8 @@ class Stage:
 
     def share(self, name: str = "/grabber", **options: object) -> YarpGrabberServer:
         """A server for the camera, not yet started."""
-        return YarpGrabberServer(self.grabber, name, names=self.names, **options)  # type: ignore[arg-type]
+        terminal = remote_terminal(self.grabber)
+        return YarpGrabberServer(self.grabber, name, names=self.names, terminal=terminal, **options)  # type: ignore[arg-type]
 
 
 def _name_server() -> NameServer:

@@ -186,3 +186,12 @@ def test_the_terminal_by_requests(scene: Stage, server: YarpGrabberServer) -> No
         assert refused and refused[0] == "fail" and "no feature Warp" in str(refused[1])
         listed = terminal.call(Bottle(["list_features", "Gain"]), 5)
         assert listed and len(listed) > 1
+
+
+def test_a_server_that_was_given_no_terminal_says_so(scene: Stage) -> None:
+    with (
+        YarpGrabberServer(scene.grabber, "/mute", names=scene.names),
+        RpcClient("/mute/terminal", scene.names) as terminal,
+    ):
+        refused = terminal.call(Bottle(["stats"]), 5)
+        assert refused and refused[0] == "fail" and "no terminal" in str(refused[1])

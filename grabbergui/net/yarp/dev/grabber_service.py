@@ -20,7 +20,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.net.tree_service import TreeService
+from grabbergui.net.tree_service import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp.dev import grabber_tree
 from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
 from grabbergui.net.yarp.dev.grabber_ids import BusType, CropType
@@ -58,10 +58,12 @@ _CROP_LIST = "List type not yet implemented"
 class GrabberService:
     """Answers requests about one grabber. Any thread may call; each call may take as long as the camera."""
 
-    def __init__(self, grabber: FrameGrabber, *, normalised: bool = False) -> None:
+    def __init__(
+        self, grabber: FrameGrabber, *, normalised: bool = False, terminal: Terminal = no_terminal
+    ) -> None:
         self._grabber = grabber
         self._features = NumberedFeatures(grabber, normalised=normalised)
-        self._tree = TreeService(grabber)
+        self._tree = TreeService(grabber, terminal)
         self._queue: FrameQueue | None = None
         self._image_lock = threading.Lock()
         self._actions = self._make_actions()
