@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from grabbergui.core.errors import FeatureAccessError, FeatureError, FeatureNotF
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.net.yarp.dev.grabber_features import ROLES, NumberedFeatures
 from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
+from patience import PATIENCE
 
 
 def number(name: str, value: float, low: float | None, high: float | None, **more: object) -> Feature:
@@ -182,6 +184,29 @@ def test_white_balance_is_red_and_blue(grabber: BalancedGrabber, features: Numbe
         features.value(FeatureId.WHITE_BALANCE)
     with pytest.raises(FeatureAccessError, match="one value"):
         features.set_values(FeatureId.GAIN, 1, 2)
+
+
+def test_two_networks_do_not_select_between_each_others_steps(
+    grabber: BalancedGrabber, features: NumberedFeatures, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[tuple[float, float]] = []
+    other = NumberedFeatures(grabber)
+    reader = threading.Thread(target=lambda: seen.append(other.values(FeatureId.WHITE_BALANCE)))
+    write = grabber.write_feature
+
+    def write_while_the_other_reads(name: str, value: float | bool | str) -> Feature:
+        if name == "BalanceRatio" and reader.ident is None:
+            reader.start()
+            reader.join(0.1)
+            assert not seen
+        return write(name, value)
+
+    monkeypatch.setattr(grabber, "write_feature", write_while_the_other_reads)
+    features.set_values(FeatureId.WHITE_BALANCE, 3.0, 4.0)
+    reader.join(PATIENCE)
+
+    assert grabber.ratios == {"Red": 3.0, "Green": 1.0, "Blue": 4.0}
+    assert len(seen) == 1 and seen[0][0] == 3.0
 
 
 def test_a_balance_without_red_and_blue_is_none() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from weakref import WeakKeyDictionary
 
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
@@ -51,6 +52,9 @@ RED, BLUE = "Red", "Blue"
 
 _NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
 
+_selecting: WeakKeyDictionary[FrameGrabber, threading.RLock] = WeakKeyDictionary()
+"""Held over what must not interleave: selecting a channel and using it. One a grabber, whoever serves it."""
+
 
 class NumberedFeatures:
     """A grabber's features under YARP's numbers.
@@ -64,8 +68,7 @@ class NumberedFeatures:
         self.normalised = normalised
         self._grabber = grabber
         self._modes = FeatureModes(grabber)
-        # Held over what must not interleave with another client's call: selecting a channel and using it.
-        self._lock = threading.RLock()
+        self._lock = _selecting.setdefault(grabber, threading.RLock())
 
     def name(self, number: int) -> str | None:
         """The GenICam feature that a YARP number stands for, or None."""
