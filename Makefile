@@ -17,6 +17,7 @@ $(STAMP): pyproject.toml scripts/system-packages
 
 # ROS 2 and our interface package, from ROS's own wheels; everything else works without.
 setup-ros2: setup
+	scripts/system-packages ros2
 	scripts/setup-ros2 $(VENV)
 
 # TIAGo's kinematics and description, for servoing with it.
