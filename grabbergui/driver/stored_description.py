@@ -11,6 +11,8 @@ from grabbergui.core.errors import RemoteProtocolError
 MAX_XML_BYTES = 64 << 20
 "Of a description unzipped; the largest known ones are below 4 MiB."
 ZIP_SIGNATURE = b"PK\3\4"
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"GenICam's. Of the others zipfile does not bound what comes out of one piece."
 
 
 def unpack(stored: bytes) -> bytes:
@@ -25,6 +27,11 @@ def unpack(stored: bytes) -> bytes:
             names = [name for name in archive.namelist() if name.lower().endswith(".xml")]
             if not names:
                 raise RemoteProtocolError("the zipped description holds no .xml file")
+            method = archive.getinfo(names[0]).compress_type
+            if method not in _METHODS:
+                raise RemoteProtocolError(
+                    f"the zipped description is compressed by method {method}; GenICam has only deflate (8)"
+                )
             with archive.open(names[0]) as member:
                 # What the archive says about its sizes may be a lie, so count what comes out.
                 xml = member.read(MAX_XML_BYTES + 1)

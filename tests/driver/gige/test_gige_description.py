@@ -91,6 +91,20 @@ def test_a_zip_bomb_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         unpack(zipped(bytes(4 << 20)))
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_what_unpacks_without_bounds_is_refused(method: int) -> None:
+    stored = io.BytesIO()
+    with zipfile.ZipFile(stored, "w", method) as archive:
+        archive.writestr("camera.xml", XML)
+    with pytest.raises(RemoteProtocolError, match=f"method {method}"):
+        unpack(stored.getvalue())
+    # The table at the archive's end says so, and not the member's own head.
+    told = bytearray(zipped(XML))
+    told[told.index(b"PK\1\2") + 10] = method
+    with pytest.raises(RemoteProtocolError, match=f"method {method}"):
+        unpack(bytes(told))
+
+
 @pytest.mark.parametrize("stored", [b"PK\3\4", b"PK\3\4" + bytes(100)])
 def test_a_broken_archive_is_refused(stored: bytes) -> None:
     with pytest.raises(RemoteProtocolError, match="damaged"):
