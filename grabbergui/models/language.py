@@ -28,3 +28,8 @@ def set_translator(translator: Translator | None) -> None:
     """Translate from now on; None leaves texts as they are written."""
     global _translator
     _translator = translator or _as_written
+
+
+def is_translated() -> bool:
+    """Whether the user's language is another one than texts are written in."""
+    return _translator is not _as_written

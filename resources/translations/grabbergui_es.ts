@@ -4,77 +4,77 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="93"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="159"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="160"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="176"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="177"/>
         <source>The picture goes to the program that has control.</source>
         <translation>La imagen va al programa que tiene el control.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="186"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="187"/>
         <source>Connecting to {0} …</source>
         <translation>Conectando con {0} …</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="188"/>
         <source>Nothing is connected.</source>
         <translation>No hay nada conectado.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="187"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="188"/>
         <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
         <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="257"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="258"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="259"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="260"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="261"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="262"/>
         <source>Waiting for a frame, {0:.0f} s</source>
         <translation>Esperando una imagen, {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="263"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="264"/>
         <source>Stalled for {0:.0f} s</source>
         <translation>Detenida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="266"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="267"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="267"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="268"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="268"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="269"/>
         <source>Connection lost</source>
         <translation>Conexión perdida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="269"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="270"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="271"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="272"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
@@ -82,17 +82,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="35"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="36"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="35"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="36"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="41"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="42"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -205,27 +205,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="69"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="73"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="114"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="116"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="124"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="144"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -301,7 +301,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/choosing_calibration.py" line="56"/>
+        <location filename="../../grabbergui/ui/controllers/choosing_calibration.py" line="57"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -565,7 +565,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="55"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="57"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -626,32 +626,32 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="79"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="79"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="111"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="111"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="126"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="127"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="128"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="129"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -735,6 +735,24 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/editors/simple_editors.py" line="39"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
+    </message>
+</context>
+<context>
+    <name>Connection</name>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="121"/>
+        <source>{0} is open already</source>
+        <translation>{0} ya está abierta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="207"/>
+        <source>stopping failed: {0}</source>
+        <translation>no se pudo parar: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="291"/>
+        <source>{0} does not start: {1}</source>
+        <translation>{0} no arranca: {1}</translation>
     </message>
 </context>
 <context>
@@ -882,6 +900,89 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Errors</name>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="49"/>
+        <source>the connection to {0} was lost</source>
+        <translation>se perdió la conexión con {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="55"/>
+        <source>another application controls it</source>
+        <translation>otra aplicación la controla</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="61"/>
+        <source>the camera has no {0}</source>
+        <translation>la cámara no tiene {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="65"/>
+        <source>{0} does not take this value; allowed is {1}</source>
+        <translation>{0} no admite este valor; se permite: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="67"/>
+        <source>{0} was refused: {1}</source>
+        <translation>la cámara rechazó {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="73"/>
+        <source>{0} was not found; check address, power and cable</source>
+        <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="75"/>
+        <source>{0} does not answer; check address, power and cable</source>
+        <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="77"/>
+        <source>no access to {0}: {1}</source>
+        <translation>no hay acceso a {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="79"/>
+        <source>{0} cannot be used on this computer: {1}</source>
+        <translation>{0} no se puede usar en este equipo: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>the camera does not answer: {0}</source>
+        <translation>la cámara no responde: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>the connection to the camera was lost: {0}</source>
+        <translation>se perdió la conexión con la cámara: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>the camera cannot be reached: {0}</source>
+        <translation>no se llega a la cámara: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>the camera refused it: {0}</source>
+        <translation>la cámara lo rechazó: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>access denied: {0}</source>
+        <translation>acceso denegado: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>not found: {0}</source>
+        <translation>no encontrado: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <source>this cannot be understood: {0}</source>
+        <translation>no se entiende: {0}</translation>
+    </message>
+</context>
+<context>
     <name>FavouritesController</name>
     <message>
         <location filename="../../grabbergui/ui/controllers/favourites.py" line="58"/>
@@ -905,17 +1006,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="102"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="103"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="103"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="104"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="104"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="105"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1032,6 +1133,94 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Features</name>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="26"/>
+        <source>is not available: {0}</source>
+        <translation>no está disponible: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="28"/>
+        <source>is not implemented by this camera</source>
+        <translation>no existe en esta cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="30"/>
+        <source>is not available just now; another feature&apos;s value hides it</source>
+        <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="32"/>
+        <source>is read-only just now; streaming or another feature may lock it</source>
+        <translation>ahora es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="33"/>
+        <source>cannot be used just now</source>
+        <translation>no se puede usar ahora</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="40"/>
+        <source>one of {0}</source>
+        <translation>uno de {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="42"/>
+        <source>true or false</source>
+        <translation>sí o no</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="45"/>
+        <source>up to {0} bytes of text</source>
+        <translation>texto de hasta {0} bytes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="46"/>
+        <source>text</source>
+        <translation>texto</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="48"/>
+        <source>a number</source>
+        <translation>un número</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="51"/>
+        <source>{0}, step {1}</source>
+        <translation>{0}, paso {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="62"/>
+        <source>yes</source>
+        <translation>sí</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="62"/>
+        <source>no</source>
+        <translation>no</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="75"/>
+        <source>It {0}.</source>
+        <translation>Este parámetro {0}.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="80"/>
+        <source>Value: {0}</source>
+        <translation>Valor: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="81"/>
+        <source>Range: {0}</source>
+        <translation>Rango: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="83"/>
+        <source>Selected by: {0}</source>
+        <translation>Selector: {0}</translation>
+    </message>
+</context>
+<context>
     <name>FocusPanel</name>
     <message>
         <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="17"/>
@@ -1100,22 +1289,22 @@ It {1}.</source>
 <context>
     <name>GalleryController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="71"/>
         <source>{0:.0f} fps</source>
         <translation>{0:.0f} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="72"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="73"/>
         <source>connecting</source>
         <translation>conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="73"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="74"/>
         <source>stopped</source>
         <translation>parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="74"/>
+        <location filename="../../grabbergui/ui/controllers/gallery.py" line="75"/>
         <source>lost</source>
         <translation>perdida</translation>
     </message>
@@ -1176,72 +1365,72 @@ It {1}.</source>
 <context>
     <name>KeepingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="34"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="35"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="80"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="88"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="93"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="120"/>
         <source>Saved {0} settings to {1}</source>
         <translation>{0} ajustes guardados en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="142"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="193"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="194"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="165"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="166"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="98"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="98"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="121"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="122"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="194"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="195"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="143"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="144"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="166"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="167"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
@@ -1307,27 +1496,27 @@ It {1}.</source>
 <context>
     <name>MainController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="202"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="205"/>
         <source>For reading only: {0}. Values follow here but cannot be changed.</source>
         <translation>Solo lectura: {0}. Aquí se siguen los valores, pero no se pueden cambiar.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="202"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="205"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="220"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="223"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="237"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="240"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="237"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="240"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -2130,7 +2319,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/pausing.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/pausing.py" line="60"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -2373,6 +2562,39 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Recording</name>
+    <message>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="116"/>
+        <source>internal error, see the log: {0}</source>
+        <translation>error interno, véase el registro: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="129"/>
+        <source>the source was closed</source>
+        <translation>se cerró la fuente</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="161"/>
+        <source>the disk of {0} is full ({1} MiB left)</source>
+        <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="167"/>
+        <source>; what was recorded by then is kept</source>
+        <translation>; se conserva lo grabado hasta entonces</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="168"/>
+        <source>; nothing was recorded</source>
+        <translation>; no se grabó nada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="186"/>
+        <source>{0} could not be finished: {1}</source>
+        <translation>no se pudo terminar {0}: {1}</translation>
+    </message>
+</context>
+<context>
     <name>RecordingBar</name>
     <message>
         <location filename="../../grabbergui/ui/views/recording_bar.py" line="84"/>
@@ -2518,17 +2740,17 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="115"/>
         <source>The recording ended: {0}</source>
         <translation>La grabación ha acabado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="115"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="117"/>
         <source>Recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="126"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
@@ -2562,17 +2784,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="113"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="112"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="113"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="143"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="144"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -2761,6 +2983,44 @@ It {1}.</source>
         <location filename="../../grabbergui/models/servoing.py" line="267"/>
         <source>stopped</source>
         <translation>parado</translation>
+    </message>
+</context>
+<context>
+    <name>Settings</name>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="135"/>
+        <source>the stream does not start again: {0}</source>
+        <translation>la captura no vuelve a arrancar: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="206"/>
+        <source>cancelled</source>
+        <translation>cancelado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="224"/>
+        <source>{0} sets it</source>
+        <translation>lo fija {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="228"/>
+        <source>{0} is off in the set; writing this would turn it on</source>
+        <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="245"/>
+        <source>{0} cannot be selected on this camera</source>
+        <translation>{0} no se puede seleccionar en esta cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="256"/>
+        <source>it is a command; loading settings runs none</source>
+        <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="280"/>
+        <source>the camera stands at {0}</source>
+        <translation>la cámara está en {0}</translation>
     </message>
 </context>
 <context>
@@ -3074,6 +3334,14 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>SourcesController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="117"/>
+        <source>Connecting to {0} …</source>
+        <translation>Conectando con {0} …</translation>
+    </message>
+</context>
+<context>
     <name>StateStrip</name>
     <message>
         <location filename="../../grabbergui/ui/widgets/state_strip.py" line="72"/>
@@ -3165,7 +3433,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="99"/>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="102"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -3195,12 +3463,12 @@ It {1}.</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="86"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="87"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="93"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="94"/>
         <source>{0}: {1}; not all is as it was: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
@@ -3244,26 +3512,36 @@ It {1}.</source>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="118"/>
+        <source>the camera was closed</source>
+        <translation>se cerró la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="122"/>
+        <source>{0} did not answer within {1:g} s</source>
+        <translation>{0} no respondió en {1:g} s</translation>
+    </message>
 </context>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="56"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="57"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="61"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="62"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="78"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="80"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -3367,27 +3645,27 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="55"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="56"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="75"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="76"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="78"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>

@@ -1,13 +1,12 @@
-"""Features as people read and type them. Pure functions."""
+"""Numbers as people read and type them. Pure functions."""
 
 from __future__ import annotations
 
-import html
 import ipaddress
 import math
 import re
 
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Representation, format_value
+from grabbergui.core.features import Feature, FeatureKind, Representation
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
@@ -124,43 +123,3 @@ def parse_coded(text: str, representation: Representation) -> int:
         if representation is not Representation.HEX_NUMBER:
             raise
         return int(bare, 16)
-
-
-def value_text(feature: Feature) -> str:
-    """The value with its unit, as a read-only row shows it; a dash where there is none."""
-    value: FeatureValue | None = feature.value
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return next((e.display_name or e.name for e in feature.entries if e.name == value), value)
-    if feature.representation in CODED and isinstance(value, int):
-        return coded_text(value, feature.representation)
-    unit = unit_text(feature.unit)
-    return f"{number_text(value)} {unit}".rstrip()
-
-
-def tooltip_html(feature: Feature) -> str:
-    """All there is to know about a feature, for a tooltip: why it cannot be used, help, range, name."""
-    parts = [f"<b>{html.escape(feature.title)}</b>"]
-    if not feature.access.writable:
-        parts.append(f"<i>{html.escape(f'It {feature.access_problem()}.')}</i>")
-    parts.extend(html.escape(text) for text in dict.fromkeys((feature.tooltip, feature.description)) if text)
-    if feature.kind is not FeatureKind.COMMAND and not feature.problem:
-        if feature.value is not None:
-            parts.append(f"Value: {html.escape(_shortened(_exact(feature)))}")
-        parts.append(f"Range: {html.escape(_shortened(feature.range_text()))}")
-    if feature.selectors:
-        parts.append(f"Selected by: {html.escape(', '.join(feature.selectors))}")
-    parts.append(f"<code>{html.escape(feature.name)}</code>")
-    return "<br>".join(parts)
-
-
-def _exact(feature: Feature) -> str:
-    """The value with all its digits, which the control may have no room for."""
-    return f"{format_value(feature.value)} {unit_text(feature.unit)}".rstrip()
-
-
-def _shortened(text: str, length: int = 300) -> str:
-    return text if len(text) <= length else text[: length - 1] + "…"

@@ -16,7 +16,9 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberEr
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_OFF, enabler_of
+from grabbergui.models.error_text import error_text
 from grabbergui.models.features.stream_pause import stream_paused
+from grabbergui.models.language import translate
 from grabbergui.models.settings.feature_set import (
     FeatureSet,
     Progress,
@@ -130,7 +132,8 @@ def load_onto(
         stays: list[GrabberError] = []
         with stream_paused(grabber, bool(work.pending) and not cancelled.is_set(), stays.append):
             work.write(_part(progress, 0.7, 1.0))
-    problem = f"the stream does not start again: {stays[0]}" if stays else ""
+    text = translate("Settings", "the stream does not start again: {0}")
+    problem = text.format(stays[0]) if stays else ""
     return LoadReport(tuple(work.reports()), before, problem)
 
 
@@ -164,12 +167,13 @@ class _Loading:
         """Sort every setting into equal, left alone, or pending."""
         for done, (key, wanted) in enumerate(self.features.settings.items(), 1):
             if self.cancelled.is_set():
-                self._reports[key] = SettingReport(key, wanted, Outcome.CANCELLED, reason="cancelled")
+                reason = translate("Settings", "cancelled")
+                self._reports[key] = SettingReport(key, wanted, Outcome.CANCELLED, reason=reason)
                 continue
             try:
                 outcome, value, reason = self._compared(key, wanted)
             except FeatureNotFoundError as error:
-                outcome, value, reason = Outcome.UNKNOWN, None, str(error)
+                outcome, value, reason = Outcome.UNKNOWN, None, error_text(error)
             if outcome is Outcome.WOULD_WRITE:
                 self.pending.append(key)
             self._reports[key] = SettingReport(key, wanted, outcome, value, value, reason)
@@ -199,7 +203,8 @@ class _Loading:
         """What became of each setting, in the set's order."""
         for report in self._reports.values():
             unfinished = report.outcome is Outcome.WOULD_WRITE and not dry_run
-            yield _replaced(report, Outcome.CANCELLED, report.after, "cancelled") if unfinished else report
+            reason = translate("Settings", "cancelled")
+            yield _replaced(report, Outcome.CANCELLED, report.after, reason) if unfinished else report
 
     def _compared(self, key: SettingKey, wanted: FeatureValue) -> tuple[Outcome, FeatureValue | None, str]:
         self.grabber.feature(key.name)  # a camera without it says so
@@ -216,11 +221,12 @@ class _Loading:
         """Why the set itself wants this one not to act by hand; empty where it does."""
         mode = self._of_set(feature.auto, key)
         if mode is not None and str(mode) != AUTO_OFF:
-            return f"{feature.auto}={mode} sets it"
+            return translate("Settings", "{0} sets it").format(f"{feature.auto}={mode}")
         enabler = enabler_of(key.name, self.grabber.has_feature)
         enabled = self._of_set(enabler, key)
         if enabled is not None and same_value(enabled, False):
-            return f"{enabler} is off in the set; writing this would turn it on"
+            text = translate("Settings", "{0} is off in the set; writing this would turn it on")
+            return text.format(enabler)
         return ""
 
     def _of_set(self, name: str | None, beside: SettingKey) -> FeatureValue | None:
@@ -236,8 +242,10 @@ class _Loading:
         if self.cancelled.is_set():
             return False
         if not self.selectors.select(key.selected):
-            self._note(key, Outcome.REFUSED, f"{_shown(key)} cannot be selected on this camera")
+            text = translate("Settings", "{0} cannot be selected on this camera")
+            self._note(key, Outcome.REFUSED, text.format(_shown(key)))
             return False
+        feature = None
         try:
             feature = self.grabber.feature(key.name)
             if feature.value is not None and same_value(feature.value, report.wanted):
@@ -245,11 +253,12 @@ class _Loading:
                 self._note(key, Outcome.WRITTEN, "", feature.value)
                 return True
             if feature.kind is FeatureKind.COMMAND:
-                self._note(key, Outcome.REFUSED, "it is a command; loading settings runs none")
+                text = translate("Settings", "it is a command; loading settings runs none")
+                self._note(key, Outcome.REFUSED, text)
                 return False
             after = self.grabber.write_feature(key.name, report.wanted)
         except FeatureError as error:
-            self._note(key, Outcome.REFUSED, str(error))
+            self._note(key, Outcome.REFUSED, error_text(error, feature=feature))
             return False
         self._note(key, Outcome.WRITTEN, "", after.value)
         return True
@@ -268,7 +277,8 @@ class _Loading:
                     self._note(key, Outcome.WRITTEN, "", value)
                 continue
             again = report.outcome is Outcome.DIFFERENT and report.after == value
-            self._note(key, Outcome.DIFFERENT, f"the camera stands at {format_value(value)}", value)
+            stands = translate("Settings", "the camera stands at {0}").format(format_value(value))
+            self._note(key, Outcome.DIFFERENT, stands, value)
             if not again:
                 wrong.append(key)
         return wrong

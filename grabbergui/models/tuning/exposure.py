@@ -8,7 +8,7 @@ from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.core.sfnc import Role
-from grabbergui.models.features.text import value_text
+from grabbergui.models.features.wording import value_text
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knob_search import Law, light_factor

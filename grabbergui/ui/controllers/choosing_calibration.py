@@ -9,6 +9,7 @@ from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.error_text import error_text
 from grabbergui.servo.calibration_choice import CalibrationChoice
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
@@ -34,7 +35,7 @@ class CalibrationChooser(QObject):
         try:
             self.choice = CalibrationChoice.file(path)
         except (UsageError, OSError) as error:
-            self._dialog.setProblem(str(error))
+            self._dialog.setProblem(error_text(error))
         else:
             self._dialog.accept()
 

@@ -8,9 +8,10 @@ from functools import partial
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import FeatureError, GrabberError
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.sfnc import Role, role_of
+from grabbergui.models.error_text import error_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.favourites import FavouritesStrip
@@ -120,7 +121,10 @@ class FeatureController(QObject):
         self._panel.setFeature(feature)
 
     def _on_model_failed(self, error: GrabberError) -> None:
-        self.failed.emit(str(error))
+        feature = None
+        if self._model is not None and isinstance(error, FeatureError):
+            feature = self._model.feature(error.feature)
+        self.failed.emit(error_text(error, feature=feature))
 
     def _on_rows_edited(self, name: str, value: object) -> None:
         if self._model is not None and isinstance(value, int | float | str):

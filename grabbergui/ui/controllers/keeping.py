@@ -16,6 +16,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import (
     FeatureSet,
@@ -173,7 +174,7 @@ class KeepingController(QObject):
         try:
             one, other = (files.load(path, selectors_of) for path in (first, second))
         except GrabberError as error:
-            self.failed.emit(str(error))
+            self.failed.emit(error_text(error))
             return
         dialog = SettingsDifference(self._window)
         dialog.setDifferences((first.name, second.name), compare(one, other), source is not None)

@@ -10,6 +10,7 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.core.errors import UsageError
+from grabbergui.models.error_text import error_text
 from grabbergui.models.servo_tuning import Tuning
 from grabbergui.models.servoing import Entry, ServoModel
 from grabbergui.servo.calibration_choice import CalibrationChoice, CalibrationFor
@@ -79,7 +80,7 @@ class ServoController(QObject):
         try:
             config = tuning.applied_to(self._pilot.config)
         except UsageError as error:
-            self._window.messages.showError(str(error))
+            self._window.messages.showError(error_text(error))
             self._window.setTuning(Tuning.of(self._pilot.config))
             return
         log.info("tuned: %s", tuning)
@@ -135,7 +136,7 @@ class ServoController(QObject):
         try:
             chosen = CalibrationChoice.file(path)
         except (UsageError, OSError) as error:
-            self._window.messages.showError(str(error))
+            self._window.messages.showError(error_text(error))
             return
         if isinstance(self._calibration, CalibrationChoice):
             self._calibration.exchange(chosen)

@@ -7,6 +7,7 @@ from PyQt5.QtWidgets import QAction, QActionGroup, QMenu, QToolButton, QWidget
 
 from grabbergui.core.features import Feature, FeatureKind
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
+from grabbergui.models.features.wording import access_text
 
 
 class AutoButton(QToolButton):
@@ -38,7 +39,7 @@ class AutoButton(QToolButton):
         self.setEnabled(feature.access.writable)
         self.setAccessibleName(feature.title)
         state = f"{feature.title}: {feature.value}"
-        problem = self.tr("{0}\nIt {1}.").format(state, feature.access_problem())
+        problem = self.tr("{0}\nIt {1}.").format(state, access_text(feature))
         self.setToolTip(state if feature.access.writable else problem)
 
     def _fill_menu(self, feature: Feature) -> None:

@@ -11,9 +11,8 @@ from grabbergui.models.features.text import (
     number_text,
     parse_coded,
     parse_number,
-    tooltip_html,
-    value_text,
 )
+from grabbergui.models.features.wording import tooltip_html, value_text
 
 HEX, IPV4, MAC = Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS
 FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, unit="us", value=1.0)

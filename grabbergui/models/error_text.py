@@ -1,0 +1,99 @@
+"""Errors in the user's language.
+
+In the language they are written in, errors say best themselves what went wrong. In any other, the commonest
+are worded here by their kind and by what is known of the source or the feature; of all others at least the
+sentence around their own words is in the user's language.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceLostError,
+    DeviceStatusError,
+    FeatureAccessError,
+    FeatureError,
+    FeatureNotFoundError,
+    FeatureValueError,
+    GrabberError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    TransportError,
+    UsageError,
+)
+from grabbergui.core.features import Feature
+from grabbergui.models.features.wording import access_text, range_text
+from grabbergui.models.language import is_translated, translate
+
+
+def error_text(error: Exception, source: object = "", feature: Feature | None = None) -> str:
+    """What went wrong, for people.
+
+    `source` is what was asked for, a URI or a title; `feature` is the one it is about, as last known.
+    """
+    if not is_translated():
+        return str(error)
+    if isinstance(error, FeatureError):
+        return _about_feature(error, feature)
+    sentence = _about_source(error, str(source)) if source else ""
+    return sentence or _by_kind(error)
+
+
+def lost_text(title: str, reason: str) -> str:
+    """That a source does not answer any more; `reason` is what its driver says, if anything."""
+    if reason and not is_translated():
+        return reason
+    text = translate("Errors", "the connection to {0} was lost").format(title)
+    return f"{text}: {reason}" if reason else text
+
+
+def held_text(denied: AccessDeniedError) -> str:
+    """Why a source that could be opened for reading only could not be controlled."""
+    return translate("Errors", "another application controls it") if is_translated() else str(denied)
+
+
+def _about_feature(error: FeatureError, feature: Feature | None) -> str:
+    name = error.feature
+    if isinstance(error, FeatureNotFoundError):
+        return translate("Errors", "the camera has no {0}").format(name)
+    if isinstance(error, FeatureAccessError) and feature is not None and not feature.access.writable:
+        return f"{name} {access_text(feature)}"
+    if isinstance(error, FeatureValueError) and feature is not None:
+        text = translate("Errors", "{0} does not take this value; allowed is {1}")
+        return text.format(name, range_text(feature))
+    return translate("Errors", "{0} was refused: {1}").format(name, error)
+
+
+def _about_source(error: Exception, source: str) -> str:
+    """Where the source's own name is told; empty for the errors of other kinds."""
+    if isinstance(error, SourceNotFoundError):
+        return translate("Errors", "{0} was not found; check address, power and cable").format(source)
+    if isinstance(error, AckTimeoutError):
+        return translate("Errors", "{0} does not answer; check address, power and cable").format(source)
+    if isinstance(error, AccessDeniedError):
+        return translate("Errors", "no access to {0}: {1}").format(source, error)
+    if isinstance(error, SourceUnavailableError):
+        return translate("Errors", "{0} cannot be used on this computer: {1}").format(source, error)
+    return ""
+
+
+_KINDS: tuple[tuple[type[GrabberError], Callable[[], str]], ...] = (
+    (AckTimeoutError, lambda: translate("Errors", "the camera does not answer: {0}")),
+    (DeviceLostError, lambda: translate("Errors", "the connection to the camera was lost: {0}")),
+    (TransportError, lambda: translate("Errors", "the camera cannot be reached: {0}")),
+    (DeviceStatusError, lambda: translate("Errors", "the camera refused it: {0}")),
+    (AccessDeniedError, lambda: translate("Errors", "access denied: {0}")),
+    (SourceNotFoundError, lambda: translate("Errors", "not found: {0}")),
+    (UsageError, lambda: translate("Errors", "this cannot be understood: {0}")),
+)
+"""From the special to the general; texts are looked up when they are needed, in the language of then."""
+
+
+def _by_kind(error: Exception) -> str:
+    for kind, sentence in _KINDS:
+        if isinstance(error, kind):
+            return sentence().format(error)
+    return str(error)

@@ -1,0 +1,90 @@
+"""Errors and features in words: as they are written, and in the user's language."""
+
+import pytest
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    AckTimeoutError,
+    DeviceStatusError,
+    FeatureAccessError,
+    FeatureNotFoundError,
+    FeatureValueError,
+    GrabberError,
+    SourceNotFoundError,
+    UsageError,
+)
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
+from grabbergui.models.error_text import error_text, held_text, lost_text
+from grabbergui.models.features.wording import access_text, range_text
+from grabbergui.models.language import set_translator
+
+WIDTH = Feature(name="Width", kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=64, minimum=16,
+                maximum=2448, increment=16, unit="px")  # fmt: skip
+KINDS = [
+    WIDTH,
+    Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, minimum=0.0, maximum=24.5,
+            unit="dB"),
+    Feature(name="Any", kind=FeatureKind.FLOAT, access=AccessMode.NOT_IMPLEMENTED),
+    Feature(name="On", kind=FeatureKind.BOOLEAN, access=AccessMode.NOT_AVAILABLE),
+    Feature(name="Mode", kind=FeatureKind.ENUMERATION, access=AccessMode.WRITE_ONLY,
+            entries=(EnumEntry("Off"), EnumEntry("Once"), EnumEntry("Gone", available=False))),
+    Feature(name="Name", kind=FeatureKind.STRING, access=AccessMode.READ_WRITE, maximum_length=16),
+    Feature(name="Note", kind=FeatureKind.STRING, access=AccessMode.NOT_AVAILABLE, problem="X has no Value"),
+]  # fmt: skip
+
+
+@pytest.fixture
+def foreign():
+    """A language in which every sentence is marked, and its placeholders are the same."""
+    set_translator(lambda context, text: f"<{text}>")
+    yield
+    set_translator(None)
+
+
+@pytest.mark.parametrize("feature", KINDS, ids=lambda feature: feature.name)
+def test_as_written_a_feature_is_worded_as_everywhere_else(feature):
+    assert range_text(feature) == feature.range_text()
+    assert access_text(feature) == feature.access_problem()
+
+
+def test_units_are_written_as_people_write_them():
+    exposure = Feature(name="ExposureTime", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE,
+                       minimum=10.0, maximum=1e6, unit="us")  # fmt: skip
+    assert range_text(exposure) == "10 … 1000000 µs"
+
+
+def test_in_the_language_they_are_written_in_errors_speak_for_themselves():
+    error = SourceNotFoundError("no GigE Vision camera answers to 'X'; found: gige:GV01")
+    assert error_text(error, "gige:X") == str(error)
+    assert lost_text("GV01", "the cable was pulled") == "the cable was pulled"
+    assert lost_text("GV01", "") == "the connection to GV01 was lost"
+    assert held_text(AccessDeniedError("another one at 10.0.0.5")) == "another one at 10.0.0.5"
+
+
+@pytest.mark.parametrize(
+    ("error", "source", "feature", "told"),
+    [
+        (FeatureValueError("Width=7: out of range", "Width"), "", WIDTH,
+         "<Width does not take this value; allowed is <16 … 2448 px, step 16>>"),
+        (FeatureAccessError("Width is locked", "Width"), "", WIDTH,
+         "Width <is read-only just now; streaming or another feature may lock it>"),
+        (FeatureNotFoundError("no Gamma", "Gamma"), "", None, "<the camera has no Gamma>"),
+        (FeatureValueError("Gain=x: no number", "Gain"), "", None, "<Gain was refused: Gain=x: no number>"),
+        (SourceNotFoundError("nobody"), "gige:7", None,
+         "<gige:7 was not found; check address, power and cable>"),
+        (AckTimeoutError("3 tries"), "gige:7", None,
+         "<gige:7 does not answer; check address, power and cable>"),
+        (AckTimeoutError("3 tries"), "", None, "<the camera does not answer: 3 tries>"),
+        (AccessDeniedError("held by A"), "u3v:7", None, "<no access to u3v:7: held by A>"),
+        (DeviceStatusError("busy", 0x8005), "", None, "<the camera refused it: busy>"),
+        (UsageError("no scheme"), "", None, "<this cannot be understood: no scheme>"),
+        (GrabberError("something else"), "", None, "something else"),
+    ],
+)  # fmt: skip
+def test_in_another_language_the_commonest_are_worded_by_their_kind(foreign, error, source, feature, told):
+    assert error_text(error, source, feature) == told
+
+
+def test_a_lost_or_held_source_in_another_language(foreign):
+    assert lost_text("GV01", "no answer") == "<the connection to GV01 was lost>: no answer"
+    assert held_text(AccessDeniedError("x")) == "<another application controls it>"
