@@ -13,6 +13,8 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.models.error_text import error_text
+from grabbergui.models.language import translate
 from grabbergui.models.recording.writers import RecordingWriter
 
 log = logging.getLogger(__name__)
@@ -106,12 +108,12 @@ class Recorder:
         try:
             reason = self._record()
         except GrabberError as error:
-            reason = str(error)
+            reason = error_text(error)
         except OSError as error:
-            reason = f"{self.writer.path}: {error.strerror or error}; what was recorded by then is kept"
+            reason = f"{self.writer.path}: {error.strerror or error}{self._kept()}"
         except Exception as error:
             log.exception("recording %s", self.writer.path)
-            reason = f"internal error, see the log: {error}"
+            reason = translate("Recording", "internal error, see the log: {0}").format(error)
         finally:
             self._queue.close()
             self._finish(reason)
@@ -124,7 +126,7 @@ class Recorder:
                 frame = self._queue.get(NOTICE_PERIOD)
             except FrameTimeoutError:
                 if self._queue.closed:
-                    return "the source was closed"
+                    return translate("Recording", "the source was closed")
                 frame = None
             if frame is not None:
                 if self._beyond_limit(frame):
@@ -156,7 +158,14 @@ class Recorder:
         self._progress = replace(self._progress, free=free)
         if free >= self._reserve + RESERVE_FRAMES * frame.payload.nbytes:
             return ""
-        return f"the disk of {self.writer.path} is full ({free >> 20} MiB left); what was recorded is kept"
+        text = translate("Recording", "the disk of {0} is full ({1} MiB left)")
+        return text.format(self.writer.path, free >> 20) + self._kept()
+
+    def _kept(self) -> str:
+        """The end of a sentence that says why it ended."""
+        if self._progress.frames:
+            return translate("Recording", "; what was recorded by then is kept")
+        return translate("Recording", "; nothing was recorded")
 
     def _count(self, frame: Frame) -> None:
         before = self._progress
@@ -174,8 +183,9 @@ class Recorder:
         try:
             self.writer.close()
         except (GrabberError, OSError) as error:
-            reason = reason or f"{self.writer.path} could not be finished: {error}"
+            text = translate("Recording", "{0} could not be finished: {1}")
+            reason = reason or text.format(self.writer.path, error)
         self._progress = replace(self._progress, ended=True, reason=reason, dropped=self._queue.dropped)
         if reason:
-            log.warning("recording ended: %s", reason)
+            log.info("recording ended: %s", reason)  # whoever records tells it
         self.changed.emit(self._progress)
