@@ -6,99 +6,31 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from enum import Enum
 
 from psygnal import Signal
 
 from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, GrabberError
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.error_text import error_text, held_text, lost_text
 from grabbergui.models.features.tree import FeatureTreeModel
-from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.language import translate
+from grabbergui.models.open_source import LinkState, OpenSource
 
 log = logging.getLogger(__name__)
 
-
-class LinkState(Enum):
-    """Where the connection stands, as the window shows it."""
-
-    CLOSED = "closed"
-    OPENING = "opening"
-    OPEN = "open"
-    STREAMING = "streaming"
-    LOST = "lost"
-
-    @property
-    def connected(self) -> bool:
-        """Whether there is a source whose features can be used."""
-        return self in (LinkState.OPEN, LinkState.STREAMING)
-
-
-class OpenSource:
-    """One source from being opened to being closed, and the one thread that calls it."""
-
-    def __init__(self, uri: SourceUri, access: Access = Access.CONTROL) -> None:
-        self.uri = uri
-        self.access = access
-        "What is asked for on opening."
-        self.state = LinkState.OPENING
-        "Where it stands."
-        self.reason = ""
-        "Why, for people."
-        self.worker = FeatureWorker(f"features {uri}")
-        self.grabber: FrameGrabber | None = None
-        "None until it is created, on the worker."
-        self.hands: NotingGrabber | None = None
-        "The operator's handle on the grabber: what is done with it can be looked at and undone."
-        self.features: FeatureTreeModel | None = None
-        "None until the grabber is open, and so is `hands`."
-        self.journal = ChangeJournal()
-        "What happened to its features."
-        self.streaming_since: float | None = None
-        "`time.monotonic` of the last start."
-        self.read_only = ""
-        "Why values can be looked at but not changed, for people; empty where they can be changed."
-        self.no_picture = ""
-        "Why the picture cannot be had beside the program that has control."
-        self.abandoned = threading.Event()
-        "Set when nobody wants it any more; a job that has not begun then does nothing."
-
-    @property
-    def title(self) -> str:
-        """The name for people."""
-        return self.grabber.info.title if self.grabber is not None else str(self.uri)
-
-    @property
-    def short_title(self) -> str:
-        """What tells it from its neighbours: the name without the maker's."""
-        info = self.grabber.info if self.grabber is not None else None
-        return (info.user_name or info.model or info.title) if info is not None else str(self.uri)
-
-    def let_go(self) -> None:
-        """Close it after the job at hand, on its own thread, which then ends. Never waits."""
-        self.abandoned.set()
-        if self.features is not None:
-            self.features.close()
-        self.worker.submit(self._close)
-        self.worker.close(0)
-
-    def _close(self) -> None:
-        if self.features is not None:
-            self.features.close()  # made by a job that was under way when it was let go
-        if self.hands is not None:
-            self.hands.close()
-        if self.grabber is not None:
-            self.grabber.close()
+CLOSE_PATIENCE = 10.0
+"Seconds that a camera may take to be closed, before it is opened again by another name."
 
 
 class Connection:
     """Connects to sources, one of which is at hand. No call waits; signals come from the sources' threads.
 
-    `connect_to` closes what was at hand, `connect_beside` leaves it there. A source that is slow to close
-    does not hold up the next one; its late answers are ignored.
+    `connect_to` closes what is at hand once the other source is open, so that a wrong address costs nothing;
+    `connect_beside` leaves it there. A source that is slow to close does not hold up the next one; its late
+    answers are ignored.
     """
 
     state_changed = Signal(LinkState, str)
@@ -111,6 +43,8 @@ class Connection:
     """A source, at hand or aside, is about to be closed: let go of its grabber."""
     sources_changed = Signal(tuple)
     """All sources (tuple[OpenSource, ...]): one more, one less, another at hand, or in another state."""
+    candidate_changed = Signal(object)
+    """What is being opened in place of what is at hand (OpenSource); None once it is there or given up."""
     failed = Signal(str)
     """Something that was asked for did not work, in a sentence for people."""
     noticed = Signal(str)
@@ -122,8 +56,11 @@ class Connection:
         self._create = create
         self._source: OpenSource | None = None
         self._sources: tuple[OpenSource, ...] = ()
+        self._candidate: OpenSource | None = None
         self._why_closed = ""
         self._lock = threading.Lock()
+        self._passing = threading.RLock()
+        "Held from one source at hand to the next: each is told to be put aside before another comes."
         self._leaving: list[OpenSource] = []
 
     @property
@@ -144,6 +81,11 @@ class Connection:
         return self._source
 
     @property
+    def candidate(self) -> OpenSource | None:
+        """What is being opened in place of what is at hand."""
+        return self._candidate
+
+    @property
     def sources(self) -> tuple[OpenSource, ...]:
         """All that is open or being opened, in that order."""
         return self._sources
@@ -151,34 +93,45 @@ class Connection:
     def connect_to(self, uri: str, *, start: bool = True) -> None:
         """Open a source in place of what is at hand, and `start` it; one that is aside is brought forward.
 
+        What is at hand stays there until the other is open, unless it is the same or not open itself.
         Raises UsageError for a malformed URI; all else by `failed`.
         """
         parsed = SourceUri.parse(uri)
+        self.give_up_candidate()
+        before = self._source
         if (aside := self._aside(parsed)) is not None:
             self.bring_forward(aside)
-            return
-        if (before := self._source) is not None:
-            self._end(before, "")
-        self._begin(parsed, start, at_hand=True)
+        elif before is None or before.state is LinkState.OPENING or _is_named(before, parsed):
+            if before is not None:
+                self._end(before, "")
+            self._begin(parsed, start, at_hand=True)
+        else:
+            self._begin_instead(parsed, start, before)
+
+    def give_up_candidate(self) -> None:
+        """Open nothing in place of what is at hand after all; does nothing where nothing was to be."""
+        if (source := self._candidate) is not None and self._drop(source):
+            self.candidate_changed.emit(None)
 
     def connect_beside(self, uri: str, *, start: bool = True) -> None:
         """Open one source more and leave what is at hand there. Raises UsageError as `connect_to`."""
         parsed = SourceUri.parse(uri)
         at_hand = self._source
         if at_hand is not None and (self._aside(parsed) or _is_named(at_hand, parsed)):
-            self.failed.emit(f"{parsed} is open already")
+            self.failed.emit(translate("Connection", "{0} is open already").format(parsed))
         else:
             self._begin(parsed, start, at_hand=at_hand is None)
 
     def bring_forward(self, source: OpenSource) -> None:
         """Have another of the open sources at hand."""
-        with self._lock:
-            if source not in self._sources or source is self._source:
-                return
-            before, self._source = self._source, source
-            state, reason = source.state, source.reason
-        if before is not None:
-            self.closing.emit(before)
+        with self._passing:
+            with self._lock:
+                if source not in self._sources or source is self._source:
+                    return
+                before, self._source = self._source, source
+                state, reason = source.state, source.reason
+            if before is not None:
+                self.closing.emit(before)
         self.state_changed.emit(LinkState.OPENING, f"Showing {source.title}")
         if state is not LinkState.OPENING:
             self._announce(source)
@@ -192,6 +145,7 @@ class Connection:
 
     def close_all(self) -> None:
         """Close every source."""
+        self.give_up_candidate()
         for source in self._sources:
             self._end(source, "")
 
@@ -204,9 +158,19 @@ class Connection:
             if at_hand:
                 self._source = source
         self._change(source, LinkState.OPENING, f"Connecting to {uri}")
+        self._submit_opening(source, start)
 
+    def _begin_instead(self, uri: SourceUri, start: bool, before: OpenSource) -> None:
+        source = OpenSource(uri)
+        source.instead_of = before
+        with self._lock:
+            self._candidate = source
+        self.candidate_changed.emit(source)
+        self._submit_opening(source, start)
+
+    def _submit_opening(self, source: OpenSource, start: bool) -> None:
         def failed(error: GrabberError) -> None:
-            self._give_up(source, str(error))
+            self._give_up(source, error_text(error, source.uri))
 
         source.worker.submit(
             lambda: self._open(source), done=lambda _: self._opened(source, start), failed=failed
@@ -243,7 +207,9 @@ class Connection:
         source.worker.submit(
             source.grabber.stop,
             done=stopped,
-            failed=lambda error: self._complain(source, f"stopping failed: {error}"),
+            failed=lambda error: self._complain(
+                source, translate("Connection", "stopping failed: {0}").format(error_text(error))
+            ),
         )
 
     def wait_closed(self, timeout: float) -> bool:
@@ -268,13 +234,26 @@ class Connection:
         grabber.noticed.connect(lambda text: self._pass_on(source, text), check_nargs=False)
         try:
             grabber.open(source.access)
-        except AccessDeniedError as error:
-            self._open_beside(source, grabber, error)
+        except GrabberError as error:
+            if self._make_way(source, grabber.info):
+                grabber.open(source.access)
+            elif isinstance(error, AccessDeniedError):
+                self._open_beside(source, grabber, error)
+            else:
+                raise
         hands = NotingGrabber(grabber, source.journal)
         hands.open()
         features = FeatureTreeModel(hands, source.worker, hands.watch)
         features.structure_changed.connect(hands.learn)
         source.hands, source.features = hands, features
+
+    def _make_way(self, source: OpenSource, info: DeviceInfo) -> bool:
+        """Close what stands in the way of the same camera by another name, and wait. Whether that was so."""
+        before = source.instead_of
+        if before is None or before.grabber is None or not _is_same_device(before.grabber.info, info):
+            return False
+        source.comes_back = before.uri
+        return self._take_place(source) and before.worker.close(CLOSE_PATIENCE)
 
     @staticmethod
     def _open_beside(source: OpenSource, grabber: FrameGrabber, denied: AccessDeniedError) -> None:
@@ -284,10 +263,12 @@ class Connection:
         except GrabberError as error:
             log.info("%s, for reading only: %s", source.uri, error)
             raise denied from error
-        source.read_only = str(denied)
+        source.read_only = held_text(denied)
 
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
+            return
+        if source.instead_of is not None and not self._take_place(source):
             return
         if self._change(source, LinkState.OPEN, ""):
             self._announce(source)
@@ -305,9 +286,10 @@ class Connection:
 
         def failed(error: GrabberError) -> None:
             if source.read_only and isinstance(error, AccessDeniedError):
-                source.no_picture = str(error)
+                source.no_picture = error_text(error)
             else:
-                self._complain(source, f"{source.title} does not start: {error}")
+                text = translate("Connection", "{0} does not start: {1}")
+                self._complain(source, text.format(source.title, error_text(error)))
 
         source.worker.submit(job, done=done, failed=failed)
 
@@ -315,7 +297,7 @@ class Connection:
         """The grabber itself says what became of its connection. Any thread."""
         if state is ConnectionState.LOST:
             self._change(source, LinkState.LOST, reason)
-            self._complain(source, reason or f"the connection to {source.title} was lost")
+            self._complain(source, lost_text(source.title, reason))
         elif state is ConnectionState.OPEN and source.state is LinkState.LOST and source.grabber is not None:
             streaming = source.grabber.streaming
             self._change(source, LinkState.STREAMING if streaming else LinkState.OPEN, reason)
@@ -348,9 +330,49 @@ class Connection:
             self.failed.emit(message)
 
     def _give_up(self, source: OpenSource, message: str) -> None:
-        if self._end(source, message):
+        if self._drop(source):
+            self.candidate_changed.emit(None)
             self.failed.emit(message)
-            self._fill_hand()
+        elif self._end(source, message):
+            self.failed.emit(message)
+            if source.comes_back is not None:
+                self._begin(source.comes_back, start=True, at_hand=True)
+            else:
+                self._fill_hand()
+
+    def _drop(self, candidate: OpenSource) -> bool:
+        """Let go of what was to come to hand. Whether it still was."""
+        with self._lock:
+            if candidate is not self._candidate:
+                return False
+            self._candidate = candidate.instead_of = None
+            self._leave(candidate)
+        candidate.let_go()
+        return True
+
+    def _take_place(self, source: OpenSource) -> bool:
+        """Have the candidate at hand, and close what it comes instead of. Whether it still was to come."""
+        with self._passing:
+            with self._lock:
+                if source is not self._candidate:
+                    return False
+                before, at_hand = source.instead_of, self._source
+                self._candidate = source.instead_of = None
+                self._source = source
+                if before is None or before not in self._sources:
+                    before, self._sources = None, (*self._sources, source)
+                else:
+                    self._sources = tuple(source if other is before else other for other in self._sources)
+                    self._leave(before)
+            self.candidate_changed.emit(None)
+            if at_hand is not None:
+                self.closing.emit(at_hand)
+        if before is not None:
+            self.ending.emit(before)
+            before.let_go()
+        self.state_changed.emit(LinkState.OPENING, f"Connecting to {source.uri}")
+        self.sources_changed.emit(self._sources)
+        return True
 
     def _aside(self, uri: SourceUri) -> OpenSource | None:
         """The source aside that a URI names."""
@@ -362,22 +384,33 @@ class Connection:
             self.bring_forward(self._sources[-1])
 
     def _end(self, source: OpenSource, reason: str) -> bool:
-        with self._lock:
-            if source not in self._sources:
-                return False
-            self._sources = tuple(other for other in self._sources if other is not source)
-            at_hand = source is self._source
+        with self._passing:
+            with self._lock:
+                if source not in self._sources:
+                    return False
+                self._sources = tuple(other for other in self._sources if other is not source)
+                at_hand = source is self._source
+                if at_hand:
+                    self._source, self._why_closed = None, reason
+                self._leave(source)
             if at_hand:
-                self._source, self._why_closed = None, reason
-            self._leaving = [*(s for s in self._leaving if not s.worker.close(0)), source]
-        if at_hand:
-            self.closing.emit(source)
+                self.closing.emit(source)
         self.ending.emit(source)
         source.let_go()
         if at_hand:
             self.state_changed.emit(LinkState.CLOSED, reason)
         self.sources_changed.emit(self._sources)
         return True
+
+
+    def _leave(self, source: OpenSource) -> None:
+        """Remember what is being closed, until its thread has ended. With the lock held."""
+        self._leaving = [*(s for s in self._leaving if not s.worker.close(0)), source]
+
+
+def _is_same_device(one: DeviceInfo, other: DeviceInfo) -> bool:
+    """Whether two names lead to one camera, as far as it says who it is."""
+    return bool(one.serial) and (one.model, one.serial) == (other.model, other.serial)
 
 
 def _is_named(source: OpenSource, uri: SourceUri) -> bool:

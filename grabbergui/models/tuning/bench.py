@@ -14,7 +14,7 @@ from grabbergui.core.region import Region
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.reverting import write_values
 from grabbergui.models.changes.undo_history import Direction, Step
-from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.light import Light, measure
 
@@ -46,14 +46,14 @@ class TuningBench:
     """For one tuning, on a thread of its own. Once cancelled, calls raise TuningCancelledError."""
 
     def __init__(
-        self, hands: NotingGrabber, worker: FeatureWorker, step: Step, say: Callable[[float, str], None]
+        self, hands: NotingGrabber, features: FeatureTreeModel, step: Step, say: Callable[[float, str], None]
     ) -> None:
         """`say` is told how far it is (0 … 1), and where it stands, for people."""
         self.title = hands.info.title
         self.say = say
         self.cancelled = threading.Event()
         self._hands = hands
-        self._worker = worker
+        self._features = features
         self._step = step
         self._frames = hands.plain.open_queue(depth=2)
 
@@ -62,7 +62,10 @@ class TuningBench:
         self._frames.close()
 
     def call(self, job: Callable[[NotingGrabber], T]) -> T:
-        """Do something with the camera on its own thread and wait for it; writes are one step to undo."""
+        """Do something with the camera on its own thread and wait for it; writes are one step to undo.
+
+        What the operator asked for before is written before, a slider let go just now too.
+        """
         self._check()
         return self._call(job)
 
@@ -107,16 +110,17 @@ class TuningBench:
             with self._hands.journal.within(self._step):
                 return job(self._hands)
 
-        if not self._worker.submit(
+        if not self._features.run(
             noted,
             done=lambda result: answers.put((result, None)),
             failed=lambda error: answers.put((None, error)),
         ):
-            raise TuningCancelledError("the camera was closed")
+            raise TuningCancelledError(translate("Tuning", "the camera was closed"))
         try:
             result, error = answers.get(timeout=CALL_PATIENCE)
         except queue.Empty:
-            raise TransportError(f"{self.title} did not answer within {CALL_PATIENCE:g} s") from None
+            text = translate("Tuning", "{0} did not answer within {1:g} s")
+            raise TransportError(text.format(self.title, CALL_PATIENCE)) from None
         if error is not None:
             raise error
         return result  # type: ignore[return-value]  # a result, as there is no error

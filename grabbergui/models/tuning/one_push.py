@@ -11,7 +11,8 @@ from psygnal import Signal
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.error_text import error_text
+from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningCancelledError
 
@@ -42,11 +43,11 @@ class OnePush:
         """Whether one is under way."""
         return self._bench is not None
 
-    def start(self, name: str, tuning: Tuning, hands: NotingGrabber, worker: FeatureWorker) -> bool:
+    def start(self, name: str, tuning: Tuning, hands: NotingGrabber, features: FeatureTreeModel) -> bool:
         """Begin; `name` is what can be undone later. False where one is under way already."""
         if self._bench is not None:
             return False
-        self._bench = bench = TuningBench(hands, worker, Step(name), self.progressed.emit)
+        self._bench = bench = TuningBench(hands, features, Step(name), self.progressed.emit)
         run = threading.Thread(target=self._run, args=(name, tuning, bench), name="tuning", daemon=True)
         self._thread = run
         run.start()
@@ -83,7 +84,7 @@ class OnePush:
             log.exception("%s failed", name)
             error = GrabberError(f"internal error, see the log: {error}")
         cancelled = isinstance(error, TuningCancelledError)
-        why = translate("Tuning", "cancelled") if cancelled else str(error)
+        why = translate("Tuning", "cancelled") if cancelled else error_text(error)
         try:
             problems = bench.restore()
         except GrabberError as failure:

@@ -7,11 +7,14 @@ import logging
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import UsageError
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.source_list import ListedSource, SourceListModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.source_list import SourceListView
+from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
 log = logging.getLogger(__name__)
 
@@ -30,17 +33,21 @@ class SourcesController(QObject):
         model: SourceListModel,
         connection: Connection,
         preferences: Preferences,
-        parent: QObject | None = None,
+        tasks: TaskStack,
     ) -> None:
-        super().__init__(parent or view)
+        super().__init__(view)
         self._view = view
         self._model = model
         self._connection = connection
         self._preferences = preferences
+        self._tasks = tasks
+        self._row: TaskRow | None = None
+        "What is being opened in place of what is at hand."
         bridge = Bridge(self)
         bridge.bind(model.changed, self._on_model_changed)
         bridge.bind(model.searching, view.setSearching)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(connection.candidate_changed, self._on_connection_candidate_changed)
         bridge.bind(connection.sources_changed, self._on_connection_sources_changed)
         view.connectRequested.connect(self.connect_to)
         view.besideRequested.connect(self.connect_beside)
@@ -57,20 +64,20 @@ class SourcesController(QObject):
         try:
             self._connection.connect_to(uri)
         except UsageError as error:
-            self.failed.emit(str(error))
+            self.failed.emit(error_text(error))
 
     def connect_beside(self, uri: str) -> None:
         """Open one source more; what is wrong with its URI comes by `failed`."""
         try:
             self._connection.connect_beside(uri)
         except UsageError as error:
-            self.failed.emit(str(error))
+            self.failed.emit(error_text(error))
 
     def _on_view_address_entered(self, text: str) -> None:
         try:
             uri = self._model.add(text)
         except UsageError as error:
-            self.failed.emit(str(error))
+            self.failed.emit(error_text(error))
             return
         self._view.addressEdit.clear()
         self._preferences.typed = self._model.named_by_hand
@@ -101,6 +108,14 @@ class SourcesController(QObject):
             self._preferences.note_source(str(source.uri))
             self._view.setRecent(self._preferences.recent)
         self._view.hintLabel.setVisible(source is None or source.uri.scheme == SIMULATED)
+
+    def _on_connection_candidate_changed(self, candidate: OpenSource | None) -> None:
+        if self._row is not None:
+            self._tasks.end(self._row)
+            self._row = None
+        if candidate is not None:
+            self._row = self._tasks.begin(self.tr("Connecting to {0} …").format(candidate.uri))
+            self._row.cancelRequested.connect(self._connection.give_up_candidate)
 
     def _on_connection_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
         self._model.set_open(

@@ -8,7 +8,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.region import Region
 from grabbergui.core.sfnc import Role
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning.bench import TuningBench
 from grabbergui.models.tuning.camera_once import has_once, let_camera
@@ -80,9 +81,9 @@ class TuningController(QObject):
 
     def _start(self, name: str, tuning: Tuning) -> None:
         source = self._connection.source
-        if source is None or source.hands is None or not self._push.start(
-            name, tuning, source.hands, source.worker
-        ):
+        if source is None or source.hands is None or source.features is None:
+            return
+        if not self._push.start(name, tuning, source.hands, source.features):
             return
         self._row = self._window.tasks.begin(name)
         self._row.cancelRequested.connect(self._push.cancel)

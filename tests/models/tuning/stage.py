@@ -11,6 +11,7 @@ from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.region import Region
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.models.tuning.light import measure
 from grabbergui.models.tuning.one_push import OnePush
@@ -95,6 +96,7 @@ class Stage:
         self.journal = ChangeJournal()
         self.hands = NotingGrabber(grabber, self.journal)
         self.hands.open()
+        self.features = FeatureTreeModel(self.hands, self.worker)
         self.push = OnePush()
         self.said, self.results, self.failures = [], [], []
         self.push.progressed.connect(lambda share, text: self.said.append((share, text)))
@@ -102,7 +104,7 @@ class Stage:
         self.push.failed.connect(self.failures.append)
 
     def run(self, tuning, name="Exposure"):
-        assert self.push.start(name, tuning, self.hands, self.worker)
+        assert self.push.start(name, tuning, self.hands, self.features)
         assert self.push.wait(30)
         return self.results[-1] if self.results else ""
 
@@ -121,6 +123,7 @@ class Stage:
     def close(self):
         self.push.cancel()
         assert self.push.wait(PATIENCE)
+        self.features.close()
         self.hands.close()
         assert self.worker.close()
         self.grabber.close()

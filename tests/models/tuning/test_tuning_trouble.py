@@ -69,9 +69,9 @@ def test_only_one_at_a_time(stage):
         assert leave.wait(PATIENCE)
         return "done"
 
-    assert s.push.start("Slow", slow, s.hands, s.worker)
+    assert s.push.start("Slow", slow, s.hands, s.features)
     assert entered.wait(PATIENCE) and s.push.running
-    assert not s.push.start("Other", slow, s.hands, s.worker)
+    assert not s.push.start("Other", slow, s.hands, s.features)
     leave.set()
     assert s.push.wait(PATIENCE) and not s.push.running
     assert s.results == ["done"]
@@ -93,7 +93,21 @@ def test_closing_the_camera_ends_it(stage):
 def test_no_frame_error_is_a_grabbers(stage):
     s = stage()
     s.grabber.sending.clear()
-    bench = bench_module.TuningBench(s.hands, s.worker, None, lambda *_: None)
+    bench = bench_module.TuningBench(s.hands, s.features, None, lambda *_: None)
     bench._frames.close()
     with pytest.raises(FrameTimeoutError):
         bench.light(None)
+
+
+def test_what_the_operator_set_just_before_is_written_before(stage):
+    s = stage()
+    s.features.write("GainRaw", 10)
+    s.features.write("GainRaw", 480)  # held back, as it came so soon after the first
+    seen = []
+
+    def look(bench):
+        seen.append(bench.call(lambda grabber: grabber.feature("GainRaw").value))
+        return "looked"
+
+    assert s.run(look) == "looked"
+    assert seen == [480]

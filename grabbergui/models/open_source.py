@@ -1,0 +1,89 @@
+"""One source from being opened to being closed."""
+
+from __future__ import annotations
+
+import threading
+from enum import Enum
+
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.models.changes.journal import ChangeJournal
+from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.worker import FeatureWorker
+
+
+class LinkState(Enum):
+    """Where the connection stands, as the window shows it."""
+
+    CLOSED = "closed"
+    OPENING = "opening"
+    OPEN = "open"
+    STREAMING = "streaming"
+    LOST = "lost"
+
+    @property
+    def connected(self) -> bool:
+        """Whether there is a source whose features can be used."""
+        return self in (LinkState.OPEN, LinkState.STREAMING)
+
+
+class OpenSource:
+    """One source from being opened to being closed, and the one thread that calls it."""
+
+    def __init__(self, uri: SourceUri, access: Access = Access.CONTROL) -> None:
+        self.uri = uri
+        self.access = access
+        "What is asked for on opening."
+        self.state = LinkState.OPENING
+        "Where it stands."
+        self.reason = ""
+        "Why, for people."
+        self.worker = FeatureWorker(f"features {uri}")
+        self.grabber: FrameGrabber | None = None
+        "None until it is created, on the worker."
+        self.hands: NotingGrabber | None = None
+        "The operator's handle on the grabber: what is done with it can be looked at and undone."
+        self.features: FeatureTreeModel | None = None
+        "None until the grabber is open, and so is `hands`."
+        self.journal = ChangeJournal()
+        "What happened to its features."
+        self.streaming_since: float | None = None
+        "`time.monotonic` of the last start."
+        self.read_only = ""
+        "Why values can be looked at but not changed, for people; empty where they can be changed."
+        self.no_picture = ""
+        "Why the picture cannot be had beside the program that has control."
+        self.instead_of: OpenSource | None = None
+        "What stays at hand until this one is open, and is closed then."
+        self.comes_back: SourceUri | None = None
+        "What had to be closed to open this one, and is opened again where that fails."
+        self.abandoned = threading.Event()
+        "Set when nobody wants it any more; a job that has not begun then does nothing."
+
+    @property
+    def title(self) -> str:
+        """The name for people."""
+        return self.grabber.info.title if self.grabber is not None else str(self.uri)
+
+    @property
+    def short_title(self) -> str:
+        """What tells it from its neighbours: the name without the maker's."""
+        info = self.grabber.info if self.grabber is not None else None
+        return (info.user_name or info.model or info.title) if info is not None else str(self.uri)
+
+    def let_go(self) -> None:
+        """Close it after the job at hand, on its own thread, which then ends. Never waits."""
+        self.abandoned.set()
+        if self.features is not None:
+            self.features.close()
+        self.worker.submit(self._close)
+        self.worker.close(0)
+
+    def _close(self) -> None:
+        if self.features is not None:
+            self.features.close()  # made by a job that was under way when it was let go
+        if self.hands is not None:
+            self.hands.close()
+        if self.grabber is not None:
+            self.grabber.close()
