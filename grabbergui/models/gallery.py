@@ -9,7 +9,8 @@ from weakref import WeakSet
 
 from psygnal import Signal
 
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 
 FEWEST = 2

@@ -21,7 +21,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import LinkState, OpenSource
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.views.main_window import MainWindow
 
@@ -73,13 +73,17 @@ class ScriptDesk:
         """Open a source in place of what is at hand, and start it."""
         del self._failures[:]
         connection = self.program.connection
+        before = connection.source
         connection.connect_to(uri)
 
         def settled() -> bool:
-            return connection.state in (LinkState.STREAMING, LinkState.CLOSED) or bool(self._failures)
+            if self._failures:
+                return True
+            ended = (LinkState.STREAMING, LinkState.CLOSED)
+            return connection.source is not before and connection.state in ended
 
         self.until(settled, timeout, f"{uri} is not open")
-        if connection.state is not LinkState.STREAMING:
+        if connection.source is before or connection.state is not LinkState.STREAMING:
             raise GrabberError(self._failures[0] if self._failures else f"{uri} was closed")
         return self.grabber
 

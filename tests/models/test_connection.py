@@ -2,14 +2,16 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.core.errors import AccessDeniedError, TransportError, UsageError
+from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError, TransportError, UsageError
 from grabbergui.core.grabber import Access, ConnectionState
-from grabbergui.models.connection import Connection, LinkState
-from patience import PATIENCE
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import LinkState
+from patience import PATIENCE, until
 
 S = LinkState
 
@@ -228,6 +230,94 @@ def test_where_reading_is_refused_too_the_first_refusal_is_told(bench):
     assert bench.failures == ["another application at 10.0.0.5 controls it; close it there"]
 
 
+def test_a_wrong_address_leaves_what_is_at_hand_untouched(bench):
+    bench.others["sim:gone"] = gone = Source()
+    gone.problem = SourceNotFoundError("no camera answers there")
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    kept, told = bench.link.source, []
+    bench.link.candidate_changed.connect(told.append)
+    bench.link.closing.connect(told.append)
+    bench.link.connect_to("sim:gone")
+    until(lambda: bench.failures, "a failure")
+    assert bench.failures == ["no camera answers there"]
+    assert bench.link.source is kept and bench.link.sources == (kept,) and bench.link.candidate is None
+    assert [getattr(source, "uri", None) and str(source.uri) for source in told] == ["sim:gone", None]
+    assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] and bench.source.calls == ["open", "start"]
+    until(lambda: "close" in gone.calls, "letting go of it")
+
+
+def test_what_is_at_hand_goes_on_until_the_next_one_is_open(bench):
+    bench.others["sim:slow"] = slow = Source()
+    slow.opening.clear()
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    first = bench.link.source
+    bench.link.connect_to("sim:slow")
+    until(lambda: slow.calls, "opening")
+    assert bench.link.source is first and bench.source.streaming and bench.link.candidate is not None
+    slow.opening.set()
+    until(lambda: bench.link.source is not first and bench.link.state is S.STREAMING, "the next one")
+    assert bench.link.source.grabber is slow and len(bench.link.sources) == 1
+    assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] * 2
+    until(lambda: "close" in bench.source.calls, "letting go of the first")
+
+
+def test_what_is_being_opened_can_be_given_up(bench):
+    bench.others["sim:slow"] = slow = Source()
+    slow.opening.clear()
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    first = bench.link.source
+    bench.link.connect_to("sim:slow")
+    bench.link.give_up_candidate()
+    slow.opening.set()
+    assert bench.link.source is first and bench.link.candidate is None
+    until(lambda: slow.calls[-1:] == ["close"] or not slow.calls, "letting go of it")
+    bench.link.connect_to("sim:")
+    assert bench.link.source is not first, "the same once more: closed, and opened anew"
+    assert bench.failures == []
+
+
+class OneCamera(Source):
+    """A camera with two names: whoever opens it holds it."""
+
+    held = False
+
+    def __init__(self, broken=False):
+        super().__init__()
+        self.info = replace(self.info, serial="SN7")
+        self.broken = broken
+
+    def open(self, access=Access.CONTROL):
+        self._note("open")
+        if OneCamera.held or self.broken:
+            raise AccessDeniedError("another application controls it")
+        OneCamera.held = True
+
+    def close(self):
+        if "close" not in self.calls and not self.broken:
+            OneCamera.held = False
+        super().close()
+
+
+@pytest.mark.parametrize("broken", [False, True], ids=["opens", "does not"])
+def test_the_same_camera_by_another_name_is_closed_first_and_comes_back_where_that_fails(bench, broken):
+    OneCamera.held = False
+    bench.others["sim:serial"] = OneCamera()
+    bench.others["sim:address"] = OneCamera(broken)
+    bench.link.connect_to("sim:serial")
+    bench.until(S.STREAMING)
+    first = bench.link.source
+    if broken:
+        bench.others["sim:serial"] = OneCamera()  # the one that comes back
+    bench.link.connect_to("sim:address")
+    until(lambda: bench.link.source not in (first, None) and bench.link.state is S.STREAMING, "the next one")
+    assert str(bench.link.source.uri) == ("sim:serial" if broken else "sim:address")
+    assert bench.failures == (["another application controls it"] if broken else [])
+    assert not bench.link.source.read_only and len(bench.link.sources) == 1
+
+
 class Pair:
     """Two sources open, the first at hand; what was opened and let go, in order."""
 
@@ -285,8 +375,8 @@ def test_with_the_one_at_hand_closed_the_other_takes_its_place(bench, pair):
 def test_another_source_takes_the_place_of_the_one_at_hand_only(bench, pair):
     bench.others["sim:scene"] = third = Source()
     bench.link.connect_to("sim:scene")
-    assert pair.first not in bench.link.sources and pair.beside in bench.link.sources
-    bench.until(S.STREAMING)
+    until(lambda: third.streaming, "the start")
+    assert pair.first not in bench.link.sources and bench.link.sources[1] is pair.beside
     assert third.streaming and pair.other.streaming
 
 

@@ -7,8 +7,9 @@ import weakref
 
 import pytest
 
-from grabbergui.models.connection import Connection, LinkState
+from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
+from grabbergui.models.open_source import LinkState
 from patience import PATIENCE
 
 

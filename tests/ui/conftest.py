@@ -6,7 +6,7 @@ import pytest
 from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from grabbergui.models.connection import LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow
@@ -50,8 +50,10 @@ class Desk:
         return self.program.connection.source.grabber
 
     def connect(self, uri="sim:"):
+        link = self.program.connection
+        before = link.source
         self.program.sources.connect_to(uri)
-        self.until(lambda: self.program.connection.state is LinkState.STREAMING)
+        self.until(lambda: link.source is not before and link.state is LinkState.STREAMING)
         QApplication.processEvents()  # the window has heard of it too
 
     def watch(self, pictures=3):

@@ -12,7 +12,7 @@ from wide_camera import create_wide, nodes, wide_description
 from fakes import XmlDevice
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim.description import camera_xml
-from grabbergui.models.connection import LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.widgets.section import Section
 from patience import little_garbage, slowness
 

@@ -6,7 +6,7 @@ import weakref
 
 from PyQt5.QtCore import Qt
 
-from grabbergui.models.connection import LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 from patience import PATIENCE
 

@@ -13,8 +13,8 @@ from fakes import ScriptedGrabber
 from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
 from grabbergui.core.grabber import Access, DeviceInfo
-from grabbergui.models.connection import LinkState
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.open_source import LinkState
 from grabbergui.models.source_list import ListedSource
 from grabbergui.ui import theme
 from grabbergui.ui.editors.number_editors import RangeEditor
@@ -304,6 +304,51 @@ def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(wi
     view.forgetRequested.emit(line.info.uri)
     window_desk.until(lambda: view.sourceList.count() == 0)
     assert window_desk.preferences.typed == []
+
+
+class Unreachable(ScriptedGrabber):
+    """Nobody answers; a test tells when that is noticed."""
+
+    def __init__(self):
+        super().__init__()
+        self.noticed_at_last = threading.Event()
+
+    def open(self, access=Access.CONTROL):
+        assert self.noticed_at_last.wait(PATIENCE)
+        raise SourceNotFoundError("no camera answers at 10.0.0.9; check power, cable and address")
+
+
+def test_a_wrong_address_is_told_while_the_camera_at_hand_goes_on(window_desk):
+    window, link = window_desk.window, window_desk.program.connection
+    window_desk.connect("sim:")
+    window_desk.watch()
+    shown, create, wrong = link.source, link._create, Unreachable()
+    link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
+    window_desk.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
+    window_desk.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
+    window_desk.until(lambda: window.tasks.rows)
+    assert window.tasks.rows[0].titleLabel.text() == "Connecting to gige:10.0.0.9 …"
+    window_desk.watch()
+    wrong.noticed_at_last.set()
+    window_desk.until(lambda: window_desk.errors)
+    assert "no camera answers at 10.0.0.9" in window_desk.errors[0] and not window.tasks.rows
+    assert link.source is shown and link.state is LinkState.STREAMING
+    window_desk.watch()
+
+
+def test_a_connection_that_takes_too_long_can_be_given_up(window_desk):
+    window, link = window_desk.window, window_desk.program.connection
+    window_desk.connect("sim:")
+    shown, create, slow = link.source, link._create, Unreachable()
+    link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
+    window_desk.program.sources.connect_to("gige:10.0.0.9")
+    window_desk.until(lambda: window.tasks.rows)
+    window_desk.qtbot.mouseClick(window.tasks.rows[0].cancelButton, Qt.LeftButton)
+    window_desk.until(lambda: not window.tasks.rows)
+    slow.noticed_at_last.set()
+    assert link.candidate is None and link.source is shown
+    window_desk.watch()
+    assert not window_desk.errors
 
 
 def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_picture(window_desk):

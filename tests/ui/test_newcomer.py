@@ -11,7 +11,7 @@ from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMenu, QPushButton, QToolButton
 
-from grabbergui.models.connection import LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.app import first_source
 from grabbergui.ui.views.settings_report import SettingsReport
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE

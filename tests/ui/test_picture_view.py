@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
-from grabbergui.models.connection import LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.picture_view import PictureView
 
 WIDTH, HEIGHT = 1600, 1200

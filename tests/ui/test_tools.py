@@ -8,7 +8,7 @@ from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QLabel
 
 from grabbergui.core.region import Region
-from grabbergui.models.connection import LinkState
+from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.drawing_tool import Purpose
 from grabbergui.ui.widgets.picture_marks import Mark

@@ -10,7 +10,7 @@ from psygnal import Signal
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import OpenSource
+from grabbergui.models.open_source import OpenSource
 
 _FEATURES = {
     "playing": "PlaybackActive",

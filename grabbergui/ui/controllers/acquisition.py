@@ -10,8 +10,9 @@ from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.core.pixels import value_at
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import CameraFacts, Observation, Stage, diagnose
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import Picture, PictureModel
 from grabbergui.models.picture.pixel_texts import value_texts
 from grabbergui.models.recording.snapshot import SnapshotWriter

@@ -11,7 +11,9 @@ from PyQt5.QtWidgets import QFileDialog
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.servo import board_sheet
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.ui.bridge import Bridge
@@ -81,7 +83,7 @@ class CalibratingController(QObject):
             self.model.choose(settings)
         except UsageError as error:
             self.dialog.nextButton.setEnabled(False)
-            self.dialog.messages.showError(str(error))
+            self.dialog.messages.showError(error_text(error))
         else:
             self.dialog.nextButton.setEnabled(True)
             self.dialog.messages.dismissAll()

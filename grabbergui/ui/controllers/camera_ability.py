@@ -8,7 +8,8 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.ui.bridge import Bridge
 
 

@@ -12,7 +12,9 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
@@ -76,7 +78,7 @@ class CameraWork(QObject):
             self._bridge.call(lambda: end(lambda: done(result)))
 
         def gone_wrong(error: GrabberError) -> None:
-            self._bridge.call(lambda: end(lambda: self.failed.emit(str(error))))
+            self._bridge.call(lambda: end(lambda: self.failed.emit(error_text(error))))
 
         if not source.features.run(job, done=succeeded, failed=gone_wrong):
             end(lambda: None)

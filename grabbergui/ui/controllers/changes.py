@@ -11,7 +11,8 @@ from PyQt5.QtWidgets import QAction, QApplication, QFileDialog
 from grabbergui.models.changes import replay
 from grabbergui.models.changes.reverting import revert
 from grabbergui.models.changes.undo_history import Direction
-from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import OpenSource
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.changes_panel import CopyAs
 from grabbergui.ui.views.main_window import MainWindow

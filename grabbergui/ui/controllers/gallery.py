@@ -6,8 +6,9 @@ from functools import partial
 
 from PyQt5.QtCore import QObject, QTimer
 
-from grabbergui.models.connection import Connection, LinkState, OpenSource
+from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel, Tile
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.camera_tile import CameraTile
 from grabbergui.ui.views.gallery import Gallery

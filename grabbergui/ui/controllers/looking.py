@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.orientation import Orientation
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.picture.rendering import Levels, with_levels

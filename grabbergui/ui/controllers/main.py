@@ -14,10 +14,11 @@ from PyQt5.QtWidgets import QApplication, QFileDialog, QMessageBox
 from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
 from grabbergui.models.measuring.measurement import MeasuringModel
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.recording.snapshot import SnapshotWriter
@@ -76,7 +77,9 @@ class MainController(QObject):
         self.measuring = MeasuringModel(lambda: self.picture.frame)
         self.log_book = LogBook()
         self.log_book.open()
-        self.sources = SourcesController(window.sources, self.source_list, self.connection, preferences)
+        self.sources = SourcesController(
+            window.sources, self.source_list, self.connection, preferences, window.tasks
+        )
         self.tiles = GalleryController(window.gallery, self.gallery, self.connection)
         self.acquisition = AcquisitionController(
             window, self.connection, self.picture, self.snapshots, preferences

@@ -5,7 +5,9 @@ from __future__ import annotations
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.recording.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
@@ -61,7 +63,7 @@ class PlaybackController(QObject):
         self._window.actionPause.setChecked(not state.playing)
 
     def _on_model_failed(self, error: GrabberError) -> None:
-        self.failed.emit(str(error))
+        self.failed.emit(error_text(error))
 
     def _on_pause_triggered(self, paused: bool) -> None:
         if self._model is not None:

@@ -14,7 +14,9 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.connection import Connection, OpenSource
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.open_source import OpenSource
 from grabbergui.models.recording.recorder import Recorder, RecordingLimits, RecordingProgress
 from grabbergui.models.recording.writers import RecordingKind, create_writer
 from grabbergui.ui.bridge import Bridge
@@ -79,7 +81,7 @@ class RecordingController(QObject):
         source.worker.submit(
             job,
             done=self._later(lambda recorder: self._begin(source, recorder)),
-            failed=self._later(lambda error: self.failed.emit(str(error))),
+            failed=self._later(lambda error: self.failed.emit(error_text(error))),
         )
 
     def stop(self) -> None:

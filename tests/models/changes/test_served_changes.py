@@ -10,7 +10,8 @@ from grabbergui import sources
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.changes.noting import CONSEQUENCES
 from grabbergui.models.changes.reverting import revert
-from grabbergui.models.connection import Connection, LinkState
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import LinkState
 from patience import PATIENCE
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
