@@ -144,7 +144,8 @@ class Camera(FrameGrabber):
         nodes = self._opened()
         self._require(name)
         feature = nodes.feature(name)
-        if self._access is Access.MONITOR and feature.access.writable:
+        ours = self._access is Access.CONTROL and name != preparation.TRANSPORT_LOCK
+        if feature.access.writable and not ours:
             readable = feature.access.readable
             feature = replace(
                 feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE
@@ -163,6 +164,8 @@ class Camera(FrameGrabber):
                 raise FeatureAccessError(
                     f"{name}: this camera is open for reading only, another application controls it", name
                 )
+            if name == preparation.TRANSPORT_LOCK:
+                raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
             restart = self._streaming and self.pauses_for(name)
             # Refuse a wrong value before anything is switched or stopped for its sake.
             if feature.value is not None:

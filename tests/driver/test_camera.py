@@ -181,6 +181,16 @@ def test_read_only_beside_another_application():
     grabber.close()
 
 
+def test_the_lock_of_the_transport_is_the_stream_s_alone(camera):
+    assert camera.feature("TLParamsLocked").access is AccessMode.READ_ONLY
+    with pytest.raises(FeatureAccessError, match="set by the stream alone"):
+        camera.write_feature("TLParamsLocked", 1)
+    camera.start()
+    assert camera.feature("TLParamsLocked").value == 1
+    camera.stop()
+    assert camera.feature("TLParamsLocked").value == 0
+
+
 def test_unknown_features_suggest_known_ones(camera):
     with pytest.raises(FeatureNotFoundError, match="did you mean ExposureTime"):
         camera.feature("ExposureTme")

@@ -11,6 +11,8 @@ from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 log = logging.getLogger(__name__)
 
+TRANSPORT_LOCK = "TLParamsLocked"
+"Of the transport layer (SFNC); nobody else writes it."
 MOST_BYTES_PER_PIXEL = 8
 "More than any format takes."
 _SET_BY_TRANSPORT = ("GevSCPSPacketSize", "GevSCPD", "GevSCDA", "GevSCPHostPort")
@@ -47,14 +49,14 @@ def forget_what_transport_set(nodes: CameraNodeMap) -> None:
 
 
 def lock_transport(nodes: CameraNodeMap, *, locked: bool) -> None:
-    """TLParamsLocked keeps others from changing what a frame looks like while it streams (SFNC)."""
-    if not nodes.has_node("TLParamsLocked"):
+    """Keep others from changing what a frame looks like while it streams, or let them again."""
+    if not nodes.has_node(TRANSPORT_LOCK):
         return
     try:
-        if nodes.feature("TLParamsLocked").access.writable:
-            nodes.write("TLParamsLocked", int(locked))
+        if nodes.feature(TRANSPORT_LOCK).access.writable:
+            nodes.write(TRANSPORT_LOCK, int(locked))
     except GrabberError as error:
-        log.info("TLParamsLocked=%d: %s", locked, error)
+        log.info("%s=%d: %s", TRANSPORT_LOCK, locked, error)
 
 
 def has_entry(feature: Feature, name: str) -> bool:
