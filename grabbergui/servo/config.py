@@ -175,8 +175,11 @@ class Config:
         for name, section in ini.parse(text, where).items():
             if not section.values:
                 continue
+            known = ", ".join(f"[{part.name}]" for part in fields(cls))
+            if not name:
+                stray = next(iter(section.values))
+                raise UsageError(f"{where}: '{stray}' stands before any section; there are {known}")
             if not hasattr(config, name):
-                known = ", ".join(f"[{part.name}]" for part in fields(cls))
                 raise UsageError(f"{where} has a section [{name}]; there are {known}")
             parts[name] = _changed(getattr(config, name), section.values, f"{where}, [{name}]")
         return replace(config, **parts)

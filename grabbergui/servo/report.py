@@ -34,7 +34,7 @@ class Recorder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise UsageError(f"the report cannot go to {folder}: {error}") from error
+            raise UsageError(f"the report cannot go to {folder}: {error.strerror or error}") from error
         self.turns: list[Turn] = []
         self._folder = folder
         self._calibration = calibration

@@ -280,6 +280,11 @@ def test_a_setting_that_cannot_be_is_refused(text, complaint):
         Config.parse(text)
 
 
+def test_a_setting_before_any_section_is_named():
+    with pytest.raises(UsageError, match="'rate' stands before any section; there are "):
+        Config.parse("rate 10\n[arm]\ny_low -0.5")
+
+
 def test_settings_change_what_they_name():
     config = Config.parse("[arm]\ny_low -0.5\n[marker]\nid 7\ndictionary 5X5_100")
     assert (config.arm.y_low, config.marker.id, config.marker.dictionary) == (-0.5, 7, "5X5_100")
