@@ -294,3 +294,13 @@ def test_no_name_server_means_no_port(names):
     gone = NameClient(ports.Port("/x").contact)
     with pytest.raises(Exception, match=r"name server|no way|cannot"):
         OutputPort("/out", gone, bind="127.0.0.1").open()
+
+
+@pytest.mark.parametrize("address", ["300.1.1.1", "192.0.2.1"])
+def test_an_address_that_is_none_of_ours_is_told_in_words(address):
+    with pytest.raises(TransportError) as caught:
+        OutputPort("/out", bind=address).open()
+
+    assert f"/out cannot listen at {address}: " in str(caught.value)
+    assert str(caught.value).endswith("; is it an address of this machine?")
+    assert "Errno" not in str(caught.value)

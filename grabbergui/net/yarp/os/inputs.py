@@ -296,7 +296,7 @@ class Input:
                     continue
                 raise AckTimeoutError("the peer stopped within a line") from error
             except OSError as error:
-                raise TransportError(f"the connection broke: {error}") from error
+                raise TransportError(f"the connection broke: {sockets.reason(error)}") from error
             if not data:
                 return None
             reader.feed(data)

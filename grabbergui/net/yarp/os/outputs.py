@@ -218,5 +218,5 @@ def _datagram_socket(sock: socket.socket, address: tuple[str, int], port: int) -
         datagram.connect((remote[0], port))
     except OSError as error:
         datagram.close()
-        raise TransportError(f"no UDP to {address[0]}:{port}: {error}") from error
+        raise TransportError(f"no UDP to {address[0]}:{port}: {sockets.reason(error)}") from error
     return datagram

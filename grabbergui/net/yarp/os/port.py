@@ -94,9 +94,9 @@ class Port:
         if self._names and _any(bind):
             host = sockets.local_address_towards(*self._names.server.address)
         try:
-            listener = socket.create_server((bind, port), backlog=128)
-        except OSError as error:
-            raise TransportError(f"{self.name} cannot listen at {bind}:{port}: {error}") from error
+            listener = sockets.listen((bind, port))
+        except TransportError as error:
+            raise TransportError(f"{self.name} {error}") from error
         listener.setblocking(False)
         self.contact = Contact(self.name, host, listener.getsockname()[1])
         self._listener, self._wake = listener, socket.socketpair()

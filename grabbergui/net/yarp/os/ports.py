@@ -264,7 +264,9 @@ def administer(
             if not more or len(data) > RPC_LIMIT:
                 raise TransportError(f"the port at {address[0]}:{address[1]} did not answer")
     except OSError as error:
-        raise TransportError(f"the port at {address[0]}:{address[1]} did not answer: {error}") from error
+        raise TransportError(
+            f"the port at {address[0]}:{address[1]} did not answer: {sockets.reason(error)}"
+        ) from error
     finally:
         sock.close()
     _, _, answer = data.decode("utf-8", "surrogateescape").partition("\r\n")

@@ -168,7 +168,8 @@ class _Stream:
             except BlockingIOError as error:
                 raise AckTimeoutError(f"{self._target} did not answer in time") from error
             except OSError as error:
-                raise TransportError(f"{self._target}: the connection broke: {error}") from error
+                why = sockets.reason(error)
+                raise TransportError(f"{self._target}: the connection broke: {why}") from error
             if not more:
                 raise TransportError(f"{self._target} closed the connection")
             self.data += more

@@ -6,6 +6,7 @@ into many small ones.
 
 from __future__ import annotations
 
+import errno
 import socket
 import struct
 import sys
@@ -29,7 +30,7 @@ def connect(
     try:
         sock = socket.create_connection(address, timeout)
     except OSError as error:
-        raise TransportError(f"nothing answers at {host}:{port}: {error}") from error
+        raise TransportError(f"nothing answers at {host}:{port}: {reason(error)}") from error
     try:
         prepare(sock)
         set_deadline(sock, timeout)
@@ -39,6 +40,22 @@ def connect(
         sock.close()
         raise
     return sock
+
+
+def listen(address: tuple[str, int]) -> socket.socket:
+    """Take calls there; port 0 is any that is free. Raises TransportError."""
+    host, port = address
+    try:
+        return socket.create_server(address, backlog=128)
+    except OSError as error:
+        hint = "" if error.errno == errno.EADDRINUSE else "; is it an address of this machine?"
+        place = f"{host}:{port}" if port else host
+        raise TransportError(f"cannot listen at {place}: {reason(error)}{hint}") from error
+
+
+def reason(error: OSError) -> str:
+    """The system's own words, without its number and the address, which our messages name themselves."""
+    return (error.strerror or str(error)).partition(" (while")[0]
 
 
 def prepare(sock: socket.socket) -> None:
@@ -78,7 +95,7 @@ def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
     except BlockingIOError as error:
         raise AckTimeoutError("the peer takes no more bytes") from error
     except OSError as error:
-        raise TransportError(f"the connection broke: {error}") from error
+        raise TransportError(f"the connection broke: {reason(error)}") from error
     return total
 
 
@@ -92,7 +109,7 @@ def receive_some(sock: socket.socket, into: memoryview, *, all_of_it: bool = Fal
     except BlockingIOError as error:
         raise AckTimeoutError("the peer sends nothing") from error
     except OSError as error:
-        raise TransportError(f"the connection broke: {error}") from error
+        raise TransportError(f"the connection broke: {reason(error)}") from error
 
 
 def receive_exactly(sock: socket.socket, size: int) -> bytes:
@@ -134,4 +151,4 @@ def local_address_towards(host: str, port: int) -> str:
             probe.connect(address)
             return str(probe.getsockname()[0])
     except OSError as error:
-        raise TransportError(f"no way to {host}:{port}: {error}") from error
+        raise TransportError(f"no way to {host}:{port}: {reason(error)}") from error
