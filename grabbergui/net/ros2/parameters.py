@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
-from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.features import Feature, FeatureValue, Visibility
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.regulation import as_editable
 from grabbergui.net.ros2.parameter_events import ParameterEvents
@@ -56,7 +56,7 @@ class FeatureParameters:
 
     # -- what there is -------------------------------------------------------------------------------
     def _list(self, request: Any, answer: Any) -> Any:
-        """Names of features have no dots: each prefix is a whole name."""
+        """Names of features have no dots: each prefix is a whole name. What GenApi hides is left out."""
         answer.result = self._node.list_parameters(list(request.prefixes), request.depth)
         wanted = frozenset(request.prefixes)
         try:
@@ -67,7 +67,9 @@ class FeatureParameters:
         features = (
             description.name
             for description in tree.descriptions()
-            if description.kind in TYPES and (not wanted or description.name in wanted)
+            if description.kind in TYPES
+            and description.visibility is not Visibility.INVISIBLE
+            and (not wanted or description.name in wanted)
         )
         answer.result.names = [*features, *answer.result.names]
         return answer
@@ -200,7 +202,7 @@ class FeatureParameters:
                 continue
             result = self._set_one(parameter.to_parameter_msg())
             if not result.successful:
-                log.warning("parameter file: %s", result.reason)
+                log.warning("parameter given at the start: %s", result.reason)
 
 
 def _value(feature: Feature) -> Any:

@@ -6,6 +6,7 @@ import ctypes
 import functools
 import logging
 import os
+import re
 import threading
 from collections.abc import Sequence
 from importlib import resources
@@ -84,7 +85,7 @@ class Ros2Node:
             self.context.try_shutdown()
             if not ros_args:
                 raise
-            raise UsageError(f"--ros-args {' '.join(ros_args)}: {error}") from error
+            raise UsageError(f"--ros-args {' '.join(ros_args)}: {_without_places(error)}") from error
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
         self._closed = threading.Event()
@@ -119,6 +120,12 @@ class Ros2Node:
             except Exception:
                 # Whatever went wrong in one callback, the others are still wanted.
                 log.exception("%s: a callback failed", self._thread.name)
+
+
+def _without_places(error: Exception) -> str:
+    """ROS's words without places in its source; of unknown arguments it says no more than them."""
+    text = re.sub(r",? at /\S+?:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
+    return f"unknown: {text}" if text.startswith("[") else text
 
 
 def quality_of_service(name: str) -> Any:

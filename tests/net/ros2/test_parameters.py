@@ -16,7 +16,7 @@ from sensor_msgs.msg import Image  # noqa: E402
 from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import UsageError  # noqa: E402
-from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind  # noqa: E402
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind, Visibility  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
@@ -45,7 +45,12 @@ def parameters(server):
 def test_every_feature_with_a_value_is_listed_and_what_rclpy_has_besides(parameters, camera):
     names = parameters.names()
 
-    features = [d.name for d in camera.feature_tree().descriptions() if d.kind is not FeatureKind.COMMAND]
+    features = [
+        d.name
+        for d in camera.feature_tree().descriptions()
+        if d.kind is not FeatureKind.COMMAND and d.visibility is not Visibility.INVISIBLE
+    ]
+    assert "TLParamsLocked" not in features
     assert names[: len(features)] == features
     assert {"use_sim_time", "qos_overrides./cam/image_raw.publisher.depth"} <= set(names[len(features) :])
 
@@ -250,7 +255,7 @@ def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, pr
 
     assert camera.feature("Gain").value == 4
     assert (offered.reliability.name, other.reliability.name) == ("RELIABLE", "BEST_EFFORT")
-    warnings = [record.message for record in caplog.records if "parameter file" in record.message]
+    warnings = [record.message for record in caplog.records if "given at the start" in record.message]
     assert len(warnings) == 2 and "did you mean Gain" in warnings[0] and "step" in warnings[1]
 
 
@@ -273,5 +278,7 @@ def test_simulated_time_stamps_the_pictures(server, parameters):
 def test_arguments_that_ros_does_not_understand_are_refused(camera, tmp_path):
     with pytest.raises(UsageError, match="--ros-args --params-file"):
         Ros2GrabberServer(camera, "/cam", ros_args=["--params-file", str(tmp_path / "missing.yaml")])
-    with pytest.raises(UsageError, match="--ros-args --nonsense"):
+    with pytest.raises(UsageError, match=r"parameter override rule found\.$"):
+        Ros2GrabberServer(camera, "/cam", ros_args=["-p"])
+    with pytest.raises(UsageError, match="--ros-args --nonsense: unknown: "):
         Ros2GrabberServer(camera, "/cam", ros_args=["--nonsense"])
