@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from grabbergui import sources
-from grabbergui.core.errors import AccessDeniedError, FrameTimeoutError
+from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.uri import SourceUri
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
@@ -17,32 +16,45 @@ def add_source(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("source", metavar="SOURCE", help="sim:, gige:, gige:192.168.0.10, gige:SERIAL …")
 
 
+def add_monitor(parser: argparse.ArgumentParser) -> None:
+    """`--monitor`, for `opened`."""
+    parser.add_argument(
+        "--monitor",
+        action="store_true",
+        help="only look on, beside the application that controls it; a GigE camera must multicast for that",
+    )
+
+
 @contextmanager
-def opened(uri: str, *, reading: bool = False) -> Iterator[FrameGrabber]:
+def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> Iterator[FrameGrabber]:
     """The source, opened, and closed behind the block.
 
-    With `reading`, control is done without where another application has it.
+    With `reading`, control is done without where another application has it. `monitor` is whether
+    `--monitor` was given; None where the command does not offer it.
     """
     grabber = sources.create(uri)
-    try:
-        grabber.open(Access.CONTROL)
-    except AccessDeniedError:
-        if not reading:
-            raise
+    if monitor:
         grabber.open(Access.MONITOR)
+    else:
+        _take_control(grabber, reading=reading, hint="" if monitor is None else ", or look on with --monitor")
     try:
         yield grabber
     finally:
         grabber.close()
 
 
-def no_frame(grabber: FrameGrabber, timeout: float, so_far: int = 0) -> FrameTimeoutError:
-    """No frame came in time after so many: what to look at."""
-    if SourceUri.parse(grabber.info.uri).scheme == "file":
-        return FrameTimeoutError(f"{grabber.info.title} ended after {so_far} frames")
-    counters = grabber.statistics()
-    return FrameTimeoutError(
-        f"{grabber.info.title}: no frame within {timeout:g} s after {so_far} frames "
-        f"({counters.packets} packets, {counters.incomplete} incomplete frames); "
-        "see whether it waits for a trigger, and whether a firewall drops its packets"
-    )
+def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:
+    """Open it, or say what else can be done where another application has control."""
+    try:
+        grabber.open(Access.CONTROL)
+    except AccessDeniedError as denied:
+        if not (reading or hint):
+            raise
+        try:
+            grabber.open(Access.MONITOR)
+        except GrabberError:
+            raise denied from None
+        if reading:
+            return
+        grabber.close()
+        raise AccessDeniedError(f"{denied}{hint}") from denied

@@ -8,9 +8,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from grabbergui.cli.features import assignment
+from grabbergui.cli import streaming
 from grabbergui.cli.numbers import count, counted, positive
-from grabbergui.cli.opening import add_source, no_frame, opened
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import FeatureError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
@@ -25,7 +24,7 @@ _POLL = 0.1
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser("record", help="record frames; play them back with file:PATH")
-    add_source(parser)
+    streaming.add_options(parser, awaited="the first frame")
     parser.add_argument(
         "--out",
         type=Path,
@@ -38,28 +37,19 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--size", type=positive, metavar="MB", help="end once so many megabytes are written")
     parser.add_argument("--lossless", action="store_true", help="of a movie: FFV1, larger")
     parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", dest="assignments", help="set it first"
-    )
-    parser.add_argument(
-        "--timeout", type=positive, default=5.0, metavar="S", help="longest wait for the first frame (5)"
-    )
-    parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_record)
 
 
 def _record(options: argparse.Namespace) -> int:
-    assignments = [assignment(text) for text in options.assignments]
     kind = kind_of(options.out, lossless=options.lossless)
     if options.tiff and kind is not RecordingKind.PNG:
         raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
     if options.lossless and kind is not RecordingKind.LOSSLESS:
         raise UsageError(f"--lossless is for a movie, not for {options.out.name}")
     kind = RecordingKind.TIFF if options.tiff else kind
-    with opened(options.source) as grabber, stop_on_signals() as stop:
-        for name, value in assignments:
-            grabber.write_feature(name, value)
+    with streaming.frame_source(options) as source, stop_on_signals() as stop:
+        grabber = source.grabber
         writer = create_writer(kind, options.out, grabber.info, frame_rate(grabber))
         recorder = Recorder(grabber, writer, _limits(options))
         recorder.start()
@@ -68,7 +58,7 @@ def _record(options: argparse.Namespace) -> int:
             begun = time.monotonic()
             while not recorder.wait(_POLL) and not stop.is_set():
                 if not recorder.progress.frames and time.monotonic() - begun > options.timeout:
-                    raise no_frame(grabber, options.timeout)
+                    raise source.no_frame(options.timeout)
         finally:
             recorder.stop()
             recorder.wait()
@@ -77,7 +67,7 @@ def _record(options: argparse.Namespace) -> int:
     summary = {"frames": progress.frames, "dropped": progress.dropped, "seconds": progress.seconds}
     if options.json:
         print(json.dumps({**summary, "bytes": progress.size, "path": str(options.out)}))
-    else:
+    elif progress.frames or not progress.reason:
         megabytes = progress.size / 1e6
         print(
             f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
 from grabbergui.cli import name_server
-from grabbergui.cli.metrics import MetricsServer
-from grabbergui.cli.opening import opened
+from grabbergui.cli.metrics import MetricsServer, parse_address
+from grabbergui.cli.opening import add_monitor, opened
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.config import ini, resource_finder
 from grabbergui.config.serve_options import ServeOptions
@@ -28,6 +28,12 @@ if TYPE_CHECKING:
     from grabbergui.net.yarp.server import YarpGrabberServer
 
 log = logging.getLogger(__name__)
+
+_NETWORKS = {
+    "yarp": ("bind", "capabilities", "raw", "period", "normalised"),
+    "ros2": ("frame_id", "calibration", "qos", "ros_args"),
+}
+"""Options that mean nothing without the network."""
 
 
 def add_commands(commands: Any) -> None:
@@ -45,6 +51,7 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--index", type=int, metavar="N", help="which camera found, where no SOURCE is named (0)"
     )
+    add_monitor(parser)
     parser.add_argument("--pixel-format", metavar="NAME", help="set PixelFormat before streaming")
     parser.add_argument("--introspection", action="store_true", help="log every feature of the camera")
     parser.add_argument("--terminal", action="store_true", help="take commands from the keyboard")
@@ -80,13 +87,15 @@ def add_commands(commands: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     options = _options(arguments)
+    if options.metrics:
+        parse_address(options.metrics)
     if options.yarp:
         from grabbergui.net.yarp.os.names import check_port_name
 
         check_port_name(options.yarp)
     with stop_on_signals() as stop, ExitStack() as stack:
         uri = options.uri or _nth_camera(options.index)
-        grabber = stack.enter_context(opened(uri))
+        grabber = stack.enter_context(opened(uri, monitor=options.monitor))
         if options.pixel_format:
             grabber.write_feature("PixelFormat", options.pixel_format)
         if options.introspection:
@@ -127,6 +136,10 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
         options = options.with_file(sections[""], frozenset(given), str(path))
     if not (options.yarp or options.ros2 or options.window or options.terminal or options.with_name_server):
         raise UsageError("serve on what? Add --yarp /grabber, --ros2 /camera, --window or --terminal")
+    for network, names in _NETWORKS.items():
+        idle = [name for name in names if hasattr(arguments, name) and not getattr(options, network)]
+        if idle:
+            raise UsageError(f"--{idle[0].replace('_', '-')} says nothing without --{network} /NAME")
     return options
 
 

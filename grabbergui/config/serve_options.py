@@ -29,6 +29,8 @@ class ServeOptions:
     fake: bool = False
     index: int = 0
     "Which of the cameras found, where no source is named."
+    monitor: bool = False
+    "Only look on, beside the application that controls it."
     pixel_format: str = ""
     "Set before streaming."
     introspection: bool = False

@@ -7,7 +7,11 @@ import sys
 import cv2
 import pytest
 
+from fakes import ScriptedGrabber
+from grabbergui import sources
 from grabbergui.cli import main
+from grabbergui.core.errors import AccessDeniedError
+from grabbergui.core.grabber import Access, ConnectionState
 from patience import PATIENCE
 
 SMALL = "sim:?width=64&height=48&fps=100"
@@ -86,6 +90,7 @@ def test_run_executes_a_command(capsys):
         (["set", "sim:", "Width=99999"], "Width=99999: out of range; allowed is 16 … 4096 px, step 8"),
         (["set", "sim:", "Width=much"], "Width=much: not a whole number; allowed is 16"),
         (["set", "sim:", "SensorWidth=8"], "SensorWidth is read-only"),
+        (["set", "sim:", "TLParamsLocked=0"], "TLParamsLocked is set by the stream alone"),
         (["run", "sim:", "Width"], "Width is no command"),
         (
             ["grab", "sim:", "--set", "PixelFormat=Mono9"],
@@ -147,6 +152,50 @@ def test_a_trigger_that_never_comes_ends_in_a_hint(capsys):
 
     assert code == 1
     assert "no frame within 0.3 s after 0 frames" in err and "trigger" in err
+
+
+class HeldGrabber(ScriptedGrabber):
+    """Another application has control; reading is granted."""
+
+    def open(self, access=Access.CONTROL):
+        if access is Access.CONTROL:
+            raise AccessDeniedError("another application controls it; close it there")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "end"),
+    [
+        (["grab", "sim:"], "close it there, or look on with --monitor\n"),
+        (["record", "sim:", "--out", "new.mcap"], "close it there, or look on with --monitor\n"),
+        (["set", "sim:", "Gain=1"], "close it there\n"),
+    ],
+)
+def test_a_camera_in_use_names_the_option_that_the_command_has(monkeypatch, capsys, arguments, end):
+    monkeypatch.setattr(sources, "create", lambda uri: HeldGrabber())
+
+    code, _, err = run(capsys, *arguments)
+
+    assert code == 1 and err.endswith(end)
+
+
+def test_looking_on_takes_no_control(capsys):
+    code, _, err = run(capsys, "grab", SMALL, "--monitor", "--timeout", "0.3")
+
+    assert code == 1 and "see whether the application that controls it streams" in err
+
+
+def test_a_camera_that_is_lost_is_no_trigger_to_look_for(monkeypatch, capsys):
+    camera = sources.create(SMALL)
+    monkeypatch.setattr(sources, "create", lambda uri: camera)
+    monkeypatch.setattr(
+        camera, "start", lambda **options: camera.connection_changed.emit(ConnectionState.LOST, "unplugged")
+    )
+
+    code, _, err = run(capsys, "grab", SMALL, "--timeout", "0.3")
+
+    assert code == 1
+    assert "was lost after 0 frames and did not come back within 0.3 s: unplugged" in err
+    assert "trigger" not in err
 
 
 def test_the_module_runs_and_a_closed_pipe_is_no_error():

@@ -99,6 +99,8 @@ def test_counters_and_a_structured_log(serve):
         ([SMALL, "--yarp", "no slash", "--with-name-server", "--nameserver", "127.0.0.1:0"], 2, "no slash"),
         ([SMALL, "--yarp", "/cam", "--with-name-server", "--nameserver", "nowhere"], 2, "HOST:PORT"),
         ([SMALL, "--yarp", "/cam", "--period", "nan"], 2, "period nan"),
+        ([SMALL, "--terminal", "--bind", "127.0.0.1"], 2, "--bind says nothing without --yarp"),
+        ([SMALL, "--terminal", "--ros-args", "-p", "Gain:=1"], 2, "--ros-args says nothing without --ros2"),
         ([SMALL, "--terminal", "--metrics", "here"], 2, "write HOST:PORT"),
         ([SMALL, "--pixel-format", "Mono9", "--terminal"], 1, "PixelFormat=Mono9"),
     ],

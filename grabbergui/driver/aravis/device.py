@@ -104,10 +104,7 @@ class AravisDevice(Device):
                 library.arv_gv_device_leave_control(device, failure.place)
                 failure.check()
         elif access is Access.CONTROL:
-            raise AccessDeniedError(
-                f"another application controls {self.info.title}; close it there, or open the camera for"
-                " reading only"
-            )
+            raise AccessDeniedError(f"another application controls {self.info.title}; close it there")
 
     def _is_a(self, instance: int, kind: int) -> bool:
         return bool(self._library.g_type_check_instance_is_a(instance, kind))

@@ -242,8 +242,7 @@ class GigeDevice(Device):
         except GrabberError:
             holder = ""  # who it is, is a nicety
         return AccessDeniedError(
-            f"another application{holder} controls {self.info.title} ({self.info.address}); close it there,"
-            " or open the camera for reading only"
+            f"another application{holder} controls {self.info.title} ({self.info.address}); close it there"
         )
 
     def _on_link_lost(self, reason: str) -> None:
