@@ -37,6 +37,8 @@ SCREENSHOT_FRAMES = 20
 "Pictures to be painted before the window's own picture is taken: the controls are there by then."
 SCREENSHOT_PATIENCE = 15.0
 "Seconds to wait for the first frame where no duration is given."
+FINISH_TIME = 30.0
+"Seconds that the program waits, its window closed, for files to be finished and cameras to be let go."
 
 
 def run(
@@ -72,6 +74,8 @@ def run(
     speak(app, language)
     window = MainWindow()
     controller = MainController(window, preferences, create)
+    if preferences.geometry is None and not offscreen:
+        window.takeRoom()
     with _guarded(window), closed_by(stop, app.quit):
         window.show()
         report = _Report(controller, screenshot)
@@ -88,8 +92,9 @@ def run(
         app.exec_()
         code = report.finish()
         window.close()
-    if not controller.shut_down():
-        log.warning("a source did not close in time")
+    # The window is gone: nobody minds the wait, and a movie that is cut off here could not be opened.
+    if late := controller.shut_down(FINISH_TIME):
+        log.warning("given up after %g s: %s", FINISH_TIME, ", ".join(late))
     window.deleteLater()
     app.processEvents()
     return code

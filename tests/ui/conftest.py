@@ -79,8 +79,7 @@ def desks(qtbot, tmp_path):
     yield make
     for desk in made:
         desk.window.close()
-        desk.program.shut_down()
-        desk.program.connection.wait_closed(PATIENCE)
+        assert not desk.program.shut_down(PATIENCE)
     # A measurement that is under way on a busy machine may end a little later; a leak never does.
     for thread in set(threading.enumerate()) - before:
         thread.join(PATIENCE)

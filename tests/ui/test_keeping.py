@@ -3,15 +3,17 @@
 import threading
 import time
 
+import cv2
 import pytest
 from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
 from PyQt5.QtGui import QDragEnterEvent, QDropEvent
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui import sources
-from grabbergui.models.recording.writers import RecordingKind
+from grabbergui.models.recording.writers import MovieWriter, RecordingKind
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, SettingKey
+from patience import PATIENCE
 
 
 @pytest.fixture
@@ -113,6 +115,24 @@ def test_a_recording_ends_with_its_camera(desk):
     desk.program.connection.disconnect()
     desk.until(lambda: not bar.recordButton.isChecked())
     assert not bar.recordButton.isEnabled()
+
+
+def test_closing_the_window_does_not_cut_a_recording_off(desk, monkeypatch):
+    finish = threading.Event()
+    close = MovieWriter.close
+    monkeypatch.setattr(MovieWriter, "close", lambda writer: finish.wait(PATIENCE) and close(writer))
+    bar = desk.window.recordingBar
+    bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MP4))
+    bar.recordButton.click()
+    desk.until(lambda: "frames" in bar.progressLabel.text())
+    (movie,) = desk.program.preferences.snapshot_folder.glob("*.mp4")
+
+    desk.window.close()  # waits a moment, not for ever
+    assert "the recording" in desk.program.shut_down(0)
+    finish.set()
+
+    assert desk.program.shut_down(PATIENCE) == []
+    assert cv2.VideoCapture(str(movie)).read()[0]
 
 
 def tick(table, name, ticked):

@@ -53,7 +53,7 @@ from grabbergui.ui.widgets.message_stack import MessageBar
 log = logging.getLogger(__name__)
 
 CLOSE_TIME = 0.8
-"Seconds that closing the window waits for sources and files; what takes longer ends by itself."
+"Seconds that closing the window waits for sources and files; the program waits for the rest without it."
 
 
 class MainController(QObject):
@@ -113,31 +113,30 @@ class MainController(QObject):
         if uri is not None:
             self.sources.connect_to(uri)
 
-    def shut_down(self) -> bool:
-        """Let everything go. Whether all threads ended in time. May be called twice."""
-        if self._down:
-            return True
-        self._down = True
-        self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
-        self.favourites.keep_layout()
-        self.features.set_model(None)
-        deadline = time.monotonic() + CLOSE_TIME
-        self.source_list.stop(0)  # a search under way ends while the rest is closed
-        self.connection.close_all()
-        waits = (
-            self.gallery.close,
-            self.picture.detach,
-            self.history.detach,
-            self.measuring.close,
-            self.recording.shut_down,
-            self.tuning.shut_down,
-            self.connection.wait_closed,
-            self.snapshots.wait,
-            self.source_list.stop,
+    def shut_down(self, timeout: float) -> list[str]:
+        """Let everything go. What did not end within `timeout` seconds, for people; may be asked again."""
+        if not self._down:
+            self._down = True
+            self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
+            self.favourites.keep_layout()
+            self.features.set_model(None)
+            self.source_list.stop(0)  # a search under way ends while the rest is closed
+            self.connection.close_all()
+        deadline = time.monotonic() + timeout
+        waits: tuple[tuple[str, Callable[[float], bool]], ...] = (
+            ("the small pictures", self.gallery.close),
+            ("the picture", self.picture.detach),
+            ("the last pictures", self.history.detach),
+            ("the measurements", self.measuring.close),
+            ("the recording", self.recording.shut_down),
+            ("the one-push tuning", self.tuning.shut_down),
+            ("a camera", self.connection.wait_closed),
+            ("a snapshot", self.snapshots.wait),
+            ("the search for sources", self.source_list.stop),
         )
-        ended = [wait(max(0.0, deadline - time.monotonic())) for wait in waits]
+        late = [name for name, wait in waits if not wait(max(0.0, deadline - time.monotonic()))]
         self.log_book.close()
-        return all(ended)
+        return late
 
     def _join(self) -> None:
         window = self.window
@@ -190,7 +189,7 @@ class MainController(QObject):
         if source is self.connection.source and source.grabber is not None:
             self.features.set_model(source.features)
             self.favourites.restore(source.grabber.info)
-            self.window.setWindowTitle(f"{source.title} – grabbergui")
+            self.window.setWindowTitle(f"{source.title} — grabbergui")
 
     def _on_connection_closing(self, _: OpenSource) -> None:
         self.features.set_model(None)
@@ -209,8 +208,7 @@ class MainController(QObject):
             )
 
     def _on_window_closing(self) -> None:
-        if not self.shut_down():
-            log.warning("a source or a file did not close in time")
+        self.shut_down(CLOSE_TIME)
 
     def _on_theme_chosen(self, chosen: Theme) -> None:
         self.preferences.theme = chosen
