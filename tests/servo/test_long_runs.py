@@ -158,9 +158,9 @@ def test_a_simulated_teo_closes_whenever_its_stream_looks_whether_to_go_on(monke
     """Between looking and waiting there was a moment in which an end was overlooked."""
     ports = teo_ports.TeoPorts.__new__(teo_ports.TeoPorts)
     robot = SimRobot(teo.BODY)
-    quiet = types.SimpleNamespace(write_bottle=lambda bottle: None)
-    ports._robot, ports._moving = robot, False
-    ports._head_state = ports._arm_state = ports._arm_encoders = quiet
+    quiet = types.SimpleNamespace(write_bottle=lambda bottle: None, step=lambda: None)
+    ports._robot = robot
+    ports._head = ports._arm = ports._arm_encoders = quiet
     ports._ports = ()
 
     class ClosedBehindTheLook(threading.Event):

