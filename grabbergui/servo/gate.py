@@ -33,6 +33,8 @@ class Command:
     "Twist in the base, m/s and rad/s."
     halt: bool = False
     "Whether all must stand still at once, a step under way included."
+    until: float = math.inf
+    "Seconds on the loop's clock after which nothing of it may go on, whatever hangs."
 
     @property
     def moves(self) -> bool:
@@ -52,6 +54,7 @@ class CommandGate:
         self._config = config
         self._lock = threading.RLock()
         self._last_word = -math.inf
+        self._until = math.inf
         self._moving = False
         self._halted = ""
 
@@ -77,24 +80,29 @@ class CommandGate:
                 log.error("no command sent: %s", problem)
                 self._rest()
                 return False
-            self._last_word = now
+            self._last_word, self._until = now, command.until
             if command.halt or (not command.moves and not self._stepping):
                 self._rest()
                 return True
+            # Before it is said: a robot that is long in taking it is stopped by the watchdog.
+            self._moving = True
             try:
                 if command.head_step is not None:
                     self._robot.step_head(command.head_step)
                 elif not self._stepping:
                     self._robot.move_head(command.head)
+                if self._halted or not self._moving:  # stopped while the head took its part
+                    self.refused += command.moves
+                    return False
                 self._robot.move_hand(command.hand)
             except GrabberError as error:
                 self.refused += 1
                 log.error("%s does not take a command: %s", self._robot.name, error)
-                self._moving = True
-                self._rest()
+                self._robot.stop()
+                self._moving = False
                 return False
             self.sent += command.moves
-            self._moving = True
+            self._moving = True  # again, as the watchdog may have stopped it in between
             return True
 
     @property
@@ -122,9 +130,9 @@ class CommandGate:
             self._halted = ""
 
     def expire(self, now: float) -> bool:
-        """Stop a moving robot that heard nothing for too long; whether that was so. For a watchdog."""
+        """Stop a robot whose last command is over, or too long ago; whether it moved. For a watchdog."""
         silent = now - self._last_word
-        if not self._moving or silent <= self._config.safety.command_timeout:
+        if not self._moving or (now <= self._until and silent <= self._config.safety.command_timeout):
             return False
         # First, as stopping may take a while: of a command that comes meanwhile the robot moves again.
         self._moving = False

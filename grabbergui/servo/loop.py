@@ -98,7 +98,8 @@ class ServoLoop:
         )
         command = Command(halt=True)
         if robot is not None and fresh and fresh_robot and state.head_moves:
-            command = self._command(state, target, marker, robot, now, seconds)
+            until = captured + safety.picture_timeout + 1 / self.config.loop.rate
+            command = replace(self._command(state, target, marker, robot, now, seconds), until=until)
         if not np.any(command.hand):
             self.arm.rest()
         self._watch.commanded(now, command)

@@ -306,3 +306,35 @@ def test_a_robot_that_takes_no_commands_is_told_to_stop():
     robot.deaf = True
     assert not gate.send(fast(), 0.0)
     assert robot.stops == 1
+
+
+# -- commands that take the robot long -------------------------------------------------------------
+def test_no_hand_moves_after_a_stop_that_came_while_the_head_took_its_part():
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    robot.move_head = lambda velocity: gate.halt("the button")
+    assert not gate.send(Command(hand=np.full(6, 0.01)), 1.0)
+    assert robot.moves == []
+    assert gate.refused == 1
+
+
+def test_a_robot_that_takes_long_over_its_first_command_is_stopped_meanwhile():
+    """As where the drives must change their mode first: by then the picture is too old."""
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+    robot.move_head = lambda velocity: gate.expire(1.3)
+    assert not gate.send(Command(head=np.array([0.1, 0.0]), hand=np.full(6, 0.01)), 1.0)
+    assert robot.stops == 1
+    assert robot.moves == []
+
+
+def test_what_a_picture_led_to_is_over_in_time_though_the_command_came_late():
+    """Should a detection hang just when the last picture is about to be too old."""
+    bench = Bench().approaching()
+    command = bench.loop.turn(bench.now, bench.robot.state()).command
+    captured = bench.loop.sighting.captured
+    late = captured + bench.config.safety.picture_timeout - 0.01
+    bench.gate.send(command, late)
+    assert not bench.gate.expire(late)
+    assert bench.gate.expire(captured + 0.18)
+    assert not bench.robot.moving

@@ -1,7 +1,9 @@
 """TEO over YARP: messages, and both ends on a name server of our own."""
 
 import math
+import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import GrabberError, RemoteProtocolError, SourceNotFoundError
+from grabbergui.core.errors import (
+    GrabberError,
+    RemoteProtocolError,
+    SourceNotFoundError,
+    TransportError,
+)
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
@@ -24,10 +31,12 @@ from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
 from grabbergui.servo.robots import teo, teo_yarp
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.robots.teo_board import SimulatedBoard
+from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.state_machine import State
-from patience import PROGRAM, attempts, until
+from patience import PATIENCE, PROGRAM, attempts, until
 
 
 # -- messages ------------------------------------------------------------------------------------
@@ -58,7 +67,7 @@ def test_requests_read_as_the_controllers_document_them(message, text):
 def test_what_is_written_is_read():
     values = np.array([0.1, -0.2])
     through = Bottle.decode(messages.velocity_moves(values).encode())
-    assert messages.read_velocity_moves(through, 2) == pytest.approx(values)
+    assert messages.read_velocity_moves(through, np.zeros(2)) == pytest.approx(values)
     assert messages.read_encoders(messages.encoders(values), 2) == pytest.approx(values)
     hand = geometry.pose_from_vector([0.3, -0.2, 0.4, 0.5, 1.0, -0.3])
     assert messages.read_status(messages.status(Vocab("ccnc"), hand, 1.5)) == pytest.approx(hand)
@@ -81,7 +90,7 @@ def test_no_message_does_worse_than_be_refused(content):
         messages.read_status,
         messages.read_twist,
         lambda bottle: messages.read_encoders(bottle, 2),
-        lambda bottle: messages.read_velocity_moves(bottle, 2),
+        lambda bottle: messages.read_velocity_moves(bottle, np.zeros(2)),
     ):
         try:
             result = read(Bottle(content))
@@ -159,6 +168,76 @@ def test_head_and_hand_move_as_told_and_stop(robot, simulated):
 def test_steps_go_by_request(robot, simulated):
     robot.step_head(np.radians([2.0, -2.0]))
     until(lambda: np.allclose(np.degrees(robot.state().head), [2, -2], atol=0.05))
+
+
+def test_a_controller_that_was_left_obeying_the_hands_axes_obeys_the_bases(names, robot, simulated):
+    other = RpcClient("/teoSim/rightArm/CartesianControl/rpc:s", names)
+    try:
+        assert other.call(Bottle.from_text("set cpf cpft")) == [messages.OK]
+        start = simulated.state().hand
+        until(
+            lambda: robot.move_hand(np.array([0, 0, 0.05, 0, 0, 0]))
+            or simulated.state().hand[2, 3] > start[2, 3] + 0.02
+        )
+        assert np.abs(simulated.state().hand[:2, 3] - start[:2, 3]).max() < 0.01
+        assert other.call(Bottle.from_text("get cpf"))[0] == Vocab("cpfb")
+    finally:
+        other.close()
+
+
+def test_a_command_during_which_a_stop_came_is_not_sent(robot, simulated, monkeypatch):
+    """A board that is long in changing its mode must not get the velocity of long ago after the stop."""
+    ask = robot._ask
+
+    def ask_and_be_stopped(client, request, timeout=1.0):
+        ask(client, request, timeout)
+        monkeypatch.undo()
+        robot.stop()
+
+    for command in (
+        lambda: robot.move_head(np.array([0.3, 0.0])),
+        lambda: robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0])),
+    ):
+        monkeypatch.setattr(robot, "_ask", ask_and_be_stopped)
+        with pytest.raises(TransportError, match="stopped meanwhile"):
+            command()
+    assert not simulated._head_velocity.any()
+    assert not simulated._twist.any()
+
+
+def test_a_stop_does_not_wait_for_an_answer_to_something_else(robot, simulated, monkeypatch):
+    """The arm's drives are long in changing their mode, while the head moves."""
+    changing, let_go, heard = threading.Event(), threading.Event(), []
+    set_one, obey = SimulatedCartesian._set, SimulatedBoard._obey
+
+    def slow(self, what, value):
+        changing.set()
+        let_go.wait(PATIENCE)
+        return set_one(self, what, value)
+
+    def move_hand():
+        with suppress(GrabberError):
+            robot.move_hand(np.full(6, 0.01))
+
+    monkeypatch.setattr(SimulatedBoard, "_obey", lambda *args: heard.append(args[1]) or obey(*args))
+    robot.move_head(np.array([0.3, 0.0]))
+    monkeypatch.setattr(SimulatedCartesian, "_set", slow)
+    moving = threading.Thread(target=move_hand)
+    moving.start()
+    try:
+        assert changing.wait(PATIENCE)
+        robot.stop()
+        until(lambda: heard == ["icmd", "stos"])
+    finally:
+        let_go.set()
+        moving.join()
+
+
+def test_a_robot_whose_board_is_gone_takes_no_velocities(robot, names, simulated):
+    robot.move_head(np.zeros(2))
+    robot._head_commands.remove_output("/teoSim/head/command:i")
+    with pytest.raises(TransportError, match="not connected"):
+        robot.move_head(np.array([0.1, 0.0]))
 
 
 def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):

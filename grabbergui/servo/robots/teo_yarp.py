@@ -45,9 +45,16 @@ class TeoOverYarp(Robot):
         self._arm_encoders = InputPort(f"{local}{ARM_BOARD}/state:i", names)
         self._head_rpc = RpcClient(f"{remote}{HEAD}/rpc:i", names)
         self._arm_rpc = RpcClient(f"{remote}{ARM}/rpc:s", names)
+        # Connections of their own: a request that is still waited for must not hold up a stop.
+        self._head_stop = RpcClient(self._head_rpc.target, names)
+        self._arm_stop = RpcClient(self._arm_rpc.target, names)
         self._readings: dict[str, tuple[float, np.ndarray]] = {}
         self._mode: Vocab | None = None
         self._ready_for_twists = False
+        self._stops = 0
+        "How many there were; a command during which one came is not sent any more."
+        self._sending = threading.Lock()
+        "Held while a command is written, which never waits, so that a stop is the later of the two."
         self._running = threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -79,8 +86,8 @@ class TeoOverYarp(Robot):
         for thread in self._threads:
             thread.join()
         self._threads = []
-        self._head_rpc.close()
-        self._arm_rpc.close()
+        for client in (self._head_rpc, self._arm_rpc, self._head_stop, self._arm_stop):
+            client.close()
 
     def state(self) -> RobotState | None:
         """See Robot; as old as the older of head and hand. The arm's angles are for eyes and explanations."""
@@ -92,30 +99,42 @@ class TeoOverYarp(Robot):
 
     def move_head(self, velocity: Vector) -> None:
         """See Robot."""
-        self._set_mode(messages.VELOCITY_MODE)
-        self._head_commands.write_bottle(messages.velocity_moves(velocity))
+        stops = self._stops
+        self._set_mode(messages.VELOCITY_MODE, stops)
+        self._send(self._head_commands, messages.velocity_moves(velocity), stops)
 
     def step_head(self, move: Vector) -> None:
         """See Robot."""
-        self._set_mode(messages.POSITION_MODE)
+        stops = self._stops
+        self._set_mode(messages.POSITION_MODE, stops)
         self._ask(self._head_rpc, messages.relative_moves(move))
 
     def move_hand(self, twist: Vector) -> None:
-        """See Robot."""
+        """See Robot. Getting the controller ready takes it 0.1 s: its drives change their mode."""
+        stops = self._stops
         if not self._ready_for_twists:
+            # Another client may have left it obeying twists along the hand's axes.
+            self._ask(self._arm_rpc, messages.base_frame())
             self._ask(self._arm_rpc, messages.expect_twists())
-            self._ready_for_twists = True
-        self._arm_commands.write_bottle(messages.twist(twist))
+            with self._sending:
+                self._check(stops)
+                self._ready_for_twists = True
+        self._send(self._arm_commands, messages.twist(twist), stops)
 
     def stop(self) -> None:
-        """See Robot. Says it on the streams, which do not wait, then asks for it and awaits the answer."""
-        self._arm_commands.write_bottle(messages.twist(np.zeros(6)))
-        if self._mode == messages.VELOCITY_MODE:
-            self._head_commands.write_bottle(messages.velocity_moves(np.zeros(2)))
-        self._ready_for_twists = False
+        """See Robot. Says it on the streams, which do not wait, then asks for it and awaits the answers.
+
+        The head first, as its board answers at once; drives of an arm take 0.1 s to change their mode.
+        """
+        with self._sending:
+            self._stops += 1
+            self._arm_commands.write_bottle(messages.twist(np.zeros(6)))
+            if self._mode != messages.POSITION_MODE:
+                self._head_commands.write_bottle(messages.velocity_moves(np.zeros(2)))
+            self._ready_for_twists, self._mode = False, None
         for client, request in (
-            (self._arm_rpc, messages.stop_control()),
-            (self._head_rpc, messages.stop_all()),
+            (self._head_stop, messages.stop_all()),
+            (self._arm_stop, messages.stop_control()),
         ):
             try:
                 self._ask(client, request, _STOP_TIMEOUT)
@@ -134,10 +153,24 @@ class TeoOverYarp(Robot):
         except GrabberError as error:
             log.info("the arm's joints are not known: %s", error)
 
-    def _set_mode(self, mode: Vocab) -> None:
+    def _set_mode(self, mode: Vocab, stops: int) -> None:
         if self._mode != mode:
             self._ask(self._head_rpc, messages.control_modes(mode, 2))
-            self._mode = mode
+            with self._sending:
+                self._check(stops)
+                self._mode = mode
+
+    def _send(self, port: OutputPort, command: Bottle, stops: int) -> None:
+        """Write a command unless a stop came since `stops` was read, or nobody would hear it."""
+        if not port.carriers(outgoing=True):
+            raise TransportError(f"{self._remote} is not connected to {port.name} any more: start again")
+        with self._sending:
+            self._check(stops)
+            port.write_bottle(command)
+
+    def _check(self, stops: int) -> None:
+        if stops != self._stops:
+            raise TransportError(f"{self._remote} was stopped meanwhile")
 
     def _ask(self, client: RpcClient, request: Bottle, timeout: float = 1.0) -> None:
         reply = client.call(request, timeout)
