@@ -24,7 +24,7 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescr
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import Role, automatic_mode_of
 from grabbergui.driver.device import Device
-from grabbergui.driver.genapi import loading, node_features
+from grabbergui.driver.genapi import callbacks, loading, node_features
 from grabbergui.driver.genapi.event_reader import EventReader
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.genapi.xml_text import clean_xml, port_name
@@ -57,13 +57,16 @@ class CameraNodeMap:
             raise RemoteProtocolError(
                 f"the camera's description cannot be used: {node_features.reason_of(error)}"
             ) from error
+        root = self._map.get_node("Root") if self._map.has_node("Root") else None
+        if root is None or not node_features.is_category(root):
+            raise RemoteProtocolError("the camera's description cannot be used: it has no category Root")
         self._descriptions: dict[str, FeatureDescription] = {}
         self._categories: set[str] = set()
         self._callbacks: list[tuple[Any, int]] = []
         with self._lock:
             # First, because an event's nodes count as implemented only once something can deliver it.
             self._events = EventReader(self._map, device.event_layout) if device.event_layout else None
-            self._root = self._build_tree()
+            self._root = self._build_tree(root)
             self._listen()
 
     @property
@@ -207,8 +210,8 @@ class CameraNodeMap:
                 # DeviceReset and its like take the device away before it can say that it is done.
                 return True
 
-    def _build_tree(self) -> Category:
-        root = self._category(self._map.get_node("Root"), frozenset())
+    def _build_tree(self, category: Any) -> Category:
+        root = self._category(category, frozenset())
         # Some cameras have categories that nothing leads to, with the gain in them.
         lost = [
             self._category(value, frozenset())
@@ -266,8 +269,4 @@ class CameraNodeMap:
     def _listen(self) -> None:
         for name in self._descriptions:
             node = self._map.get_node(name).node
-            handle = genapi.register(node, self._note, genapi.ECallbackType.cbPostInsideLock)
-            self._callbacks.append((node, handle))
-
-    def _note(self, value: Any) -> None:
-        self._changed.add(value.node.name)
+            self._callbacks.append((node, callbacks.register(node, self._changed.add)))
