@@ -6,6 +6,8 @@ One odd node must not spoil the others: whatever GenApi raises while a node is r
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -51,6 +53,10 @@ _REPRESENTATIONS = {
 }
 
 _INT64_MAX = 2**63 - 1
+
+_WHERE_THROWN = re.compile(r"\s*: \w+Exception thrown\b.*", re.DOTALL)
+_ALARM = re.compile(r"(?:(?:Fatal error|ERROR|WARNING) ?:|SWIG director method error\.)\s*")
+"""What stands before and behind what GenApi has to say."""
 
 
 def _representation(value: Any, *, of_quantity: bool) -> Representation:
@@ -101,7 +107,7 @@ def snapshot(value: Any, description: FeatureDescription, auto: str | None) -> F
             return Feature(**known)
         known.update(_READERS[description.kind](value))
         if known["access"].readable and description.kind is not FeatureKind.COMMAND:
-            known["value"] = read_value(value, description.kind)
+            known["value"] = _standing(value, description.kind, known["access"])
         return Feature(**known)
     # SWIG lets through what C++ threw and what our port raised; both make this one row unusable.
     except (genapi.GenericException, RuntimeError, ValueError, OverflowError) as error:
@@ -118,7 +124,8 @@ def assign(value: Any, kind: FeatureKind, new: FeatureValue) -> None:
 
 def reason_of(error: BaseException) -> str:
     """What GenApi says without where in its sources it says it."""
-    return str(error).split(" : ", 1)[0].strip().rstrip(".")
+    text = _WHERE_THROWN.sub("", _ALARM.sub("", str(error), count=1))
+    return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
 
 def read_value(value: Any, kind: FeatureKind) -> FeatureValue:
@@ -132,11 +139,34 @@ def read_value(value: Any, kind: FeatureKind) -> FeatureValue:
     return str(value.to_string()) if kind is FeatureKind.ENUMERATION else str(value.value)
 
 
+def _standing(value: Any, kind: FeatureKind, access: AccessMode) -> FeatureValue | None:
+    """What a readable node holds; None where that means nothing and something else can be written.
+
+    So does the number of no entry, or text that is no UTF-8. What our port raises is no GenericException.
+    """
+    try:
+        return read_value(value, kind)
+    except (genapi.GenericException, UnicodeDecodeError):
+        if access.writable:
+            return None
+        raise
+
+
+def _limits(low: int | float, high: int | float) -> dict[str, Any]:
+    """Both limits; none that is no number, and neither where they exclude everything."""
+    if low > high:
+        return {}
+    return {name: limit for name, limit in (("minimum", low), ("maximum", high)) if math.isfinite(limit)}
+
+
+def _increment(increment: int | float) -> int | float | None:
+    return increment if increment > 0 else None
+
+
 def _integer(value: Any) -> dict[str, Any]:
     return {
-        "minimum": int(value.min),
-        "maximum": int(value.max),
-        "increment": int(value.inc),
+        **_limits(int(value.min), int(value.max)),
+        "increment": _increment(int(value.inc)),
         "unit": value.unit,
         "representation": _representation(value, of_quantity=role_of(value.node.name) is not None),
     }
@@ -144,9 +174,8 @@ def _integer(value: Any) -> dict[str, Any]:
 
 def _float(value: Any) -> dict[str, Any]:
     return {
-        "minimum": float(value.min),
-        "maximum": float(value.max),
-        "increment": float(value.inc) if value.has_inc() else None,
+        **_limits(float(value.min), float(value.max)),
+        "increment": _increment(float(value.inc)) if value.has_inc() else None,
         "unit": value.unit,
         "representation": _representation(value, of_quantity=True),
     }

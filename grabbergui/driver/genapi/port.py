@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from genicam import genapi
 
-from grabbergui.core.errors import GrabberError, TransportError
+from grabbergui.core.errors import GrabberError, RemoteProtocolError, TransportError
 from grabbergui.driver.device import Device
+
+LONGEST = 16 << 20
+"""Bytes of one register: many times the largest look-up table, and what takes a camera seconds."""
 
 
 class RegisterPort(genapi.AbstractPort):
@@ -24,6 +27,7 @@ class RegisterPort(genapi.AbstractPort):
     def read(self, address: int, length: int) -> bytes:
         """Called by GenApi."""
         try:
+            _require_bearable(address, length)
             return self._device.read(address, length)
         except Exception as error:
             raise self._kept(error) from error
@@ -31,6 +35,7 @@ class RegisterPort(genapi.AbstractPort):
     def write(self, address: int, value: bytes) -> None:
         """Called by GenApi."""
         try:
+            _require_bearable(address, len(value))
             self._device.write(address, bytes(value))
         except Exception as error:
             raise self._kept(error) from error
@@ -58,3 +63,10 @@ class RegisterPort(genapi.AbstractPort):
         """The error behind GenApi's last exception, forgotten by this call."""
         failure, self.failure = self.failure, None
         return failure
+
+
+def _require_bearable(address: int, length: int) -> None:
+    if length > LONGEST:
+        raise RemoteProtocolError(
+            f"the description has a register of {length} bytes at 0x{address:X}; at most {LONGEST} make sense"
+        )

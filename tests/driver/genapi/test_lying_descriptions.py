@@ -1,0 +1,218 @@
+"""Descriptions that contradict themselves, or the camera: an odd feature spoils neither others nor itself.
+
+What GenApi cannot load at all (nodes that point nowhere or in a ring) is refused with what is wrong in it.
+"""
+
+import math
+import struct
+
+import pytest
+
+from fakes import XmlDevice
+from grabbergui.core.errors import FeatureError, FeatureValueError, RemoteProtocolError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.driver.genapi.node_map import CameraNodeMap
+
+HEAD = """<?xml version="1.0" encoding="utf-8"?>
+<RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="Liar" VendorName="Acme"
+ ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
+ MajorVersion="1" MinorVersion="0" SubMinorVersion="0" ProductGuid="1" VersionGuid="1">
+<Port Name="Device"/>
+<Integer Name="Sane"><Value>5</Value><Min>0</Min><Max>10</Max></Integer>
+"""
+ROOT = '<Category Name="Root"><pFeature>Sane</pFeature><pFeature>Odd</pFeature></Category>'
+ZERO, HUNDRED, NAN, SEVENTY_SEVEN, LATIN = 0x00, 0x10, 0x20, 0x30, 0x40
+"Addresses, by what lies there."
+MEMORY = {
+    HUNDRED: (100).to_bytes(4, "big"),
+    NAN: struct.pack(">f", math.nan),
+    SEVENTY_SEVEN: (77).to_bytes(4, "big"),
+    LATIN: "Küche".encode("latin-1"),
+}
+
+
+def register(kind: str, name: str, address: int, length: int = 4) -> str:
+    sign = "<Sign>Unsigned</Sign>" if kind == "IntReg" else ""
+    order = "" if kind == "StringReg" else f"{sign}<Endianess>BigEndian</Endianess>"
+    return (
+        f'<{kind} Name="{name}"><Address>{address}</Address><Length>{length}</Length>'
+        f"<AccessMode>RW</AccessMode><pPort>Device</pPort>{order}</{kind}>"
+    )
+
+
+def integer(inside: str, address: int = ZERO) -> str:
+    return f'<Integer Name="Odd"><pValue>R</pValue>{inside}</Integer>' + register("IntReg", "R", address)
+
+
+def real(inside: str, address: int = ZERO) -> str:
+    return f'<Float Name="Odd"><pValue>R</pValue>{inside}</Float>' + register("FloatReg", "R", address)
+
+
+def enumeration(inside: str, address: int = ZERO) -> str:
+    return f'<Enumeration Name="Odd">{inside}<pValue>R</pValue></Enumeration>' + register(
+        "IntReg", "R", address
+    )
+
+
+A_IS_1 = '<EnumEntry Name="A"><Value>1</Value></EnumEntry>'
+LIMITS = "<Min>0</Min><Max>10</Max>"
+LIMIT_REGISTERS = register("IntReg", "Low", HUNDRED) + register("IntReg", "High", ZERO)
+
+LIES = {
+    "no limits": integer(""),
+    "limits exchanged": integer("<Min>100</Min><Max>0</Max>"),
+    "limits exchanged in the registers": integer("<pMin>Low</pMin><pMax>High</pMax>") + LIMIT_REGISTERS,
+    "limits exchanged of a float": real("<Min>100</Min><Max>0</Max>"),
+    "limits that are no numbers": real("<pMin>N</pMin><pMax>N</pMax>") + register("FloatReg", "N", NAN),
+    "one limit that is no number": real("<Min>0</Min><pMax>N</pMax>") + register("FloatReg", "N", NAN),
+    "steps of nothing": integer(LIMITS + "<Inc>0</Inc>"),
+    "steps of nothing in a register": integer(LIMITS + "<pInc>Z</pInc>") + register("IntReg", "Z", 0x80),
+    "steps backwards": integer(LIMITS + "<Inc>-4</Inc>"),
+    "steps wider than the range": integer(LIMITS + "<Inc>1000</Inc>"),
+    "steps of nothing of a float": real(LIMITS + "<Inc>0</Inc>"),
+    "a value beyond the limits": integer(LIMITS, SEVENTY_SEVEN),
+    "a value that is no number": real(LIMITS, NAN),
+    "the number of no entry": enumeration(A_IS_1, SEVENTY_SEVEN),
+    "two entries of one number": enumeration(A_IS_1 + A_IS_1.replace('"A"', '"B"')),
+    "neither on nor off": '<Boolean Name="Odd"><pValue>R</pValue><OnValue>1</OnValue><OffValue>0</OffValue>'
+    "</Boolean>" + register("IntReg", "R", SEVENTY_SEVEN),
+    "text of another encoding": register("StringReg", "Odd", LATIN, 16),
+    "text without room": register("StringReg", "Odd", ZERO, 0),
+    "text of 100 MB": register("StringReg", "Odd", ZERO, 100_000_000),
+    "a register of 9 bytes": register("IntReg", "Odd", ZERO, 9),
+    "a float of 5 bytes": register("FloatReg", "Odd", ZERO, 5),
+    "a formula that is none": '<IntSwissKnife Name="Odd"><Formula>1+*(</Formula></IntSwissKnife>',
+    "a formula that divides by zero": '<SwissKnife Name="Odd"><Formula>1/0</Formula></SwissKnife>',
+    "a converter to infinity": '<Converter Name="Odd"><FormulaTo>FROM/0</FormulaTo><FormulaFrom>TO/0'
+    "</FormulaFrom><pValue>R</pValue></Converter>" + register("IntReg", "R", ZERO),
+    "a category of nothing": '<Category Name="Odd"></Category>',
+}
+
+BROKEN = {
+    "Dangling node reference 'Nowhere'": (
+        integer("<pMin>Nowhere</pMin>"),
+        integer("<pSelected>Nowhere</pSelected>"),
+        '<Integer Name="Odd"><pIsAvailable>Nowhere</pIsAvailable><Value>5</Value></Integer>',
+        '<Integer Name="Odd"><pValue>Nowhere</pValue></Integer>',
+    ),
+    "cycle detected": (
+        integer(LIMITS + "<pSelected>Odd</pSelected>"),
+        '<IntSwissKnife Name="Odd"><pVariable Name="A">Odd</pVariable><Formula>A+1</Formula></IntSwissKnife>',
+        '<Category Name="Odd"><pFeature>Root</pFeature></Category>',
+    ),
+    "expected element not encountered": (enumeration(""),),
+    "duplicate node": (enumeration(A_IS_1 + A_IS_1.replace(">1<", ">2<")),),
+}
+
+
+def opened(nodes: str, root: str = ROOT) -> CameraNodeMap:
+    device = XmlDevice((HEAD + root + nodes + "</RegisterDescription>").encode())
+    for address, content in MEMORY.items():
+        device.memory.update(enumerate(content, address))
+    return CameraNodeMap(device, device.description(), lambda names: None)
+
+
+def assert_sound(feature: Feature) -> None:
+    """What everybody who shows a feature relies on."""
+    low, high = feature.minimum, feature.maximum
+    assert all(limit is None or math.isfinite(limit) for limit in (low, high))
+    assert low is None or high is None or low <= high
+    assert feature.increment is None or feature.increment > 0
+    assert feature.kind is not FeatureKind.ENUMERATION or feature.value in (
+        None,
+        *(entry.name for entry in feature.entries),
+    )
+    assert bool(feature.problem) <= (feature.access is AccessMode.NOT_AVAILABLE)
+    assert feature.logarithmic in (True, False)
+    assert feature.range_text()
+
+
+@pytest.mark.parametrize("nodes", LIES.values(), ids=LIES.keys())
+def test_an_odd_feature_is_sound_and_leaves_the_others_alone(nodes):
+    node_map = opened(nodes)
+    if node_map.has("Odd"):
+        odd = node_map.feature("Odd")
+        assert_sound(odd)
+        for value in (0, 5, -1, 2**70, 1e300, math.nan, "A", "on"):
+            try:
+                node_map.write("Odd", odd.validated(value))
+            except FeatureError as refusal:
+                assert str(refusal).startswith("Odd")
+        assert_sound(node_map.feature("Odd"))
+    assert node_map.feature("Sane").value == 5
+    node_map.close()
+
+
+@pytest.mark.parametrize(
+    ("lie", "value"),
+    [
+        ("limits that are no numbers", 2.5),
+        ("a value beyond the limits", 7),
+        ("a value that is no number", 2.5),
+        ("the number of no entry", "A"),
+        ("neither on nor off", True),
+        ("text of another encoding", "Küche"),
+    ],
+)
+def test_what_stands_there_wrongly_can_be_set_right(lie, value):
+    node_map = opened(LIES[lie])
+    node_map.write("Odd", node_map.feature("Odd").validated(value))
+    assert node_map.feature("Odd").value == value
+    node_map.close()
+
+
+@pytest.mark.parametrize("lie", ["the number of no entry", "neither on nor off", "text of another encoding"])
+def test_what_means_nothing_is_no_value(lie):
+    node_map = opened(LIES[lie])
+    odd = node_map.feature("Odd")
+    assert (odd.value, odd.access, odd.problem) == (None, AccessMode.READ_WRITE, "")
+    node_map.close()
+
+
+def test_limits_that_exclude_everything_are_none_and_the_camera_has_the_word():
+    node_map = opened(LIES["limits exchanged"])
+    odd = node_map.feature("Odd")
+    assert (odd.minimum, odd.maximum, odd.range_text()) == (None, None, "a number")
+    with pytest.raises(FeatureValueError, match="Odd=5: the camera answered: Value = 5 must be"):
+        node_map.write("Odd", odd.validated(5))
+    node_map.close()
+
+
+@pytest.mark.parametrize(
+    ("lie", "said"),
+    [
+        ("a formula that divides by zero", "Odd: Failed to evaluate formula '1/0': error message is '#Inf"),
+        ("text of 100 MB", "the description has a register of 100000000 bytes at 0x0; at most 16777216"),
+        ("a register of 9 bytes", "Value = 9 must be equal or smaller than Max = 8"),
+    ],
+)
+def test_a_problem_says_what_it_is_and_not_where_in_genapi(lie, said):
+    node_map = opened(LIES[lie])
+    problem = node_map.feature("Odd").problem
+    assert problem.startswith(said)
+    assert "Exception" not in problem
+    node_map.close()
+
+
+@pytest.mark.parametrize(
+    ("said", "nodes"), [(said, nodes) for said, several in BROKEN.items() for nodes in several]
+)
+def test_what_cannot_be_loaded_is_refused_with_what_is_wrong(said, nodes):
+    with pytest.raises(RemoteProtocolError, match=f"description cannot be used: .*{said}"):
+        opened(nodes)
+
+
+@pytest.mark.parametrize("lie", ["steps of nothing", "steps backwards"])
+def test_what_genapi_makes_of_no_steps_is_told(lie):
+    node_map = opened(LIES[lie])
+    odd = node_map.feature("Odd")
+    assert odd.range_text() == "0 … 10"
+    with pytest.raises(FeatureError, match="Odd=7: the camera answered: Increment must be larger than 0"):
+        node_map.write("Odd", odd.validated(7))
+    node_map.close()
+
+
+@pytest.mark.parametrize("root", ["", '<Integer Name="Root"><Value>5</Value></Integer>'])
+def test_a_description_without_a_tree_is_refused(root):
+    with pytest.raises(RemoteProtocolError, match="no category Root"):
+        opened("", root)
