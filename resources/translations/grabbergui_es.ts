@@ -659,57 +659,57 @@ It {1}.</source>
 <context>
     <name>ChangesPanel</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="18"/>
         <source>Whose changes to show</source>
         <translation>De quién son los cambios que se muestran</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="19"/>
         <source>Whose changes</source>
         <translation>Cambios de quién</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="20"/>
         <source>Everybody’s changes</source>
         <translation>Cambios de todos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="21"/>
         <source>The operator’s changes</source>
         <translation>Cambios del operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="32"/>
         <source>Copy what is selected, or else all that is shown, as something that makes the changes again</source>
         <translation>Copiar lo seleccionado, o si no todo lo mostrado, como algo que repite los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="33"/>
         <source>Copy as</source>
         <translation>Copiar como</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="37"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="38"/>
         <source>Save what is selected, or else all that is shown: a Python program, a shell script or a table</source>
         <translation>Guardar lo seleccionado, o si no todo lo mostrado: programa de Python, script de shell o tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="39"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="44"/>
         <source>Forget the list; what can be undone stays</source>
         <translation>Olvidar la lista; lo que se puede deshacer se conserva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="45"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="51"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="52"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
@@ -1438,57 +1438,57 @@ It {1}.</source>
 <context>
     <name>LogPanel</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="18"/>
         <source>The least serious entries to show</source>
         <translation>Las entradas menos graves que se muestran</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="19"/>
         <source>Least level</source>
         <translation>Nivel mínimo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="19"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="20"/>
         <source>Everything</source>
         <translation>Todo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="21"/>
         <source>Warnings and errors</source>
         <translation>Avisos y errores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="22"/>
         <source>Errors</source>
         <translation>Errores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="33"/>
         <source>Copy what is shown</source>
         <translation>Copiar lo que se muestra</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="34"/>
         <source>Copy</source>
         <translation>Copiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="39"/>
         <source>Forget all entries</source>
         <translation>Olvidar todas las entradas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="40"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="46"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="47"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/log_panel.ui" line="50"/>
         <source>What the program and its drivers have to say appears here.</source>
         <translation>Aquí aparece lo que dicen el programa y sus controladores.</translation>
     </message>
@@ -1496,27 +1496,27 @@ It {1}.</source>
 <context>
     <name>MainController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="205"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="204"/>
         <source>For reading only: {0}. Values follow here but cannot be changed.</source>
         <translation>Solo lectura: {0}. Aquí se siguen los valores, pero no se pueden cambiar.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="205"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="204"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="223"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="221"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="240"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="238"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="240"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="238"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -1941,7 +1941,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
         <source>&amp;Clipping</source>
-        <translation>&amp;Recorte</translation>
+        <translation>&amp;Saturación</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
@@ -2134,7 +2134,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="194"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="204"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -3199,6 +3199,16 @@ It {1}.</source>
         <source>named by hand</source>
         <translation>añadida a mano</translation>
     </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="107"/>
+        <source>Simulated</source>
+        <translation>Simulada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="108"/>
+        <source>File</source>
+        <translation>Archivo</translation>
+    </message>
 </context>
 <context>
     <name>SourceListView</name>
@@ -3336,9 +3346,9 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="117"/>
-        <source>Connecting to {0} …</source>
-        <translation>Conectando con {0} …</translation>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="124"/>
+        <source>Connecting</source>
+        <translation>Conectando</translation>
     </message>
 </context>
 <context>
@@ -3673,67 +3683,67 @@ It {1}.</source>
 <context>
     <name>ValuesPanel</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="17"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="18"/>
         <source>How much of the past to show</source>
         <translation>Cuánto del pasado se muestra</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="19"/>
         <source>Time shown</source>
         <translation>Tiempo mostrado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="20"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="21"/>
         <source>Last 10 seconds</source>
         <translation>Últimos 10 segundos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="22"/>
         <source>Last minute</source>
         <translation>Último minuto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="22"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="23"/>
         <source>Last 10 minutes</source>
         <translation>Últimos 10 minutos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="23"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="24"/>
         <source>Last hour</source>
         <translation>Última hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="35"/>
         <source>Stop reading the values for a while</source>
         <translation>Dejar de leer los valores un rato</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="36"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
         <source>Save everything that was read as a table of comma-separated values</source>
         <translation>Guardar todo lo leído como tabla de valores separados por comas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="43"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="47"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
         <source>Forget what was read, and go on</source>
         <translation>Olvidar lo leído y seguir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="49"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="56"/>
         <source>Right-click a feature and choose “Plot over time”.</source>
         <translation>Pulse un parámetro con el botón derecho y elija «Representar en el tiempo».</translation>
     </message>

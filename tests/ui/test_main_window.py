@@ -327,7 +327,7 @@ def test_a_wrong_address_is_told_while_the_camera_at_hand_goes_on(window_desk):
     window_desk.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
     window_desk.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
     window_desk.until(lambda: window.tasks.rows)
-    assert window.tasks.rows[0].titleLabel.text() == "Connecting to gige:10.0.0.9 …"
+    assert window.tasks.rows[0].textLabel.text() == "gige:10.0.0.9"
     window_desk.watch()
     wrong.noticed_at_last.set()
     window_desk.until(lambda: window_desk.errors)

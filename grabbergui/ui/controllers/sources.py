@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
@@ -19,6 +19,8 @@ from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 log = logging.getLogger(__name__)
 
 SIMULATED = "sim"
+SHOWN_AFTER_MS = 300
+"Of opening in place of what is at hand: what takes no longer would only make the picture jump."
 
 
 class SourcesController(QObject):
@@ -114,8 +116,14 @@ class SourcesController(QObject):
             self._tasks.end(self._row)
             self._row = None
         if candidate is not None:
-            self._row = self._tasks.begin(self.tr("Connecting to {0} …").format(candidate.uri))
-            self._row.cancelRequested.connect(self._connection.give_up_candidate)
+            QTimer.singleShot(SHOWN_AFTER_MS, lambda: self._show_candidate(candidate))
+
+    def _show_candidate(self, candidate: OpenSource) -> None:
+        if candidate is not self._connection.candidate or self._row is not None:
+            return
+        self._row = self._tasks.begin(self.tr("Connecting"))
+        self._row.setText(str(candidate.uri))
+        self._row.cancelRequested.connect(self._connection.give_up_candidate)
 
     def _on_connection_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
         self._model.set_open(

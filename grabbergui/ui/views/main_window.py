@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtCore import QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QCloseEvent
 from PyQt5.QtWidgets import (
     QAction,
@@ -39,6 +39,10 @@ from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import give_focus
 from grabbergui.ui.widgets.task_stack import TaskStack
 
+TITLE_BAR = 40
+"Pixels that a window manager may take of the screen's height for the window's title."
+FIRST_SHARE = 0.75
+"Of the screen, in width and height, that a window takes that was never moved."
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
 
@@ -150,6 +154,12 @@ class MainWindow(QMainWindow):
         """Say that it goes; nothing here waits."""
         self.closing.emit()
         super().closeEvent(event)
+
+    def takeRoom(self) -> None:
+        """Be as large as a first look wants it: most of a large screen, and never more than there is."""
+        if (screen := self.screen()) is not None:
+            room = screen.availableGeometry().size() - QSize(0, TITLE_BAR)
+            self.resize(self.size().expandedTo(room * FIRST_SHARE).boundedTo(room))
 
     def focusNextPrevChild(self, forward: bool) -> bool:
         """The Tab key: through the panels from left to right, in each as one reads."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from PyQt5.QtGui import QKeySequence
 from PyQt5.QtWidgets import QAction, QDialog, QLabel, QMenu, QMenuBar, QPushButton, QWidget
 
 from grabbergui.ui.loader import load_form
@@ -35,7 +36,7 @@ def _table(menu: QMenu | None) -> str:
     if menu is None:
         return ""
     rows = "".join(
-        f"<tr><td width='{KEY_WIDTH}'><b>{action.shortcut().toString()}</b></td>"
+        f"<tr><td width='{KEY_WIDTH}'><b>{action.shortcut().toString(QKeySequence.NativeText)}</b></td>"
         f"<td>{_plain(action.iconText())}</td></tr>"
         for action in _actions(menu)
         if not action.shortcut().isEmpty()

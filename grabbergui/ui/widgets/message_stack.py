@@ -41,7 +41,7 @@ class MessageBar(QFrame):
         self.tone = tone
         self._times = 1
         self.setProperty("message", tone.value)
-        self.textLabel.setText(text)
+        self.textLabel.setText(_sentence(text))
         self.setAccessibleName(text)
         self.iconLabel.setPixmap(icons.pixmap(tone.value, self, 18))
         icons.apply(self)
@@ -56,7 +56,13 @@ class MessageBar(QFrame):
     def again(self) -> None:
         """It was said once more."""
         self._times += 1
-        self.textLabel.setText(f"{self.text}  (×{self._times})")
+        self.textLabel.setText(f"{_sentence(self.text)}  (×{self._times})")
+
+
+def _sentence(text: str) -> str:
+    """As it is shown: beginning large, where it begins with a word and not with a name."""
+    first, _, _ = text.partition(" ")
+    return text[0].upper() + text[1:] if first.isalpha() and first.islower() else text
 
 
 class MessageStack(QWidget):

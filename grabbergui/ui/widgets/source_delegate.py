@@ -90,7 +90,7 @@ def _details(source: ListedSource) -> list[str]:
     named = info.model if info.user_name else ""
     maker = " ".join(part for part in (info.vendor, named) if part)
     serial = translate("SourceDelegate", "serial {0}").format(info.serial) if info.serial else ""
-    place = " · ".join(part for part in (info.bus, info.address) if part)
+    place = " · ".join(part for part in (_bus(info.bus), info.address) if part)
     options = info.uri.partition("?")[2]
     state = ""
     if source.connected:
@@ -99,6 +99,15 @@ def _details(source: ListedSource) -> list[str]:
         state = translate("SourceDelegate", "named by hand")
     lines = [" · ".join(part for part in (maker, serial) if part), place, options, state]
     return [line for line in lines if line and line != _title(source)]
+
+
+def _bus(name: str) -> str:
+    """Names of standards stay; words are in the user's language."""
+    words = {
+        "Simulated": translate("SourceDelegate", "Simulated"),
+        "File": translate("SourceDelegate", "File"),
+    }
+    return words.get(name, name)
 
 
 def _wrapped(metrics: QFontMetrics, text: str, width: int) -> int:

@@ -34,7 +34,6 @@ class TaskRow(QFrame):
     def setText(self, text: str) -> None:
         """Where it stands."""
         self.textLabel.setText(text)
-        self.textLabel.setToolTip(text)
 
     def _on_cancel_clicked(self) -> None:
         self.cancelButton.setEnabled(False)
