@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError
+from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, SourceNotFoundError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.tree_client import TIMEOUT as TREE_TIMEOUT
@@ -45,13 +45,23 @@ class GrabberLink:
         Raises SourceNotFoundError, SourceUnavailableError from the name server, TransportError where the
         port does not answer.
         """
+        self._name, self._names = name, names
         self._timeout = timeout
         self._camera = DeviceInfo("")
         self.silent = False
-        "Whether the port acknowledges requests without answering: it sends pictures and no more."
+        "Whether the port answers no request: it sends pictures and no more."
+        self._deaf = False
+        "Whether it does not even acknowledge one, so that none is sent."
         self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
         try:
             self.dialect, self.ours = self._find_dialect()
+        except AckTimeoutError:
+            self._rpc.close()
+            if self._rpc.target != name:
+                raise
+            # A program's port for images takes a request for the beginning of one, and waits for the rest.
+            self.silent = self._deaf = True
+            self.dialect, self.ours = Dialect.YARP3, False
         except BaseException:
             self._rpc.close()
             raise
@@ -70,6 +80,8 @@ class GrabberLink:
 
     def ask(self, operation: Operation, *arguments: Value) -> Reply:
         """Perform an operation on the server; an answer that makes no sense is a failure."""
+        if self._deaf:
+            return Reply(status=Status.NOT_IMPLEMENTED)
         call = Call(operation, arguments, self.dialect)
         reply = self._rpc.call(encode_request(call), self._timeout)
         if reply is None:
@@ -88,8 +100,11 @@ class GrabberLink:
         return grabber_tree.read_reply(reply or Bottle())
 
     def check(self) -> None:
-        """Raise TransportError where the server is gone."""
-        self.ask(Operation.WIDTH)
+        """Raise TransportError or SourceNotFoundError where the server is gone."""
+        if self._deaf:
+            self._names.query(self._name)
+        else:
+            self.ask(Operation.WIDTH)
 
     def close(self) -> None:
         """Hang up. May be called twice; never raises."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import threading
 import time
 from collections.abc import Iterator
 
@@ -192,6 +193,32 @@ def test_a_port_that_only_sends_pictures(scene: Stage) -> None:
         until(lambda: remote.statistics().packets_ignored, "a message that is no picture")
         port.write(*image.encode(pixels, "rgb"))
         assert queue.get(PATIENCE).complete
+        remote.close()
+
+
+def waiting(over: threading.Event) -> None:
+    over.wait(PATIENCE)
+
+
+def test_a_program_s_port_that_waits_for_the_rest_of_an_image(scene: Stage) -> None:
+    """A BufferedPort of images reads a request as the beginning of one, and never acknowledges it."""
+    over = threading.Event()
+    pixels = np.zeros((4, 4, 3), np.uint8)
+    with OutputPort("/program", scene.names, handler=lambda request: waiting(over)) as port:
+        remote = connect(scene, "yarp:/program")
+        remote.open()
+        assert list(remote.feature_tree().descriptions()) == []
+        queue = remote.open_queue()
+        remote.start()
+        until(lambda: port.connections, "the connection")
+        port.write(*image.encode(pixels, "rgb"))
+        assert queue.get(PATIENCE).complete
+        remote.stop()
+        lost = threading.Event()
+        remote.connection_changed.connect(lambda state, why: state is ConnectionState.LOST and lost.set())
+        over.set()
+        port.close()
+        assert lost.wait(PATIENCE)
         remote.close()
 
 
