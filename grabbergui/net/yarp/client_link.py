@@ -39,14 +39,14 @@ class Features(RemoteFeatures, Protocol):
 class GrabberLink:
     """The request side of a remote frame grabber. One thread at a time."""
 
-    def __init__(self, name: str, names: NameClient, *, timeout: float = TIMEOUT) -> None:
-        """Connect and find out what the server speaks.
+    def __init__(self, name: str, names: NameClient, *, timeout: float | None = None) -> None:
+        """Connect and find out what the server speaks; `timeout` is TIMEOUT unless given.
 
         Raises SourceNotFoundError, SourceUnavailableError from the name server, TransportError where the
         port does not answer.
         """
         self._name, self._names = name, names
-        self._timeout = timeout
+        self._timeout = TIMEOUT if timeout is None else timeout
         self._camera = DeviceInfo("")
         self.silent = False
         "Whether the port answers no request: it sends pictures and no more."
