@@ -131,13 +131,14 @@ class CommandGate:
 
     def expire(self, now: float) -> bool:
         """Stop a robot whose last command is over, or too long ago; whether it moved. For a watchdog."""
-        silent = now - self._last_word
-        if not self._moving or (now <= self._until and silent <= self._config.safety.command_timeout):
+        silent, over = now - self._last_word, now > self._until
+        if not self._moving or (not over and silent <= self._config.safety.command_timeout):
             return False
         # First, as stopping may take a while: of a command that comes meanwhile the robot moves again.
         self._moving = False
         self._robot.stop()
-        log.warning("no command for %.0f ms: stopped", 1e3 * silent)
+        why = "the picture is too old" if over else f"no command for {1e3 * silent:.0f} ms"
+        log.warning("%s: stopped", why)
         return True
 
     def _rest(self) -> None:

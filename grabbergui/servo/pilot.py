@@ -28,6 +28,7 @@ from grabbergui.servo.state_machine import State
 log = logging.getLogger(__name__)
 
 _WATCH_S = 0.02
+ENDED = "the loop ended"
 TIMES_KEPT = 100_000
 "Pictures whose times are kept: about an hour's."
 
@@ -80,11 +81,12 @@ class Pilot:
     def stop(self) -> None:
         """End; the robot stands still on return. May be called twice."""
         self._running.clear()
+        # Before waiting for them: a detection may hang, and the watchdog has gone.
+        self.gate.halt(ENDED)
         for thread in self._threads:
             if thread is not threading.current_thread():
                 thread.join()
         self._threads = []
-        self._robot.stop()
 
     @property
     def running(self) -> bool:
@@ -143,7 +145,7 @@ class Pilot:
             # What a listener to `turned` raises comes wrapped.
             self.failed.emit(f"internal error, see the log: {error.__cause__ or error}")
         finally:
-            self.gate.halt("the loop ended")
+            self.gate.halt(ENDED)
             queue.close()
             self._running.clear()
 
@@ -182,6 +184,8 @@ class Pilot:
     def _follow_stop(self, now: float) -> None:
         """Let the state machine know of a stop that went straight to the robot, and of its end."""
         machine = self.loop.machine
+        if not self.running:
+            return  # its end is no event of the run
         if self.gate.halted and machine.state is not State.STOPPED:
             machine.stop(now, self.gate.halted)
         elif not self.gate.halted and machine.state is State.STOPPED:

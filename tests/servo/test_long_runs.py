@@ -127,6 +127,33 @@ def test_a_listener_that_fails_ends_the_run_with_its_reason(camera):
     assert "the calibration is of another crop" in reasons[0]
 
 
+def test_the_end_of_a_run_stops_the_robot_at_once_though_a_detection_hangs(camera):
+    """No watchdog is left to do it by then, and some robots' drives go on until they are told."""
+    hangs, let_go = threading.Event(), threading.Event()
+
+    class Hanging:
+        def detect(self, grey):
+            hangs.set()
+            let_go.wait(PATIENCE)
+            return []
+
+    robot = RecordingRobot()
+    one = Pilot(camera, robot, lambda frame: Detector(Hanging()))
+    one.start()
+    assert hangs.wait(PATIENCE)
+    ending = threading.Thread(target=one.stop)
+    before = robot.stops
+    ending.start()
+    try:
+        until(lambda: robot.stops > before)
+        assert ending.is_alive(), "it waits for the detection"
+    finally:
+        let_go.set()
+        ending.join(PATIENCE)
+    assert not one.gate.send(MOVE, time.monotonic())
+    assert State.STOPPED not in [step.state for step in one.loop.machine.transitions]
+
+
 @pytest.mark.parametrize("shape", [(8, 4096), (1, 640), (700, 3)])
 def test_heads_are_looked_for_in_pictures_of_any_shape(shape):
     height, width = shape
