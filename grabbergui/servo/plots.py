@@ -16,7 +16,9 @@ Colour = tuple[int, int, int]
 WIDTH, HEIGHT = 960, 220
 "Of one plot, pixels."
 _LEFT, _RIGHT, _TOP, _BOTTOM = 70, 16, 26, 28
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
+LEGEND = 30
+"Height of what explains the bands, pixels."
+_FONT, _SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.42
 PALETTE: tuple[Colour, ...] = ((200, 60, 50), (40, 140, 60), (50, 90, 210), (160, 110, 20))
 "Red, green, blue of first, second … curve."
 
@@ -38,9 +40,19 @@ class Plot:
     curves: tuple[Curve, ...]
 
 
-def sheet(plots: Sequence[Plot], times: Sequence[float], bands: Sequence[tuple[float, Colour]]) -> Picture:
-    """Plots one below the other, RGB. `bands` are (time, colour): the background from then on."""
-    return np.vstack([_draw(plot, np.asarray(times, np.float64), bands) for plot in plots])
+@dataclass(frozen=True)
+class Band:
+    """What was so from a moment on, shown by the background."""
+
+    time: float
+    name: str
+    colour: Colour
+
+
+def sheet(plots: Sequence[Plot], times: Sequence[float], bands: Sequence[Band]) -> Picture:
+    """Plots one below the other, RGB, and below them what the bands' colours mean."""
+    drawn = [_draw(plot, np.asarray(times, np.float64), bands) for plot in plots]
+    return np.vstack([*drawn, _legend(bands)])
 
 
 def ticks(low: float, high: float, count: int = 5) -> list[float]:
@@ -53,7 +65,22 @@ def ticks(low: float, high: float, count: int = 5) -> list[float]:
     return [index * step for index in range(first, math.floor(high / step + 1e-9) + 1)]
 
 
-def _draw(plot: Plot, times: NDArray[np.float64], bands: Sequence[tuple[float, Colour]]) -> Picture:
+def _legend(bands: Sequence[Band]) -> Picture:
+    out = np.full((LEGEND, WIDTH, 3), 255, np.uint8)
+    place = _LEFT
+    for name, colour in {band.name: band.colour for band in bands}.items():
+        out[8:20, place : place + 18] = _pale(colour)
+        _text(out, name, (place + 24, 18), (60, 60, 60))
+        (width, _), _ = cv2.getTextSize(name, _FONT, _SIZE, 1)
+        place += 24 + width + 20
+    return out
+
+
+def _pale(colour: Colour) -> NDArray[np.int64]:
+    return 255 - (255 - np.array(colour)) // 6
+
+
+def _draw(plot: Plot, times: NDArray[np.float64], bands: Sequence[Band]) -> Picture:
     out = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
     start, end = (float(times[0]), float(times[-1])) if times.size > 1 else (0.0, 1.0)
     values = np.array([curve.values for curve in plot.curves], np.float64)
@@ -69,11 +96,10 @@ def _draw(plot: Plot, times: NDArray[np.float64], bands: Sequence[tuple[float, C
     def y(value: float) -> int:
         return round(HEIGHT - _BOTTOM - (value - low) / (high - low) * (HEIGHT - _TOP - _BOTTOM))
 
-    for index, (time, colour) in enumerate(bands):
-        until = bands[index + 1][0] if index + 1 < len(bands) else end
-        left, right = x(max(time, start)), x(min(until, end))
-        pale = 255 - (255 - np.array(colour)) // 6
-        out[_TOP : HEIGHT - _BOTTOM, left:right] = pale
+    for index, band in enumerate(bands):
+        until = bands[index + 1].time if index + 1 < len(bands) else end
+        left, right = x(max(band.time, start)), x(min(until, end))
+        out[_TOP : HEIGHT - _BOTTOM, left:right] = _pale(band.colour)
     for value in ticks(low, high):
         cv2.line(out, (_LEFT, y(value)), (WIDTH - _RIGHT, y(value)), (215, 215, 215), 1)
         _text(out, f"{value:g}", (8, y(value) + 4))
@@ -106,4 +132,4 @@ def _line(out: Picture, points: Sequence[tuple[int, int] | None], colour: Colour
 
 
 def _text(out: Picture, text: str, place: tuple[int, int], colour: Colour = (110, 110, 110)) -> None:
-    cv2.putText(out, text, place, _FONT, 0.42, colour, 1, cv2.LINE_AA)
+    cv2.putText(out, text, place, _FONT, _SIZE, colour, 1, cv2.LINE_AA)

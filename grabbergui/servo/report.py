@@ -18,7 +18,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import Turn
-from grabbergui.servo.plots import Curve, Plot, sheet
+from grabbergui.servo.plots import Band, Curve, Plot, sheet
 from grabbergui.servo.state_machine import State
 
 VIDEO_FPS = 15.0
@@ -105,7 +105,9 @@ def plot(turns: list[Turn]) -> np.ndarray:
         Plot(title, unit, tuple(Curve(name, [float(read(turn)) for turn in turns]) for name, read in curves))
         for title, unit, curves in _PLOTS
     ]
-    bands = [(turn.time - start, overlay.colour_of(turn.state)) for turn in _changes(turns)]
+    bands = [
+        Band(turn.time - start, turn.state.value, overlay.colour_of(turn.state)) for turn in _changes(turns)
+    ]
     return sheet(plots, [turn.time - start for turn in turns], bands)
 
 

@@ -206,7 +206,7 @@ def test_the_report_of_a_run(tmp_path):
     assert json.loads((tmp_path / "out/report.json").read_text())["true_error_mm"] is None
     assert written["seconds_to_reach"] > written["seconds_to_approach"]
     picture = cv2.imread(str(tmp_path / "out/plots.png"))
-    assert picture.shape == (4 * plots.HEIGHT, plots.WIDTH, 3)
+    assert picture.shape == (4 * plots.HEIGHT + plots.LEGEND, plots.WIDTH, 3)
 
 
 def test_an_empty_run_has_a_report_too(tmp_path):
@@ -230,6 +230,18 @@ def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():
     assert not columns[380:640].any()
     assert columns[680:930].mean() > 0.9
     assert np.argmax(red[:, 100]) > np.argmax(red[:, 800])
+
+
+def test_the_bands_colours_are_explained_once_each():
+    red, blue = (230, 30, 30), (30, 30, 230)
+    bands = [plots.Band(0, "lost", red), plots.Band(50, "found", blue), plots.Band(100, "lost", red)]
+    picture = plots.sheet([plots.Plot("t", "u", (plots.Curve("c", [0.0] * 150),))], range(150), bands)
+    above, below = picture[100], picture[plots.HEIGHT + 10]
+    for band in bands:
+        shown = above[200 if band.name == "lost" else 500]
+        place = np.flatnonzero((below == shown).all(axis=1))
+        assert len(place) == 18
+        assert np.ptp(place) == 17
 
 
 @pytest.mark.parametrize(("low", "high"), [(0, 1), (-3, 250), (0.001, 0.0012), (5, 5)])
