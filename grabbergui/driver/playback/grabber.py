@@ -39,6 +39,8 @@ class PlaybackGrabber(FrameGrabber):
         self._recording: Recording | None = None
         self._state = features.PlaybackState(0, 0.0)
         self._changed = threading.Condition(threading.RLock())
+        self._starting = threading.Lock()
+        "Held for a whole start or stop, so that no player begins before the one before has ended."
         self._player: threading.Thread | None = None
         self._running = False
         self._shown = -1
@@ -133,7 +135,7 @@ class PlaybackGrabber(FrameGrabber):
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
         """See FrameGrabber."""
-        with self._changed:
+        with self._starting, self._changed:
             if self._running:
                 return
             if self._recording is None:
@@ -149,12 +151,13 @@ class PlaybackGrabber(FrameGrabber):
 
     def stop(self) -> None:
         """See FrameGrabber."""
-        with self._changed:
-            self._running = False
-            self._changed.notify_all()
-            player, self._player = self._player, None
-        if player is not None and player is not threading.current_thread():
-            player.join()
+        with self._starting:
+            with self._changed:
+                self._running = False
+                self._changed.notify_all()
+                player, self._player = self._player, None
+            if player is not None and player is not threading.current_thread():
+                player.join()
 
     @property
     def streaming(self) -> bool:

@@ -167,6 +167,30 @@ def test_stopped_and_started_again_it_goes_on(player):
         player.start()
 
 
+def test_started_while_it_is_being_stopped_it_has_one_player(player, monkeypatch):
+    reading, go_on, really = threading.Event(), threading.Event(), player._recording.frame
+
+    def slow(index, received_ns):
+        reading.set()
+        assert go_on.wait(PATIENCE)
+        return really(index, received_ns)
+
+    monkeypatch.setattr(player._recording, "frame", slow)
+    player.start()
+    assert reading.wait(PATIENCE)
+    threads = [threading.Thread(target=call) for call in (player.stop, player.start)]
+    threads[0].start()
+    until(lambda: not player.streaming)
+    threads[1].start()
+    threads[1].join(0.05)  # without a lock it has begun by now, and the player that ends goes on
+    go_on.set()
+    for thread in threads:
+        thread.join(PATIENCE)
+    assert not any(thread.is_alive() for thread in threads)
+    assert player.streaming
+    assert sum(thread.name.startswith("playback ") for thread in threading.enumerate()) == 1
+
+
 def test_pictures_without_notes_are_played_by_name(tmp_path):
     for name, pixels in {"a.png": (8, 16), "b.png": (8, 16, 3), "c.tiff": (8, 16)}.items():
         dtype = np.uint16 if name.startswith("c") else np.uint8
