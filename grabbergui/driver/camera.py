@@ -50,6 +50,8 @@ class Camera(FrameGrabber):
         self._nodes: CameraNodeMap | None = None
         self._xml = b""
         self._chunks: ChunkReader | None = None
+        self._chunk_reader: ChunkReader | None = None
+        "Kept from stream to stream, as it parses the whole description; `_chunks` while they are on."
         self._access = Access.MONITOR
         self._streaming = False
         self._keep_trigger = False
@@ -65,7 +67,7 @@ class Camera(FrameGrabber):
         self._reconnecting: threading.Thread | None = None
         self._losses = threading.Lock()
         "Never held while anything waits: a loss is told of by threads that closing the device joins."
-        self._lost_again = False
+        self._lost_meanwhile = False
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access = Access.CONTROL) -> None:
@@ -77,19 +79,25 @@ class Camera(FrameGrabber):
             self.device.on_lost = self._on_lost
             self._events = EventDelivery(self._on_event, f"events {self.info.uri}")
             self.device.on_event = self._events.put
-            self._hears_events = False
+            self._hears_events = self._lost_meanwhile = False
             self.device.take_over = access is Access.TAKE_OVER
+            self._settings = SettingsMemory()
             try:
                 self._connect(Access.CONTROL if self.device.take_over else access)
+                with self._losses:
+                    if self._lost_meanwhile:
+                        raise DeviceLostError(f"{self.info.title} was lost while it was opened")
+                    self._closed.clear()
             except BaseException:
+                if self._nodes is not None:
+                    self._nodes.close()
+                self._nodes = None
                 self.device.close()
                 self._events.close()
                 self.connection_changed.emit(ConnectionState.CLOSED, "")
                 raise
             # Once taken away again, control is not fought for.
             self.device.take_over = False
-            self._settings = SettingsMemory()
-            self._closed.clear()
             self._poller = Poller(self._poll)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
@@ -99,6 +107,7 @@ class Camera(FrameGrabber):
         self._nodes = CameraNodeMap(self.device, self._xml, self._on_features_changed)
         self.info = self.device.info
         self._automatic = self._automatic_modes(self._nodes)
+        self._chunk_reader = None
 
     def close(self) -> None:
         """See FrameGrabber."""
@@ -186,7 +195,6 @@ class Camera(FrameGrabber):
 
     def execute(self, name: str) -> None:
         """See FrameGrabber."""
-        self._opened()
         self._require(name)
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
@@ -236,7 +244,7 @@ class Camera(FrameGrabber):
     def _start_stream(self) -> None:
         request = StreamRequest(preparation.payload_size(self._opened()), self._deliver_incomplete)
         self._fanout.clear()
-        self._chunks = self._chunk_reader()
+        self._chunks = self._reader_of_chunks()
         self.device.open_stream(request, self._deliver)
         preparation.forget_what_transport_set(self._opened())
         try:
@@ -270,11 +278,13 @@ class Camera(FrameGrabber):
         if self._nodes is not None:
             preparation.lock_transport(self._nodes, locked=locked)
 
-    def _chunk_reader(self) -> ChunkReader | None:
+    def _reader_of_chunks(self) -> ChunkReader | None:
         nodes, layout = self._opened(), self.device.chunk_layout
         if layout is None or not nodes.has("ChunkModeActive") or not nodes.feature("ChunkModeActive").value:
             return None
-        return ChunkReader(self._xml, nodes.root, layout)
+        if self._chunk_reader is None:
+            self._chunk_reader = ChunkReader(self._xml, nodes.root, layout)
+        return self._chunk_reader
 
     def _deliver(self, frame: Frame) -> None:
         if self._chunks is not None and frame.complete:
@@ -340,10 +350,8 @@ class Camera(FrameGrabber):
         was_streaming, self._streaming = self._streaming, False
         self.connection_changed.emit(ConnectionState.LOST, reason)
         with self._losses:
-            if self._closed.is_set():
-                return
-            if self._reconnecting is not None:
-                self._lost_again = True
+            if self._closed.is_set() or self._reconnecting is not None:
+                self._lost_meanwhile = True
                 return
             name = f"reconnect {self.info.uri}"
             thread = threading.Thread(target=self._reconnect, args=(was_streaming,), name=name, daemon=True)
@@ -362,7 +370,7 @@ class Camera(FrameGrabber):
                     log.info("%s is not back yet: %s", self.info.uri, error)
                     continue
                 with self._losses:
-                    if self._lost_again:
+                    if self._lost_meanwhile:
                         continue
                     self._reconnecting = None
             self.connection_changed.emit(ConnectionState.OPEN, "it is back, and set as before")
@@ -373,7 +381,7 @@ class Camera(FrameGrabber):
     def _restore(self, streaming: bool) -> None:
         self.device.close_stream()
         self.device.close()
-        self._lost_again = self._streaming = False  # what was told until here is about what is closed
+        self._lost_meanwhile = self._streaming = False  # what was told until here is about what is closed
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)

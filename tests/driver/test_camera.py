@@ -246,6 +246,28 @@ def test_a_device_lost_again_while_it_comes_back_comes_back_once_more(camera):
     assert queue.get(PATIENCE)
 
 
+def test_a_device_lost_while_it_is_opened_is_not_taken_for_open(monkeypatch):
+    grabber = sources.create("sim:?width=64&height=48")
+    states, read = [], grabber.device.description
+    grabber.connection_changed.connect(lambda state, why: states.append(state))
+
+    def description():
+        grabber.device.on_lost("the cable is out")
+        return read()
+
+    monkeypatch.setattr(grabber.device, "description", description)
+    with pytest.raises(DeviceLostError, match="was lost while it was opened"):
+        grabber.open()
+    assert states == [ConnectionState.OPENING, ConnectionState.LOST, ConnectionState.CLOSED]
+    with pytest.raises(DeviceLostError, match="is not open"):
+        grabber.feature("Width")
+
+    monkeypatch.undo()
+    grabber.open()
+    assert grabber.feature("Width").value == 64
+    grabber.close()
+
+
 def test_a_lost_device_can_be_closed(camera, monkeypatch):
     def refuse(access: Access) -> Access:
         raise DeviceLostError("still gone")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.features import AccessMode, Category, FeatureKind, FeatureValue
 from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi import node_features
+from grabbergui.driver.genapi import loading, node_features
 from grabbergui.driver.genapi.xml_text import clean_xml
 
 log = logging.getLogger(__name__)
@@ -41,8 +41,7 @@ class ChunkReader:
     def __init__(self, xml: bytes, features: Category, layout: DataLayout) -> None:
         """`features`: the camera's tree, which names what chunks may carry."""
         self._layout = layout
-        self._map = genapi.NodeMap()
-        self._map.load_xml_from_string(clean_xml(xml))
+        self._map = loading.load(clean_xml(xml))
         self._adapter = _ADAPTER[layout](self._map)
         self._nodes: list[tuple[str, FeatureKind, Any]] = [
             (description.name, description.kind, self._map.get_node(description.name))

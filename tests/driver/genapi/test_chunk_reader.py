@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui import sources
+from grabbergui.driver import camera as driver_camera
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi.chunk_reader import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -76,6 +77,17 @@ def test_frames_of_a_gige_camera_carry_their_chunks(camera):
     assert frame.chunks.keys() == {"ChunkFrameID", "ChunkTimestamp", "ChunkExposureTime", "ChunkGain"}
     first = frame.chunks["ChunkFrameID"]
     assert queue.get(PATIENCE).chunks["ChunkFrameID"] > first
+
+
+def test_a_stream_that_is_started_anew_parses_no_description_anew(camera, monkeypatch):
+    camera.write_feature("ChunkModeActive", True)
+    queue = camera.open_queue()
+    camera.start()
+    assert queue.get(PATIENCE).chunks
+    monkeypatch.setattr(driver_camera, "ChunkReader", None)
+    camera.write_feature("Width", 160)
+    queue.clear()
+    assert queue.get(PATIENCE).chunks
 
 
 def test_only_enabled_chunks_come_and_none_once_they_are_off(camera):
