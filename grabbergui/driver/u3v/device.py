@@ -304,7 +304,7 @@ class U3vDevice(Device):
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
             receiver.stop()
-            self._statistics = receiver.statistics()
+            self._statistics = replace(receiver.statistics(), frame_rate=0.0, bandwidth=0.0)
         queue, self._queue = self._queue, None
         if queue is not None:
             queue.close()
@@ -315,7 +315,7 @@ class U3vDevice(Device):
     def stream_statistics(self) -> StreamStatistics:
         """See Device."""
         receiver = self._receiver
-        return receiver.statistics() if receiver is not None else self._statistics
+        return receiver.statistics() if receiver is not None else replace(self._statistics)
 
 
 def _close_at_exit(reference: weakref.ref[U3vDevice]) -> None:

@@ -21,8 +21,6 @@ FLAG_ACKNOWLEDGE = 0x4000
 "Set in a command that wants an acknowledge."
 
 HEADER_SIZE = 12
-READ_COMMAND_SIZE = HEADER_SIZE + 12
-"Bytes of a READMEM command."
 WRITE_OVERHEAD = HEADER_SIZE + 8
 "Bytes of a WRITEMEM command before the data."
 SMALLEST_ACKNOWLEDGE = HEADER_SIZE + 4

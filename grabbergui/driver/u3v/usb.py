@@ -101,10 +101,7 @@ class UsbHandle:
         try:
             with translated(self.name):
                 self._backend.claim_interface(self._handle, interface)
-        except TransportError:
-            self._attach(interface, detached)
-            raise
-        except AccessDeniedError:
+        except (TransportError, AccessDeniedError):
             self._attach(interface, detached)
             raise
         self._claimed[interface] = detached

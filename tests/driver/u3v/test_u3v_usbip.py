@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.driver.sim.u3v import usbip
 from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, EVENT_IN
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.sim.u3v.serve import serve
@@ -142,6 +143,14 @@ def test_answers_and_unlinks_that_cross_come_in_the_kernels_order(host: Host, se
         else:
             assert first == (UNLINK_REPLY, unlink, CONNECTION_RESET, b"")
         pipe.flush()
+
+
+def test_a_host_that_asks_without_end_is_hung_up_on(host: Host, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(usbip, "MOST_REQUESTS", 4)
+    host.attach()
+    for _ in range(5):
+        host.submit(EVENT_IN & 0x7F, 1024)
+    assert host.socket.recv(1) == b""
 
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])

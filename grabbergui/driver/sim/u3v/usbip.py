@@ -42,6 +42,8 @@ _SUBMIT, _UNLINK, _SUBMIT_REPLY, _UNLINK_REPLY = 1, 2, 3, 4
 _DIRECTION_IN = 1
 LONGEST_REQUEST = 64 << 20
 "Bytes; a longer one is a broken peer."
+MOST_REQUESTS = 4096
+"Waiting on one endpoint; so is one that sends more."
 
 _OK, _EPIPE, _ECONNRESET, _ESHUTDOWN, _EOVERFLOW = 0, -32, -104, -108, -75
 _STATUS = {PipeHaltedError: _EPIPE, PipeOverflowError: _EOVERFLOW, PipeGoneError: _ESHUTDOWN}
@@ -151,6 +153,8 @@ class UsbIpConnection:
             self._reply(request.sequence, _EPIPE, 0)
             return
         with endpoint.changed:
+            if len(endpoint.requests) == MOST_REQUESTS:
+                raise GrabberError(f"USB/IP: more than {MOST_REQUESTS} requests on endpoint 0x{address:02x}")
             endpoint.requests.append(request)
             endpoint.changed.notify_all()
 
