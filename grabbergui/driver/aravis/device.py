@@ -52,13 +52,14 @@ class AravisDevice(Device):
         if not device:
             raise SourceNotFoundError(f"Aravis cannot open '{name}': {error}") from error
         self._device = device
+        if found is not None:
+            self.info = replace(found.info(), uri=self.info.uri if self._name else found.info().uri)
         try:
             self._settle_access(device, access)
         except BaseException:
             self.close()
             raise
         if found is not None:
-            self.info = replace(found.info(), uri=self.info.uri if self._name else found.info().uri)
             # The same one again after a loss, also where the first was asked for.
             self._name = self._name or found.id
         self._handler = self._library.g_signal_connect_data(
@@ -96,7 +97,7 @@ class AravisDevice(Device):
         self._writable = access is Access.CONTROL
         if not gige:
             return
-        if self._name.startswith("127.") or self.info.address.startswith("127."):
+        if self.info.address.startswith("127."):
             library.arv_gv_device_set_stream_options(device, PACKET_SOCKET_DISABLED)
         if library.arv_gv_device_is_controller(device):
             if access is Access.MONITOR:

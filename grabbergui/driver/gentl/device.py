@@ -44,7 +44,9 @@ class GentlDevice(Device):
         self._device: Any = None
         self._slot = StreamSlot()
         self._writable = False
-        self._told_lost = threading.Event()
+        self._told_lost = False
+        self._telling = threading.Lock()
+        "Of `_told_lost`: the stream and a register may notice at once."
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
@@ -61,7 +63,7 @@ class GentlDevice(Device):
             raise
         self._producer, self._device = producer, device
         self._writable = access is Access.CONTROL
-        self._told_lost.clear()
+        self._told_lost = False
         self.info = replace(found.device, uri=self.info.uri if self._name else found.device.uri)
         return access
 
@@ -141,7 +143,9 @@ class GentlDevice(Device):
             raise
 
     def _tell_lost(self, reason: str) -> None:
-        if self._device is not None and not self._told_lost.is_set():
-            self._told_lost.set()
-            if self.on_lost is not None:
-                self.on_lost(reason)
+        with self._telling:
+            if self._device is None or self._told_lost:
+                return
+            self._told_lost = True
+        if self.on_lost is not None:
+            self.on_lost(reason)

@@ -9,6 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import closing
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -22,9 +23,10 @@ from grabbergui.core.errors import (
     SourceUnavailableError,
     UsageError,
 )
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.aravis import library, source
+from grabbergui.driver.aravis import device, library, source
+from grabbergui.driver.aravis.cameras import FoundCamera
 from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -173,6 +175,20 @@ def test_its_own_fake_camera_is_listed_and_opened(
         frames = grabber.open_queue(8)
         grabber.start()
         assert frames.get(PATIENCE).raw().shape == (512, 512)
+
+
+@pytest.mark.parametrize(("address", "plain"), [("127.82.0.9", True), ("192.168.0.9", False)])
+def test_on_the_loopback_it_is_a_plain_socket_whatever_the_camera_is_named_by(
+    monkeypatch: pytest.MonkeyPatch, address: str, plain: bool
+) -> None:
+    found = FoundCamera("Acme-Model-77", "00:11:22:33:44:55", address, "Acme", "Model", "77", "GigEVision")
+    aravis = Mock(**{"arv_open_device.return_value": 1, "g_signal_connect_data.return_value": 1})
+    monkeypatch.setattr(device, "load", lambda: aravis)
+    monkeypatch.setattr(device, "find_cameras", lambda: [found])
+    opened = device.AravisDevice("77", DeviceInfo("aravis:77", address="77"))
+    opened.open(Access.CONTROL)
+    assert aravis.arv_gv_device_set_stream_options.called is plain
+    opened.close()
 
 
 def test_an_unknown_name_is_an_error_that_lists_what_is_there(aravis_camera: Any) -> None:
