@@ -8,6 +8,9 @@ import threading
 import time
 from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, LocalProtocolError
 from grabbergui.core.frame import Frame
@@ -144,10 +147,10 @@ class SimulatedDevice(Device):
                 log.exception("a consumer of frames failed")
             del frame  # else its buffer would be in use until the next one is made
 
-    def _frame(self, plan: FramePlan, payload: object) -> Frame:
+    def _frame(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Frame:
         settings = plan.settings
         return Frame(
-            payload=payload,  # type: ignore[arg-type]
+            payload=payload,
             width=settings.width,
             height=settings.height,
             pixel_format=settings.pixel_format,

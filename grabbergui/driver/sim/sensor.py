@@ -32,7 +32,6 @@ class Sensor:
 
     def __init__(self, scene: Scene | None = None, seed: int = 1) -> None:
         self.scene: Scene = scene or StudioScene()
-        self._seed = seed
         self._prepared = _Prepared()
         self._noise = _Noise(seed)
         self._still_key: tuple[Any, ...] | None = None
