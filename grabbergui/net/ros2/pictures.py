@@ -127,7 +127,9 @@ class PicturePublisher:
         done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if not done:
             raise PixelFormatError(f"a picture of {frame.width}×{frame.height} cannot be written as JPEG")
-        message.format = f"{encoding_of(frame.pixel_format)}; jpeg compressed {'mono8' if mono else 'bgr8'}"
+        # What image_transport's subscribers call the picture once decoded, before what is in the JPEG.
+        encoding = "mono8" if mono else "bgr8"
+        message.format = f"{encoding}; jpeg compressed {encoding}"
         message.data = array.array("B", encoded.tobytes())
         return message
 

@@ -53,7 +53,7 @@ def test_compressed_pictures_can_be_read(server, probe):
 
     message = probe.subscribe(CompressedImage, "/cam/image_raw/compressed").get(timeout=PATIENCE)
 
-    assert message.format == "bayer_rggb8; jpeg compressed bgr8"
+    assert message.format == "bgr8; jpeg compressed bgr8"
     assert cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR).shape == (240, 320, 3)
 
 
