@@ -7,10 +7,11 @@ import math
 import struct
 
 import pytest
+from soundness import assert_sound
 
 from fakes import XmlDevice
 from grabbergui.core.errors import FeatureError, FeatureValueError, RemoteProtocolError
-from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.core.features import AccessMode
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
@@ -110,21 +111,6 @@ def opened(nodes: str, root: str = ROOT) -> CameraNodeMap:
     for address, content in MEMORY.items():
         device.memory.update(enumerate(content, address))
     return CameraNodeMap(device, device.description(), lambda names: None)
-
-
-def assert_sound(feature: Feature) -> None:
-    """What everybody who shows a feature relies on."""
-    low, high = feature.minimum, feature.maximum
-    assert all(limit is None or math.isfinite(limit) for limit in (low, high))
-    assert low is None or high is None or low <= high
-    assert feature.increment is None or feature.increment > 0
-    assert feature.kind is not FeatureKind.ENUMERATION or feature.value in (
-        None,
-        *(entry.name for entry in feature.entries),
-    )
-    assert bool(feature.problem) <= (feature.access is AccessMode.NOT_AVAILABLE)
-    assert feature.logarithmic in (True, False)
-    assert feature.range_text()
 
 
 @pytest.mark.parametrize("nodes", LIES.values(), ids=LIES.keys())
