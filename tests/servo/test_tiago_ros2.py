@@ -468,14 +468,15 @@ def test_a_bad_name_is_refused(pilot):
 
 
 # -- the commands --------------------------------------------------------------------------------
-def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys):
+def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys, monkeypatch, config):
+    monkeypatch.setattr("grabbergui.cli.servo._config", lambda options: config)
     simulation = subprocess.Popen(
         [sys.executable, "-m", "grabbergui", "simulate-tiago"], stdout=subprocess.PIPE, text=True
     )
     try:
         assert "TIAGo listens to" in simulation.stdout.readline()
         assert receive_calibration("/camera/image_raw").matrix == pytest.approx(desk.calibration().matrix)
-        so_long = ("--seconds", "30", "--until-reached")
+        so_long = ("--seconds", str(PROGRAM), "--until-reached")
         chosen = options("servo", "--robot", "tiago", "--headless", *so_long, "--report", str(tmp_path))
         assert chosen.run(chosen) == 0
         report = json.loads((tmp_path / "report.json").read_text())
