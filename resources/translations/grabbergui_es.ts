@@ -3448,19 +3448,14 @@ It {1}.</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="39"/>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="40"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="41"/>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="42"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="43"/>
-        <source>{0} is done</source>
-        <translation>{0} ha terminado</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/tuning/exposure.py" line="39"/>
@@ -3531,6 +3526,16 @@ It {1}.</source>
         <location filename="../../grabbergui/models/tuning/bench.py" line="122"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="45"/>
+        <source>White balance set by the camera</source>
+        <translation>Balance de blancos ajustado por la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/tuning/camera_once.py" line="48"/>
+        <source>Exposure set by the camera: {0}</source>
+        <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
 </context>
 <context>

@@ -55,7 +55,7 @@ def test_a_region_is_drawn_and_exposed_and_undone_in_one_press(desk):
 def test_white_balance_by_the_whole_picture_is_the_cameras_own(desk):
     desk.grabber.write_feature("ExposureTime", 8000.0)
     desk.qtbot.keyClick(desk.window.picture.canvas, Qt.Key_W)
-    desk.until(lambda: said(desk, "BalanceWhiteAuto is done"))
+    desk.until(lambda: said(desk, "White balance set by the camera"))
     assert value(desk, "BalanceWhiteAuto") == "Off"
 
 

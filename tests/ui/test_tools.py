@@ -4,14 +4,15 @@ import logging
 
 import numpy as np
 import pytest
-from PyQt5.QtCore import QPoint, Qt
-from PyQt5.QtWidgets import QLabel
+from PyQt5.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
+from PyQt5.QtGui import QMouseEvent
+from PyQt5.QtWidgets import QApplication, QLabel
 
 from grabbergui.core.region import Region
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.drawing_tool import Purpose
-from grabbergui.ui.widgets.picture_marks import Mark
+from grabbergui.ui.widgets.picture_marks import Mark, size_text
 
 
 @pytest.fixture
@@ -197,6 +198,32 @@ def test_escape_gives_up_drawing(desk):
     drag(desk, (100, 100), (400, 300))
     assert desk.grabber.feature("Width").value == before
     desk.watch()
+
+
+def test_while_a_region_is_drawn_all_else_steps_back(desk):
+    desk.until(desk.window.actionRegion.isEnabled)
+    desk.window.actionPause.trigger()
+    desk.window.actionRegion.trigger()
+    settle(desk)
+    canvas = desk.window.picture.canvas
+    begin, end = (canvas.frameToView(*point).toPoint() for point in ((300, 200), (900, 800)))
+
+    def light(x, y):
+        place = canvas.frameToView(x, y).toPoint()
+        return canvas.grab().toImage().pixelColor(place).value()
+
+    before = light(100, 100), light(700, 500)
+    desk.qtbot.mousePress(canvas.viewport(), Qt.LeftButton, pos=begin)
+    moved = QMouseEvent(QEvent.MouseMove, QPointF(end), Qt.NoButton, Qt.LeftButton, Qt.NoModifier)
+    QApplication.sendEvent(canvas.viewport(), moved)
+    desk.until(lambda: light(100, 100) < 0.7 * before[0])
+    assert light(700, 500) == before[1]
+    desk.qtbot.keyClick(canvas, Qt.Key_Escape)
+    desk.until(lambda: light(100, 100) == before[0])
+
+
+def test_the_size_told_counts_every_pixel_that_is_touched():
+    assert size_text(QRectF(10.2, 20.0, 5.0, 3.0)) == "6 × 3"
 
 
 def test_a_region_drawn_is_what_the_camera_sends_and_the_full_sensor_undoes_it(desk):

@@ -8,6 +8,7 @@ from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.regulation import regulating
 from grabbergui.core.sfnc import AUTO_ONCE, Role
+from grabbergui.models.features.wording import value_text
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knobs import automatic_once
@@ -40,4 +41,8 @@ def let_camera(bench: TuningBench, role: Role) -> str:
             raise TuningError(text.format(auto, PATIENCE))
         bench.say(seconds / PATIENCE, translate("Tuning", "{0} at work").format(auto))
         bench.wait(LOOK)
-    return translate("Tuning", "{0} is done").format(auto)
+    if role is not Role.EXPOSURE:
+        return translate("Tuning", "White balance set by the camera")
+    name = bench.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
+    exposure = bench.call(lambda grabber: grabber.feature(name))
+    return translate("Tuning", "Exposure set by the camera: {0}").format(value_text(exposure))

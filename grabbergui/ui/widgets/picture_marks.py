@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 
 import pyqtgraph as pg
 from PyQt5.QtCore import QLineF, QPointF, QRectF, Qt
-from PyQt5.QtGui import QColor, QPainter, QPen
+from PyQt5.QtGui import QColor, QPainter, QPainterPath, QPen
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 GRID_PARTS = 6
@@ -20,6 +21,16 @@ class Mark(Enum):
     "Being drawn just now."
     FOCUS = "#30d158"
     PROFILE = "#ffb224"
+
+
+_SHADE = QColor(0, 0, 0, 120)
+
+
+def size_text(chosen: QRectF) -> str:
+    """Width and height of every pixel that a box touches."""
+    width = math.ceil(chosen.right()) - math.floor(chosen.left())
+    height = math.ceil(chosen.bottom()) - math.floor(chosen.top())
+    return f"{width} × {height}"
 
 
 class PictureMarks(pg.GraphicsObject):
@@ -76,7 +87,34 @@ class PictureMarks(pg.GraphicsObject):
         if self._crosshair:
             self._draw(painter, QColor(255, 255, 255, 210), self._crosshair_lines())
         for mark, shape in self._shapes.items():
+            chosen = shape if mark is Mark.DRAFT and isinstance(shape, QRectF) else None
+            if chosen is not None:
+                self._darken_around(painter, chosen)
             self._draw(painter, QColor(mark.value), [shape])
+            if chosen is not None:
+                self._tell_size(painter, chosen)
+
+    def _darken_around(self, painter: QPainter, chosen: QRectF) -> None:
+        """What is not chosen steps back, so that the choice can be judged while it is made."""
+        around = QPainterPath()
+        around.addRect(self.boundingRect())
+        around.addRect(chosen.intersected(self.boundingRect()))
+        painter.fillPath(around, _SHADE)  # odd and even: the inner one is left out
+
+    def _tell_size(self, painter: QPainter, chosen: QRectF) -> None:
+        """Its size in pixels of the picture, in the size of the window's text."""
+        text = size_text(chosen.intersected(self.boundingRect()))
+        on_screen = painter.transform().mapRect(chosen)
+        to_screen = painter.transform()
+        painter.resetTransform()
+        plate = QRectF(painter.fontMetrics().boundingRect(text)).adjusted(-6, -3, 6, 3)
+        plate.moveTopLeft(on_screen.topLeft() + QPointF(6, 6))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(0, 0, 0, 170))
+        painter.drawRoundedRect(plate, 4, 4)
+        painter.setPen(QColor(Mark.DRAFT.value))
+        painter.drawText(plate, Qt.AlignmentFlag.AlignCenter, text)
+        painter.setTransform(to_screen)
 
     def _draw(self, painter: QPainter, colour: QColor, shapes: list[QRectF | QLineF]) -> None:
         for ink, width in ((QColor(0, 0, 0, 110), 3), (colour, 1)):
