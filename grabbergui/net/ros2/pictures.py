@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import functools
 import logging
 import threading
 import time
@@ -21,6 +22,9 @@ from grabbergui.net.ros2.runtime import quality_of_service
 log = logging.getLogger(__name__)
 
 JPEG_QUALITY = 90
+_MISMATCH = (
+    "a subscriber asks for more than is offered and gets nothing; reliable pictures come with --qos reliable"
+)
 
 
 class PicturePublisher:
@@ -42,14 +46,23 @@ class PicturePublisher:
 
         def publisher(kind: Any, topic: str) -> Any:
             """One whose quality of service a parameter file may change: qos_overrides.<topic>.publisher…."""
+            from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
             from rclpy.qos_overriding_options import QoSOverridingOptions
 
-            return node.create_publisher(
+            def on_incompatible(event: Any) -> None:
+                log.warning("%s/%s: %s", name, topic, _MISMATCH)
+
+            create = functools.partial(
+                node.create_publisher,
                 kind,
                 f"{name}/{topic}",
                 quality_of_service(qos),
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
+            try:
+                return create(event_callbacks=PublisherEventCallbacks(incompatible_qos=on_incompatible))
+            except UnsupportedEventTypeError:  # not every middleware tells of it
+                return create()
 
         self._images = [publisher(Image, topic) for topic in ("image", "image_raw")]
         self._compressed = publisher(CompressedImage, "image_raw/compressed")

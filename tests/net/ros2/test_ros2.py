@@ -18,6 +18,7 @@ from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui.core.grabber import StreamStatistics  # noqa: E402
+from grabbergui.net.ros2.runtime import quality_of_service  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from patience import PATIENCE  # noqa: E402
 
@@ -46,6 +47,12 @@ def test_nothing_is_published_while_nobody_listens(server, camera):
         queue.get(PATIENCE)
 
     assert server.published == 0
+
+
+def test_who_asks_for_more_than_is_offered_is_told_of(server, probe, caplog):
+    probe.subscribe(Image, "/cam/image", quality_of_service("reliable"))
+
+    until(lambda: [record for record in caplog.records if "with --qos reliable" in record.message])
 
 
 def test_compressed_pictures_can_be_read(server, probe):
