@@ -114,7 +114,8 @@ class RateMeter:
     def rates(self, now: float | None = None) -> tuple[float, float]:
         """Events per second and amount per second; zeros once nothing came for a whole window."""
         now = time.monotonic() if now is None else now
-        recent = [event for event in tuple(self._events) if event[0] >= now - self._window]
+        # A copy is made in one step; an iterator could meet an `add` by another thread.
+        recent = [event for event in self._events.copy() if event[0] >= now - self._window]
         if len(recent) < 2:
             return 0.0, 0.0
         # From the first event to the last, so that a rate is right from the second event on; to now where

@@ -38,6 +38,8 @@ DEVICE_TIME = "/device_time"
 PIXEL_FORMAT_KEY = "pixel_format"
 "Of a channel's metadata: PFNC's name, which ROS's encoding does not tell (Mono12 is mono16)."
 MAX_CHUNK = 1 << 30
+MOST_MESSAGES = 10_000_000
+"Of all topics; compressed, a small file could hold any number."
 MAX_SMALL = 1 << 24
 "Bytes of any record that holds no frames."
 _NOTHING, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0, 3, 4, 5, 6
@@ -51,7 +53,7 @@ class _Channel:
     metadata: dict[str, str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Place:
     """Where a message lies: in the file itself (chunk < 0) or in the chunk at an offset."""
 
@@ -178,6 +180,10 @@ class McapRecording(Recording):
             offset += 9 + inner
 
     def _note_message(self, head: bytes, chunk: int, offset: int, length: int) -> None:
+        if len(self._messages) == MOST_MESSAGES:
+            raise UsageError(
+                f"{self.path} holds more than {MOST_MESSAGES} messages; cut a part out, with `mcap filter` say"
+            )
         channel, sequence, log_time, _ = struct.unpack("<HIQQ", head)
         self._messages.append(_Place(chunk, offset + 22, length - 22, channel, sequence, log_time))
 

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 
+from grabbergui.core.errors import UsageError
+from grabbergui.driver.playback import mcap_file
 from grabbergui.driver.playback.mcap_file import McapRecording
 from grabbergui.driver.playback.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
 from grabbergui.driver.playback.stored import RecordingError
@@ -72,6 +74,14 @@ def test_the_byte_order_means_nothing_to_components_of_a_byte(written, encoding)
     images = (image(data, encoding, 4, 2, step, big=flag) for flag in (0, 1))
     little, big = (written(one, name=f"{one.is_bigendian}.mcap").frame(0, 0) for one in images)
     assert np.array_equal(little.rgb(), big.rgb())
+
+
+def test_more_messages_than_memory_could_hold_are_refused(written, monkeypatch):
+    monkeypatch.setattr(mcap_file, "MOST_MESSAGES", 2)
+    pictures = [image(bytes(16), "mono8", 4, 4, 4)] * 3
+    assert len(written(*pictures[:2], name="two.mcap")) == 2
+    with pytest.raises(UsageError, match="more than 2 messages"):
+        written(*pictures, name="three.mcap")
 
 
 def test_zeros_at_the_end_are_no_records(written):
