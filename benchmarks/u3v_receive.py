@@ -199,7 +199,7 @@ def from_guest(seconds: float) -> Iterator[Result]:
             else:
                 print(line, end="", flush=True)
     if process.returncode not in (0, NO_GUEST):
-        raise SystemExit("the hosts in the virtual machine were not all measured; try when less else runs here")
+        raise SystemExit("not every host in the virtual machine was measured; let less else run here")
 
 
 # -- the tables --------------------------------------------------------------------------------------
