@@ -33,7 +33,10 @@ _ARM_FRESH = 0.3
 
 
 class TeoOverYarp(Robot):
-    """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on threads of their own."""
+    """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on threads of their own.
+
+    Its drives go on until they are told otherwise: it is the gate's watchdog that ends a velocity in time.
+    """
 
     def __init__(self, names: NameClient, remote: str = "/teoSim", local: str = "/grabbergui/servo") -> None:
         super().__init__(teo.BODY)
