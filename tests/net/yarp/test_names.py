@@ -2,7 +2,7 @@ import pytest
 from yarp_transcripts import read
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
-from grabbergui.net.yarp.os import configuration
+from grabbergui.net.yarp.os import configuration, name_client
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_database import NAME_LIMIT, NameDatabase
 from grabbergui.net.yarp.os.name_server import NameServer
@@ -81,6 +81,16 @@ def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
     assert NameClient.find("robot:11000").server.address == ("robot", 11000)
     with pytest.raises(UsageError, match="HOST:PORT"):
         NameClient.find("robot:99999")
+
+
+def test_without_a_configuration_one_on_this_machine_is_used(monkeypatch):
+    monkeypatch.setattr(configuration, "name_server", lambda: None)
+    with NameServer(port=0) as server:
+        monkeypatch.setattr(name_client, "DEFAULT_PORT", server.port_number)
+        names = NameClient.find()
+        assert names.register("/here", ip="127.0.0.5", port=1234) == names.query("/here")
+    with pytest.raises(SourceUnavailableError, match="yarp-server`, or say where it is"):
+        names.query("/here")
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,16 @@ import time
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError
 from grabbergui.net.yarp.os import configuration, names, sockets
-from grabbergui.net.yarp.os.names import Contact, check_port_name, literal_contact
+from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, Contact, check_port_name, literal_contact
 
 Lines = list[str]
 Contacts = list[Contact]
 ANSWER_LIMIT = 4 << 20
 TIMEOUT = 5.0
+_ELSEWHERE = (
+    ", or say where it is, as none is configured: `yarp conf HOST PORT`, --nameserver HOST:PORT, or "
+    "?nameserver=HOST:PORT behind a source"
+)
 
 
 class NameClient:
@@ -21,24 +25,25 @@ class NameClient:
     All methods raise SourceUnavailableError where no name server answers.
     """
 
-    def __init__(self, server: Contact, key: bytes | None = None) -> None:
+    def __init__(self, server: Contact, key: bytes | None = None, *, configured: bool = True) -> None:
         self.server = server
         self.key = key
         "Of `auth.conf`; ports use it too."
+        self._configured = configured
 
     @classmethod
     def find(cls, address: str = "") -> NameClient:
         """The server at `HOST:PORT`, or else the one that YARP's configuration names.
 
-        Raises SourceUnavailableError where there is no configuration, UsageError for a bad address.
+        Without a configuration it is looked for where one of ours listens unless told otherwise. Raises
+        UsageError for a bad address.
         """
         server = configuration.parse_address(address) if address else configuration.name_server()
+        key = configuration.authentication_key()
         if server is None:
-            raise SourceUnavailableError(
-                "no YARP name server is configured; run `yarp conf HOST PORT`, or name it: "
-                "--nameserver HOST:PORT, or ?nameserver=HOST:PORT behind a source"
-            )
-        return cls(server, configuration.authentication_key())
+            ours = Contact(configuration.namespace(), DEFAULT_HOST, DEFAULT_PORT)
+            return cls(ours, key, configured=False)
+        return cls(server, key)
 
     def register(self, name: str, carrier: str = "tcp", ip: str | None = None, port: int = 0) -> Contact:
         """Make a port known; the server chooses what is left open. Replaces what had the name before."""
@@ -76,8 +81,9 @@ class NameClient:
         try:
             sock = sockets.connect(self.server.address, TIMEOUT, self.key)
         except TransportError as error:
+            hint = "" if self._configured else _ELSEWHERE
             raise SourceUnavailableError(
-                f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`"
+                f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`{hint}"
             ) from error
         try:
             sockets.send(sock, [f"{names.PREFIX}{command}\n".encode()])

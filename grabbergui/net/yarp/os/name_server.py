@@ -14,7 +14,7 @@ from grabbergui.net.yarp.os import admin, sockets, web_page
 from grabbergui.net.yarp.os.configuration import DEFAULT_NAMESPACE, authentication_key
 from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.name_database import NameDatabase
-from grabbergui.net.yarp.os.names import DEFAULT_PORT, PREFIX, Contact, contacts
+from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, PREFIX, Contact, contacts
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import word
@@ -28,7 +28,7 @@ class NameServer(Port):
     sends = False
 
     def __init__(
-        self, host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, namespace: str = DEFAULT_NAMESPACE
+        self, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT, *, namespace: str = DEFAULT_NAMESPACE
     ) -> None:
         """Listen at `host`; port 0 takes a free one. Say 0.0.0.0 to be reached from everywhere."""
         super().__init__(namespace, bind=host, port=port, limit=1 << 16)

@@ -12,7 +12,7 @@ END = "*** end of message"
 """The line that ends every answer but those to `bot` and `announce`."""
 
 PREFIX = "NAME_SERVER "
-DEFAULT_PORT = 10000
+DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 10000
 _LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d+) type (\S+)")
 _PORT_NAME = re.compile(r"/[^\s/]\S*")
 _ADDRESS = re.compile(r"/?(?:([\w+.]+):)?//?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d+)/?", re.ASCII)
