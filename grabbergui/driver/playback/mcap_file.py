@@ -182,7 +182,7 @@ class McapRecording(Recording):
     def _note_message(self, head: bytes, chunk: int, offset: int, length: int) -> None:
         if len(self._messages) == MOST_MESSAGES:
             raise UsageError(
-                f"{self.path} holds more than {MOST_MESSAGES} messages; cut a part out, with `mcap filter` say"
+                f"{self.path} holds more than {MOST_MESSAGES} messages; cut a part out (`mcap filter`)"
             )
         channel, sequence, log_time, _ = struct.unpack("<HIQQ", head)
         self._messages.append(_Place(chunk, offset + 22, length - 22, channel, sequence, log_time))
