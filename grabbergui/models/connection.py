@@ -239,6 +239,10 @@ class Connection:
                 grabber.open(source.access)
             elif isinstance(error, AccessDeniedError):
                 self._open_beside(source, grabber, error)
+                if self._make_way(source, grabber.info):  # only now it has said who it is
+                    grabber.close()
+                    source.read_only = ""
+                    grabber.open(source.access)
             else:
                 raise
         hands = NotingGrabber(grabber, source.journal)
@@ -410,7 +414,8 @@ class Connection:
 
 def _is_same_device(one: DeviceInfo, other: DeviceInfo) -> bool:
     """Whether two names lead to one camera, as far as it says who it is."""
-    return bool(one.serial) and (one.model, one.serial) == (other.model, other.serial)
+    by_serial = bool(one.serial) and (one.model, one.serial) == (other.model, other.serial)
+    return by_serial or (bool(one.address) and (one.bus, one.address) == (other.bus, other.address))
 
 
 def _is_named(source: OpenSource, uri: SourceUri) -> bool:

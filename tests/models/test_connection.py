@@ -284,28 +284,36 @@ class OneCamera(Source):
 
     held = False
 
-    def __init__(self, broken=False):
+    def __init__(self, broken=False, shy=False):
         super().__init__()
-        self.info = replace(self.info, serial="SN7")
-        self.broken = broken
+        self.broken, self.shy, self.holds = broken, shy, False
+        self.known_as = replace(self.info, serial="SN7")
+        if not shy:  # one that is says who it is only once it is open
+            self.info = self.known_as
 
     def open(self, access=Access.CONTROL):
-        self._note("open")
-        if OneCamera.held or self.broken:
-            raise AccessDeniedError("another application controls it")
-        OneCamera.held = True
+        self._note(f"open {access.value}")
+        if access is Access.CONTROL:
+            if OneCamera.held or self.broken:
+                raise AccessDeniedError("another application controls it")
+            OneCamera.held = self.holds = True
+        elif not self.shy:
+            raise AccessDeniedError("it shows nothing either")
+        self.info, self._access = self.known_as, access
 
     def close(self):
-        if "close" not in self.calls and not self.broken:
-            OneCamera.held = False
+        if self.holds:
+            OneCamera.held = self.holds = False
         super().close()
 
 
-@pytest.mark.parametrize("broken", [False, True], ids=["opens", "does not"])
-def test_the_same_camera_by_another_name_is_closed_first_and_comes_back_where_that_fails(bench, broken):
+@pytest.mark.parametrize(
+    ("broken", "shy"), [(False, False), (False, True), (True, False)], ids=["opens", "is shy", "does not"]
+)
+def test_the_same_camera_by_another_name_is_closed_first_and_comes_back_where_that_fails(bench, broken, shy):
     OneCamera.held = False
     bench.others["sim:serial"] = OneCamera()
-    bench.others["sim:address"] = OneCamera(broken)
+    bench.others["sim:address"] = OneCamera(broken, shy)
     bench.link.connect_to("sim:serial")
     bench.until(S.STREAMING)
     first = bench.link.source
