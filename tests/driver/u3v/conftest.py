@@ -1,11 +1,13 @@
-"""A simulated camera on a bus within the process."""
+"""A simulated camera on a bus within the process, and a virtual machine with a real USB stack."""
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Iterator
 
 import pytest
+from guest import Guest
 
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
@@ -13,7 +15,33 @@ from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.u3v.device import U3vDevice
 
+GUEST = pytest.StashKey[Guest]()
 CameraMaker = Callable[..., tuple[SimulatedU3vDevice, U3vDevice]]
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The tests that look at what happened in the virtual machine come last: it takes minutes."""
+    items.sort(key=lambda item: item.get_closest_marker("usb") is not None)
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """The virtual machine works while the other tests run."""
+    wanted = any(item.get_closest_marker("usb") for item in session.items)
+    if wanted and os.name == "posix" and not session.config.option.collectonly:
+        session.config.stash[GUEST] = Guest()
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if guest := session.config.stash.get(GUEST, None):
+        guest.end()
+
+
+@pytest.fixture(scope="session")
+def guest(pytestconfig: pytest.Config) -> Guest:
+    if GUEST not in pytestconfig.stash:
+        pytest.skip("the virtual machine is made by programs of Unix")
+    return pytestconfig.stash[GUEST]
 
 
 @pytest.fixture

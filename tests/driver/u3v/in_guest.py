@@ -51,11 +51,14 @@ def plugged_in(via: str, **faults: int) -> Iterator[None]:
     ready, stop = CAMERAS.Event(), CAMERAS.Event()
     process = CAMERAS.Process(target=camera, args=(via, faults, ready, stop))
     process.start()
-    assert ready.wait(SOON)
-    wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
-    yield
-    stop.set()
-    process.join(SOON)
+    try:
+        assert ready.wait(SOON), "the camera does not start"
+        wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
+        yield
+    finally:  # whatever failed before it, the next way finds an empty bus, and this program ends
+        stop.set()
+        process.join(SOON)
+        process.kill()
     wait_until(lambda: not source.discover(1.0), "the camera does not go")
 
 
@@ -121,7 +124,7 @@ def forgetful_program() -> int:
 
 def aravis(*command: str) -> str:
     """What a program of Aravis prints; asked again where the emulated machine answered too late for it."""
-    for _ in range(3):
+    for _ in range(8):
         text = run(*command)
         if "Failed to bootstrap" not in text:
             break

@@ -1,48 +1,22 @@
 """Our host and our simulated camera on a real USB stack, beside Aravis, in a virtual machine.
 
-One boot serves all tests here; what happens in the guest is in `in_guest.py`.
+One boot serves all tests here, which come last; what happens in the guest is in `in_guest.py`.
 """
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
+from guest import GUEST_SECONDS, Guest
 
-HERE = Path(__file__).parent
-REPOSITORY = HERE.parents[2]
-
-GUEST_SECONDS = 1000
-"""A minute or two where nothing else runs, many times that on a busy machine."""
-
-pytestmark = [pytest.mark.usb, pytest.mark.timeout(1500)]
+pytestmark = [pytest.mark.usb, pytest.mark.timeout(GUEST_SECONDS + 500)]
 
 
 @pytest.fixture(scope="module")
-def seen() -> dict[str, Any]:
+def seen(guest: Guest) -> dict[str, Any]:
     """What the hosts in the guest saw, by the way the camera is a USB device there."""
-    usbvm = str(HERE / "usbvm")
-    prepared = subprocess.run([usbvm, "--prepare"], capture_output=True, text=True, timeout=400, check=False)
-    if prepared.returncode == 77:
-        pytest.skip(prepared.stderr.strip())
-    program = [sys.executable, str(HERE / "in_guest.py"), "vhci", "gadget"]
-    done = subprocess.run(
-        [usbvm, "-t", str(GUEST_SECONDS), "--", *program],
-        cwd=REPOSITORY,
-        capture_output=True,
-        text=True,
-        timeout=GUEST_SECONDS + 60,
-        check=False,
-        errors="replace",
-    )
-    results = [line for line in done.stdout.splitlines() if line.startswith("RESULT ")]
-    assert results, f"the guest said:\n{done.stdout[-3000:]}\n{done.stderr[-1000:]}"
-    result: dict[str, Any] = json.loads(results[0].removeprefix("RESULT "))
-    return result
+    return guest.result()
 
 
 @pytest.fixture(params=["vhci", "gadget"])
