@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.gvsp import Leader, PayloadKind, Trailer
 
 NEVER = float("inf")
+Ids = slice | NDArray[np.intp]
+"Packet ids: `slice` where they are consecutive, which is faster."
+
+SCATTERED = 4
+"Packets in a row, in the mean, below which they are placed one by one: numpy does that in one step."
 
 
 class RequestLog:
@@ -26,7 +31,9 @@ class RequestLog:
         self.again_at = np.zeros(0)
         "When it is time for the next."
         self.next_check = NEVER
-        "When to look for packets to ask for."
+        "When it is time for the first of those not asked for yet, or for a further try."
+        self.checked = -NEVER
+        "When it was last looked which it is time for."
         self.tail_checked = -NEVER
         "The block's `last_packet_at` when its end was last looked at."
 
@@ -40,12 +47,12 @@ class RequestLog:
             self.first_at = _grown(self.first_at, packets - 1)
             self.again_at = _grown(self.again_at, packets - 1)
 
-    def note(self, first: int, last: int, now: float, wait: float) -> None:
-        """Packets `first` to `last` are asked for; each try waits twice as long as the one before."""
-        asked = slice(first, last + 1)
-        self.first_at[asked] = np.where(self.tries[asked] == 0, now, self.first_at[asked])
-        self.again_at[asked] = now + np.ldexp(wait, self.tries[asked])
-        self.tries[asked] += 1
+    def note(self, ids: NDArray[np.intp], now: float, wait: float) -> None:
+        """These packets are asked for; each try waits twice as long as the one before."""
+        tries = self.tries[ids]
+        self.first_at[ids] = np.where(tries == 0, now, self.first_at[ids])
+        self.again_at[ids] = now + np.ldexp(wait, tries)
+        self.tries[ids] = tries + 1
 
 
 class Block:
@@ -79,27 +86,50 @@ class Block:
         self.last_packet_at = now
         self.asked = RequestLog()
 
-    def holds(self, packet_id: int, count: int = 1) -> bool:
-        """Whether any of `count` packets from `packet_id` on came already."""
-        return bool(self.received[packet_id : packet_id + count].any())
+    def holds(self, packet_id: int) -> bool:
+        """Whether a packet came already."""
+        return packet_id < len(self.received) and bool(self.received[packet_id])
 
-    def mark(self, first: int, count: int, now: float) -> None:
-        """Note that `count` consecutive packets came, none of them before."""
-        end = first + count
-        if end > len(self.received):
-            self.received = _grown(self.received, end)
-        self.received[first:end] = 1
+    def make_room(self, packets: int) -> None:
+        """Note so many packets at least."""
+        if packets > len(self.received):
+            self.received = _grown(self.received, packets - 1)
+
+    def mark(self, ids: Ids, count: int, highest: int, now: float) -> None:
+        """Note that `count` packets came, none of them before, up to `highest`, for which there is room."""
+        self.received[ids] = 1
         self.count += count
-        self.highest = max(self.highest, end - 1)
+        self.highest = max(self.highest, highest)
         self.last_packet_at = now
 
-    def place(self, offset: int, data: NDArray[np.uint8] | memoryview) -> None:
-        """Put data into the payload, `offset` bytes from its start; rows of a 2-D array follow each other."""
-        size = data.nbytes
+    def place(self, offset: int, data: memoryview) -> None:
+        """Put data into the payload, `offset` bytes from its start."""
+        end = offset + len(data)
         if self.buffer is not None and not self.refused:
-            room = self.buffer[offset : offset + size]
-            room.reshape(data.shape)[...] = data
-        self.extent = max(self.extent, offset + size)
+            self.buffer[offset:end] = data
+        self.extent = max(self.extent, end)
+
+    def place_rows(
+        self, ids: NDArray[np.intp], highest: int, rows: NDArray[np.uint8], at: NDArray[np.intp] | None
+    ) -> None:
+        """Put full payload packets where their ids say, one a row, or the i-th from row `at[i]`.
+
+        The `highest` of them must fit.
+        """
+        end = highest * rows.shape[1]
+        if self.buffer is not None and not self.refused:
+            lines = self.buffer[:end].reshape(-1, rows.shape[1])
+            breaks = ids[1:] - ids[:-1] != 1
+            if at is not None:
+                breaks |= at[1:] - at[:-1] != 1
+            begins = [0, *(breaks.nonzero()[0] + 1).tolist()]
+            if SCATTERED * len(begins) > len(ids):
+                lines[ids - 1] = rows if at is None else rows[at]
+            else:
+                for begin, stop in zip(begins, [*begins[1:], len(ids)], strict=True):
+                    line, row = int(ids[begin]) - 1, begin if at is None else int(at[begin])
+                    lines[line : line + stop - begin] = rows[row : row + stop - begin]
+        self.extent = max(self.extent, end)
 
     def payload_packets(self, stride: int) -> int | None:
         """How many payload packets make up the block, where that is known."""
@@ -134,6 +164,10 @@ class Block:
             and self.count == self.highest + 1
         )
 
+    def packet_period(self, now: float) -> float:
+        """Seconds from packet to packet, in the mean."""
+        return (now - self.began) / max(self.highest, 1)
+
     def missing(self, end: int) -> NDArray[np.intp]:
         """Ids up to and including `end` of packets that did not come."""
         if end >= len(self.received):
@@ -161,6 +195,15 @@ def runs(ids: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
         firsts = ids[np.concatenate([[0], breaks + 1])]
         lasts = ids[np.concatenate([breaks, [len(ids) - 1]])]
         yield from zip(firsts.tolist(), lasts.tolist(), strict=True)
+
+
+def ends(ids: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Of each of sorted ids, which id is the first behind it that is not one of them."""
+    breaks = (ids[1:] - ids[:-1] != 1).nonzero()[0]
+    if len(breaks) == len(ids) - 1:  # as mostly
+        return ids + 1
+    lasts = np.append(breaks, len(ids) - 1)
+    return np.repeat(ids[lasts] + 1, np.diff(lasts, prepend=-1))
 
 
 def distance(older: int, newer: int, extended: bool) -> int:

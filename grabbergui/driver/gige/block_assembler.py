@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.driver.gige.block import NEVER, Block, distance
+from grabbergui.driver.gige.block import NEVER, Block, Ids, distance
 from grabbergui.driver.gige.block_filler import BlockFiller
 from grabbergui.driver.gige.block_history import BlockHistory, Meaning
 from grabbergui.driver.gige.finished_block import FinishedBlock, finish
 from grabbergui.driver.gige.gvcp import PacketResend, Status
-from grabbergui.driver.gige.gvsp import FLAG_RESEND, Leader, PacketFormat, PacketHeader
+from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.gige.packet_runs import packet_runs
 from grabbergui.driver.gige.resend import Resender, ResendPolicy
 
@@ -56,7 +56,6 @@ class BlockAssembler:
         self._last_length = 0
         "Payload packets of the last picture."
         self._finished: deque[FinishedBlock] = deque()
-        self._due = NEVER
 
     @property
     def stride(self) -> int:
@@ -75,43 +74,77 @@ class BlockAssembler:
             self.statistics.packets_ignored += 1
             self._filler.tell_once("a malformed stream packet", str(error))
 
-    def receive_rows(self, rows: NDArray[np.uint8], now: float) -> None:
-        """Take datagrams of equal length, one a row of (n, length): as `receive` one by one, but faster."""
-        if rows.shape[1] < PacketHeader.STANDARD.size:
-            self._receive_singly(rows, now)
-            return
-        for begin, end in packet_runs(rows):
-            if end - begin == 1 or not self._receive_run(rows[begin:end], now):
-                self._receive_singly(rows[begin:end], now)
+    def receive_rows(self, rows: NDArray[np.uint8], now: float, at: NDArray[np.intp] | None = None) -> None:
+        """Take datagrams of equal length, one a row of (n, length): as `receive` one by one, but faster.
 
-    def _receive_singly(self, rows: NDArray[np.uint8], now: float) -> None:
-        for row in rows:
+        `at` says in which rows they are, in their order; None: in all.
+        """
+        if rows.shape[1] < PacketHeader.STANDARD.size:
+            self._receive_singly(rows, at, now)
+            return
+        for run in packet_runs(rows if at is None else rows[at, : PacketHeader.EXTENDED.size]):
+            if at is None:
+                self._receive_run(rows[run.begin : run.end], None, run.ids, run.marked, now)
+            else:
+                self._receive_run(rows, at[run.begin : run.end], run.ids, run.marked, now)
+
+    def _receive_singly(self, rows: NDArray[np.uint8], at: NDArray[np.intp] | None, now: float) -> None:
+        for row in rows if at is None else rows[at]:
             self.receive(memoryview(row), now)
 
-    def _receive_run(self, rows: NDArray[np.uint8], now: float) -> bool:
-        """Take full payload packets that follow each other in an open block.
-
-        Returns False, and does nothing, where they are anything else.
-        """
-        count = len(rows)
-        header = PacketHeader.decode(memoryview(rows[0][: PacketHeader.EXTENDED.size]))
+    def _receive_run(
+        self,
+        rows: NDArray[np.uint8],
+        at: NDArray[np.intp] | None,
+        ids: NDArray[np.intp],
+        marked: NDArray[np.bool_],
+        now: float,
+    ) -> None:
+        """Take packets of one kind: full payload packets of a block at once, anything else one by one."""
+        if len(ids) == 1:
+            self._receive_singly(rows, at, now)
+            return
+        first = rows[0 if at is None else int(at[0]), : PacketHeader.EXTENDED.size]
+        header = PacketHeader.decode(first.tobytes())
         block = self._open_block(header.block_id)
         bodies = rows[:, header.size :]
-        offset = (header.packet_id - 1) * self.stride
+        in_order = bool((ids[1:] > ids[:-1]).all())
+        lowest, highest = (int(ids[0]), int(ids[-1])) if in_order else (int(ids.min()), int(ids.max()))
         if (
-            block is None
-            or header.format != PacketFormat.PAYLOAD
-            or header.failed
-            or header.packet_id == 0
+            header.format != PacketFormat.PAYLOAD
+            or header.status not in (Status.SUCCESS, Status.PACKET_RESEND)
+            or lowest == 0
             or bodies.shape[1] != self.stride
-            or offset + bodies.size > self.payload_size
-            or block.holds(header.packet_id, count)
+            or highest * self.stride > self.payload_size
         ):
-            return False
-        self.statistics.packets += count
-        block.place(offset, bodies)
-        self._note_arrival(block, header, count, now)
-        return True
+            self._receive_singly(rows, at, now)
+            return
+        if block is None:
+            # The first packet begins it, or belongs to none that is under way.
+            self.receive(memoryview(rows[0 if at is None else int(at[0])]), now)
+            at = (np.arange(len(rows)) if at is None else at)[1:]
+            if self._open_block(header.block_id) is None:
+                self._receive_singly(rows, at, now)
+            else:
+                self._receive_run(rows, at, ids[1:], marked[1:], now)
+            return
+        block.make_room(highest + 1)
+        consecutive = in_order and highest - lowest + 1 == len(ids)
+        places: Ids = slice(lowest, highest + 1) if consecutive else ids
+        doubles = block.received[places].astype(bool)
+        if not in_order and np.bincount(ids - lowest).max() > 1:
+            later = np.ones(len(ids), np.bool_)
+            later[np.unique(ids, return_index=True)[1]] = False
+            doubles |= later
+        if doubles.any():
+            at = np.arange(len(rows)) if at is None else at
+            if not doubles.all():
+                self._receive_run(rows, at[~doubles], ids[~doubles], marked[~doubles], now)
+            self._receive_singly(rows, at[doubles], now)
+            return
+        self.statistics.packets += len(ids)
+        block.place_rows(ids, highest, bodies, at)
+        self._note_arrival(block, places, len(ids), highest, marked, now)
 
     def _receive(self, header: PacketHeader, body: memoryview, now: float) -> None:
         block = self._block_of(header, now)
@@ -129,19 +162,27 @@ class BlockAssembler:
         if header.packet_id > self.payload_size // 16 + 64:
             raise RemoteProtocolError(f"packet_id {header.packet_id} in a block of {self.payload_size} bytes")
         self._filler.store(block, header, body)
-        self._note_arrival(block, header, 1, now)
+        block.make_room(header.packet_id + 1)
+        only = slice(header.packet_id, header.packet_id + 1)
+        self._note_arrival(block, only, 1, header.packet_id, header.sent_again, now)
 
-    def _note_arrival(self, block: Block, header: PacketHeader, count: int, now: float) -> None:
-        """Packets from `header`'s on, stored already, are noted; what follows from that is done."""
-        marked = bool(header.flags & FLAG_RESEND) or header.status == Status.PACKET_RESEND
-        was_asked_for = self._resender.came(block, header.packet_id, count, now, marked=marked)
-        if was_asked_for or marked:
-            self.statistics.packets_resent += count
+    def _note_arrival(
+        self,
+        block: Block,
+        ids: Ids,
+        count: int,
+        highest: int,
+        marked: NDArray[np.bool_] | bool,
+        now: float,
+    ) -> None:
+        """Note packets that are stored already; `highest` is the highest id of `count`."""
+        self.statistics.packets_resent += self._resender.came(block, ids, now, marked)
         expected = block.highest + 1
-        block.mark(header.packet_id, count, now)
-        if header.packet_id > expected and self.policy.enabled:
-            self._resender.missed(block, expected, header.packet_id - expected, now)
-            self._notice_gap(block, now)
+        block.mark(ids, count, highest, now)
+        if self.policy.enabled and highest >= expected:
+            gaps = expected + (block.received[expected:highest] == 0).nonzero()[0]
+            if len(gaps):
+                self._resender.missed(block, gaps, now)
         if block.complete(self.stride):
             self._finish_ready()
 
@@ -180,12 +221,13 @@ class BlockAssembler:
         while index and distance(self._open[index - 1].block_id, block.block_id, block.extended) < 0:
             index -= 1
         for overtaken in self._open[:index]:
-            self._notice_gap(overtaken, now)
+            if not overtaken.complete(self.stride):  # its end may be lost
+                look = now + self._resender.initial_wait
+                overtaken.asked.next_check = min(overtaken.asked.next_check, look)
         self._open.insert(index, block)
         if len(self._open) > self.policy.max_blocks:
             self._finish(self._open[0])
             self._finish_ready()
-        self._due = min(self._due, now + self.policy.reorder_wait)
         return block
 
     def _finish_ready(self) -> None:
@@ -227,6 +269,11 @@ class BlockAssembler:
         """Whether more is to come of the newest block."""
         return bool(self._open) and self.expected() > 0
 
+    @property
+    def block_waits(self) -> bool:
+        """Whether a block waits for packets that were lost, while a later one comes."""
+        return len(self._open) > 1
+
     def expected(self) -> int:
         """How many packets are still to come until the newest block ends, or between blocks the next.
 
@@ -241,30 +288,22 @@ class BlockAssembler:
     # -- time ------------------------------------------------------------------------------------
     def timer(self) -> float:
         """When `handle_timer` wants to be called next; infinity where nothing is open."""
-        return self._due
+        if not self._open:
+            return NEVER
+        return min(self._last_hope(self._open[0]), *map(self._next_look, self._open))
 
     def handle_timer(self, now: float) -> None:
         """Ask for what is missing and give up what will not come."""
-        if now < self._due:
-            return
         while self._open and now >= self._last_hope(self._open[0]):
             self._finish(self._open[0])
             self._finish_ready()
         for block in self._open:
-            if block.asked.next_check <= now:
+            if self._next_look(block) <= now:
                 self._ask(block, now)
-        self._due = min((self._next_look(block) for block in self._open), default=NEVER)
-        if self._open:
-            self._due = min(self._due, self._last_hope(self._open[0]))
 
     def resend_requests(self) -> Iterator[PacketResend]:
         """Commands to send, each once."""
         return self._resender.requests()
-
-    def _notice_gap(self, block: Block, now: float) -> None:
-        if self.policy.enabled and not block.complete(self.stride):
-            block.asked.next_check = min(block.asked.next_check, now + self._resender.initial_wait)
-            self._due = min(self._due, block.asked.next_check)
 
     def _ask(self, block: Block, now: float) -> None:
         silent = now >= block.last_packet_at + self.policy.tail_wait
@@ -292,8 +331,17 @@ class BlockAssembler:
 
     def _next_look(self, block: Block) -> float:
         """When to look for packets to ask for."""
+        if not self.policy.enabled:
+            return NEVER
         asked = block.asked
-        if self.policy.enabled and not block.only_leader and block.last_packet_at > asked.tail_checked:
+        look = asked.next_check
+        if self._comes(block):
+            look = max(look, asked.checked + self.policy.look_again)
+        if not block.only_leader and block.last_packet_at > asked.tail_checked:
             # The end of the last block may be lost, with nothing after it to show the gap.
-            asked.next_check = min(asked.next_check, block.last_packet_at + self.policy.tail_wait)
-        return asked.next_check
+            look = min(look, block.last_packet_at + self.policy.tail_wait)
+        return look
+
+    def _comes(self, block: Block) -> bool:
+        """Whether more packets of a block are to come without being asked for."""
+        return block is self._open[-1] and self.expected() > 0

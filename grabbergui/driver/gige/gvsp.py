@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import ClassVar
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver.gige.gvcp import Status
 
 IP_UDP_BYTES = 28
 "IP and UDP headers, which SCPS counts too."
@@ -80,6 +81,11 @@ class PacketHeader:
     def failed(self) -> bool:
         """Whether the packet only says that it has no data."""
         return bool(self.status & 0x8000)
+
+    @property
+    def sent_again(self) -> bool:
+        """Whether the device says that it sends the packet because it was asked to."""
+        return bool(self.flags & FLAG_RESEND) or self.status == Status.PACKET_RESEND
 
     def encode(self) -> bytes:
         """The header's bytes."""

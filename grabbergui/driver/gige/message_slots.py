@@ -20,7 +20,7 @@ BATCH_BYTES = 1 << 20
 "Of all slots together: so much fits into the processor's cache."
 USUAL_DATAGRAM = 1500
 SHORTEST_SLOT = 64
-SHRINK_AFTER = 64
+SHRINK_AFTER = 512
 "Datagrams shorter than a slot, in a row, after which slots are made smaller."
 UDP_GRO = 104
 "Linux 5.0: option of a socket, and type of the control message that tells the length of joined packets."
@@ -29,6 +29,8 @@ FOREIGN = -1
 "Kind of a datagram that is not from our device. Other kinds: its length, and above that of joined packets."
 LENGTH_BITS = 20
 LENGTH_MASK = (1 << LENGTH_BITS) - 1
+WHOLE = LENGTH_MASK
+"""Stands for any length, of datagrams of one or more equally long packets that divide a slot evenly."""
 
 IOVEC = np.dtype([("base", np.uint64), ("length", np.uint64)])
 MMSGHDR = np.dtype(
@@ -71,9 +73,18 @@ class Stretch(NamedTuple):
     begin: int
     end: int
     length: int
-    "Bytes of each datagram; `FOREIGN` where they are not from our device."
+    "Bytes of each datagram; `FOREIGN` where they are not from our device, `WHOLE` where lengths may differ."
     packet_length: int
     "Bytes of each packet in it, but the last, which may be shorter."
+
+
+class Rows(NamedTuple):
+    """Packets of equal length, where they lie."""
+
+    array: NDArray[np.uint8]
+    "A packet a row; between them may be rows of no meaning."
+    at: NDArray[np.intp] | None
+    "In which rows packets are, in the order in which they came; None: in all."
 
 
 class MessageSlots:
@@ -116,10 +127,13 @@ class MessageSlots:
 
     def stretches(self, received: int) -> list[Stretch]:
         """What came in the first `received` slots."""
-        kinds = self._lengths[:received].astype(np.int64)
+        lengths = self._lengths[:received].astype(np.int64)
         joined = self._control_lengths[:received] != 0
-        if joined.any():
-            kinds |= self._packet_lengths[:received].astype(np.int64) * joined << LENGTH_BITS
+        packets = np.where(joined, self._packet_lengths[:received], lengths)
+        divisors = np.maximum(packets, 1)
+        whole = (lengths % divisors == 0) & (self._pitch % divisors == 0)
+        whole &= (lengths <= self._pitch) & (lengths > 0)
+        kinds = np.where(whole, WHOLE, lengths) | packets << LENGTH_BITS
         foreign = self._sources[:received] != self._device_ip
         if foreign.any():
             kinds[foreign] = FOREIGN
@@ -127,22 +141,25 @@ class MessageSlots:
         found = []
         for begin, end in zip([0, *breaks], [*breaks, received], strict=True):
             kind = int(kinds[begin])
-            length, packet_length = kind & LENGTH_MASK, kind >> LENGTH_BITS
             found.append(
                 Stretch(begin, end, FOREIGN, 0)
                 if kind == FOREIGN
-                else Stretch(begin, end, length, packet_length or length)
+                else Stretch(begin, end, kind & LENGTH_MASK, kind >> LENGTH_BITS)
             )
         return found
 
-    def rows(self, stretch: Stretch) -> NDArray[np.uint8] | None:
-        """The packets of a stretch, one a row, where they lie so; they are not copied."""
+    def rows(self, stretch: Stretch) -> Rows | None:
+        """The packets of a stretch, where they lie evenly; they are not copied."""
         begin, end, length, packet_length = stretch
         slots = self._data[begin * self._pitch : end * self._pitch]
-        if length <= self._pitch and length == packet_length:
-            return slots.reshape(-1, self._pitch)[:, :length]
-        if length == self._pitch and length % packet_length == 0:
-            return slots.reshape(-1, packet_length)
+        if length == WHOLE:
+            most = self._pitch // packet_length
+            counts = self._lengths[begin:end] // packet_length
+            full = bool((counts == most).all())
+            at = None if full else (np.arange(most) < counts[:, np.newaxis]).ravel().nonzero()[0]
+            return Rows(slots.reshape(-1, packet_length), at)
+        if length == packet_length <= self._pitch:
+            return Rows(slots.reshape(-1, self._pitch)[:, :length], None)
         return None
 
     def datagram(self, slot: int, length: int) -> NDArray[np.uint8]:

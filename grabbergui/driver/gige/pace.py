@@ -17,7 +17,9 @@ MOST_USUALLY_LATE = 0.0003
 FASTEST = 600e6
 "Bytes a second, as the kernel counts: packets that come faster gather by themselves while others are taken."
 BUFFER_SHARE = 0.25
-"Of the socket's buffer that may fill meanwhile."
+"Of the socket's buffer that may fill meanwhile, with how late a pause may end, and"
+PAUSE_SHARE = 1 / 16
+"how much in the pause alone: where all ends late, packets that are taken one by one would not come sooner."
 BURST_SPAN = 0.0002
 "Seconds; over a shorter span no burst is measured."
 LEAST_SPAN = 0.0005
@@ -86,9 +88,10 @@ class Pace:
         if filling > FASTEST:
             return 0.0
         since = now - self._looked_at
+        buffer = self._buffer_bytes / filling
         longest = min(
             LONGEST_PAUSE,
-            BUFFER_SHARE * self._buffer_bytes / filling - self._late - since,
+            max(BUFFER_SHARE * buffer - self._late, PAUSE_SHARE * buffer) - since,
             0.9 * self._most_packets / self._peak - since,
         )
         pause = expected / self._rate - since - self._usually_late

@@ -1,43 +1,71 @@
-"""Many packets at once: which of them follow each other, told by comparing their headers with numpy."""
+"""Many packets at once: which of them belong together, told by comparing their headers with numpy."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.gvsp import EXTENDED_BIT, PacketHeader
+from grabbergui.driver.gige.gvcp import Status
+from grabbergui.driver.gige.gvsp import EXTENDED_BIT, FLAG_RESEND, PacketHeader
 
 _WORD = slice(0, 8)
-"Standard: status, block id, format, packet id. Extended: status, flags, format and no id."
+"Standard: status, block id, format, packet id. Extended: status, flags, format, parts and no id."
 _BLOCK_ID = slice(8, 16)
 _PACKET_ID = slice(16, 20)
+_ID_BITS = np.uint64(24)
+_ID_MASK = np.uint64((1 << 24) - 1)
 _EXTENDED = np.uint64(EXTENDED_BIT << 24)
+_MARK = np.uint64(Status.PACKET_RESEND << 48)
+"The status of a packet that is sent again."
+_EXTENDED_MARK = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
+"The same, or the flag that says it."
 
 
-def packet_runs(rows: NDArray[np.uint8]) -> Iterator[tuple[int, int]]:
-    """Stretches, as (begin, end), of packets that differ in their packet id only, each by one more.
+class PacketRun(NamedTuple):
+    """Neighbouring rows whose headers differ in the packet id and the mark of what is sent again only."""
 
-    `rows` (n, length) are stream packets of equal length, one a row, each with at least a standard header.
+    begin: int
+    end: int
+    ids: NDArray[np.intp]
+    "Packet ids, in the order in which they came."
+    marked: NDArray[np.bool_]
+    "Which of them the device says that it sent again."
+
+
+def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
+    """All rows, run by run.
+
+    `rows` (n, length) begin with the headers of stream packets of equal length, standard ones at least.
     """
-    if len(rows) < 2:
-        yield 0, len(rows)
-        return
     words = _numbers(rows[:, _WORD], ">u8")
-    steps = words[1:] - words[:-1]
-    follows = steps == 1
-    extended = (words[1:] & _EXTENDED).astype(bool)
+    extended = (words & _EXTENDED).astype(bool)
     if extended.any():
-        follows &= ~extended
-        if rows.shape[1] >= PacketHeader.EXTENDED.size:
-            same = (steps == 0) & (np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")) == 0)
-            follows |= extended & same & (np.diff(_numbers(rows[:, _PACKET_ID], ">u4")) == 1)
-    if follows.all():
-        yield 0, len(rows)
-        return
-    breaks = (np.flatnonzero(~follows) + 1).tolist()
-    yield from zip([0, *breaks], [*breaks, len(rows)], strict=True)
+        ids, marks, differs = _extended(rows, words, extended)
+    else:
+        ids, marks = words & _ID_MASK, words & _MARK
+        kinds = (words ^ marks) >> _ID_BITS
+        differs = kinds[1:] != kinds[:-1]
+    packet_ids, marked = ids.astype(np.intp), marks.astype(bool)
+    breaks = (differs.nonzero()[0] + 1).tolist()
+    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
+        yield PacketRun(begin, end, packet_ids[begin:end], marked[begin:end])
+
+
+def _extended(
+    rows: NDArray[np.uint8], words: NDArray[np.uint64], extended: NDArray[np.bool_]
+) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.bool_]]:
+    """Packet ids, marks, and which rows differ from the one before, where some have extended headers."""
+    marks = words & np.where(extended, _EXTENDED_MARK, _MARK)
+    kinds = (words ^ marks) >> _ID_BITS
+    differs = kinds[1:] != kinds[:-1]
+    if rows.shape[1] < PacketHeader.EXTENDED.size:
+        return words & _ID_MASK, marks, differs | extended[1:]
+    ids = np.where(extended, _numbers(rows[:, _PACKET_ID], ">u4"), words & _ID_MASK)
+    other_block = np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")) != 0
+    return ids, marks, differs | (extended[1:] & other_block)
 
 
 def _numbers(columns: NDArray[np.uint8], kind: str) -> NDArray[np.uint64]:

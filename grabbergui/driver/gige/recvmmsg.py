@@ -29,6 +29,8 @@ __all__ = ["BatchSource", "available"]
 
 BATCHES = 8
 "Calls before timers and finished frames are looked after."
+ANSWER_PAUSE = 0.001
+"Seconds that packets gather at most, where a block waits for some that were lost."
 
 
 class BatchSource(DatagramSource):
@@ -76,6 +78,8 @@ class BatchSource(DatagramSource):
         """Let packets gather for a while, where that delays no picture; whether there was time to."""
         begun = time.monotonic()
         pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
+        if assembler.block_waits:
+            pause = min(pause, ANSWER_PAUSE)
         if not pause:
             return False
         time.sleep(pause)
@@ -112,7 +116,7 @@ class BatchSource(DatagramSource):
                 continue
             rows = self._slots.rows(stretch)
             if rows is not None:
-                assembler.receive_rows(rows, now)
+                assembler.receive_rows(rows.array, now, rows.at)
             else:
                 self._take_apart(assembler, stretch, now)
         self._slots.fit(received)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.block import NEVER, Block, runs
+from grabbergui.driver.gige.block import NEVER, Block, Ids, ends, runs
 from grabbergui.driver.gige.gvcp import PacketResend
 
 
@@ -30,7 +30,8 @@ class ResendPolicy:
     longest_initial_wait: float = 0.02
     "The same at most, where packets were seen to be overtaken and to come late."
     look_again: float = 0.005
-    "Seconds between two looks at what a block misses, at least: gaps meanwhile are asked for together."
+    """Seconds between two looks at what a block misses, at least, while the rest of it comes: what shows
+    meanwhile is asked for together, and the picture is there no later."""
     first_answer_wait: float = 0.02
     "Seconds to wait for the answer to a request, before any answer showed how long it takes."
     shortest_answer_wait: float = 0.005
@@ -132,36 +133,43 @@ class Resender:
         """Seconds from noticing a gap to asking."""
         return self._overtaken.wait
 
-    def missed(self, block: Block, packet_id: int, count: int, now: float) -> None:
-        """Note that `count` packets from `packet_id` on did not come in their turn."""
+    def missed(self, block: Block, ids: NDArray[np.intp], now: float) -> None:
+        """Note that packets did not come in their turn."""
         block.asked.make_room(len(block.received))
-        gap = slice(packet_id, packet_id + count)
-        block.asked.missed_at[gap] = now
-        block.asked.again_at[gap] = now + self.initial_wait
+        # Packets gather before they are looked at, so a gap showed before: by the mean rate, when the packet
+        # behind it came.
+        since = now - (block.highest - ends(ids)) * block.packet_period(now)
+        block.asked.missed_at[ids] = since
+        block.asked.again_at[ids] = since + self.initial_wait
+        block.asked.next_check = min(block.asked.next_check, float(since[0]) + self.initial_wait)
 
-    def came(self, block: Block, packet_id: int, count: int, now: float, *, marked: bool) -> bool:
-        """Note that `count` packets from `packet_id` on arrived; whether they had been asked for.
+    def came(self, block: Block, ids: Ids, now: float, marked: NDArray[np.bool_] | bool) -> int:
+        """Note that packets arrived; how many of them had been asked for, or are marked.
 
         `marked`: the device says that it sent them again.
         """
-        self._marks = self._marks or marked
+        count = int(np.count_nonzero(marked))
+        self._marks = self._marks or count > 0
         asked = block.asked
-        if packet_id >= len(asked.tries):
-            return False
-        missed_at = float(asked.missed_at[packet_id])
-        if not asked.tries[packet_id]:
-            if missed_at > -NEVER:
-                self._overtaken.learn(now - missed_at)
-            return False
-        if marked or not self._marks:
+        if not len(asked.tries):
+            return count
+        asked.make_room(len(block.received))
+        answers = asked.tries[ids] > 0
+        missed_at = asked.missed_at[ids]
+        overtaken = missed_at > -NEVER
+        if answers.any():
+            self._window.came(int(np.count_nonzero(answers)))
+            count = int(np.count_nonzero(answers | marked))
             # Which of several requests was answered cannot be told. Taken as the first, a device that is
             # slower than we thought is found out.
-            self._answer.learn(now - float(asked.first_at[packet_id]))
-            self._overtaken.learn(0.0)
-        elif missed_at > -NEVER:
-            self._overtaken.learn(now - missed_at)
-        self._window.came(count)
-        return True
+            surely = answers & marked if self._marks else answers
+            for asked_at in asked.first_at[ids][surely].tolist():
+                self._answer.learn(now - asked_at)
+                self._overtaken.learn(0.0)
+            overtaken &= ~surely
+        for turn in missed_at[overtaken].tolist():
+            self._overtaken.learn(now - turn)
+        return count
 
     def doubled(self, block: Block, packet_id: int) -> None:
         """A packet came twice: if it was asked for, then too soon. By how much, only marks tell."""
@@ -179,7 +187,7 @@ class Resender:
     def ask(self, block: Block, missing: NDArray[np.intp], now: float) -> None:
         """Ask for those of the missing packets whose time has come; sets when to look at the block again."""
         policy, asked = self.policy, block.asked
-        asked.next_check = NEVER
+        asked.checked, asked.next_check = now, NEVER
         if len(missing) > max(policy.always_worth, policy.max_ratio * len(block.received)):
             return
         asked.make_room(len(block.received))
@@ -188,14 +196,15 @@ class Resender:
         if len(due) > room:
             due = due[: max(room, 0)]
             asked.next_check = now + policy.shortest_answer_wait
-        for first, last in runs(due):
+        if len(due):
             wait = self._answer.wait
-            asked.note(first, last, now, wait)
-            self._window.asked(last - first + 1, now + wait)
-            self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
+            asked.note(due, now, wait)
+            self._window.asked(len(due), now + wait)
+            for first, last in runs(due):
+                self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
         waiting = asked.again_at[missing]
         next_turn = float(waiting[waiting > now].min(initial=NEVER))
-        asked.next_check = min(asked.next_check, max(next_turn, now + policy.look_again))
+        asked.next_check = min(asked.next_check, max(next_turn, now + policy.initial_wait))
 
     def requests(self) -> Iterator[PacketResend]:
         """Commands to send, each once."""

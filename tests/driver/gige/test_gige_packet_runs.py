@@ -31,21 +31,44 @@ def feed_rows(bench: Bench, datagrams: list[bytes]) -> list:  # type: ignore[typ
     return bench.tick()
 
 
+def bounds(datagrams: list[bytes]) -> list[tuple[int, int]]:
+    return [(run.begin, run.end) for run in packet_runs(rows_of(datagrams))]
+
+
 @pytest.mark.parametrize("extended", [False, True])
-def test_runs_end_where_a_packet_does_not_follow(extended: bool) -> None:
+def test_a_run_is_of_one_block_and_one_kind(extended: bool) -> None:
+    """Gaps, doubles and the mark of what is sent again end none."""
+
     def header(packet_id: int, block_id: int = 1, status: int = 0, kind: int = PacketFormat.PAYLOAD) -> bytes:
         return PacketHeader(kind, block_id, packet_id, status, extended).encode().ljust(32, b"\x01")
 
-    packets = [header(1), header(2), header(3), header(5), header(6), header(6), header(7, 2)]
-    packets += [header(8, 2, status=0x100), header(9, 2, status=0x100), header(10, 2, kind=9)]
-    assert list(packet_runs(rows_of(packets))) == [(0, 3), (3, 5), (5, 6), (6, 7), (7, 9), (9, 10)]
-    assert list(packet_runs(rows_of(packets[:1]))) == [(0, 1)]
-    assert list(packet_runs(rows_of(packets[:3]))) == [(0, 3)]
+    packets = [header(1), header(2), header(5), header(3, status=0x100), header(6), header(6), header(7, 2)]
+    packets += [header(8, 2, status=0x100), header(9, 2, status=0x800C), header(10, 2, kind=9)]
+    runs = list(packet_runs(rows_of(packets)))
+    assert [(run.begin, run.end) for run in runs] == [(0, 6), (6, 8), (8, 9), (9, 10)]
+    assert [run.ids.tolist() for run in runs] == [[1, 2, 5, 3, 6, 6], [7, 8], [9], [10]]
+    assert [int(run.marked.sum()) for run in runs] == [1, 1, 0, 0]
+    assert bounds(packets[:1]) == [(0, 1)] and bounds(packets[:3]) == [(0, 3)]
 
 
-def test_short_extended_headers_follow_nothing() -> None:
+def test_extended_headers_are_marked_by_a_flag_and_blocks_told_by_64_bits() -> None:
+    def header(block_id: int, flags: int = 0) -> bytes:
+        return PacketHeader(PacketFormat.PAYLOAD, block_id, 4, 0, True, flags).encode()
+
+    first, second = packet_runs(rows_of([header(1), header(1, flags=1), header(1 << 40 | 1)]))
+    assert (first.begin, first.end) == (0, 2) and first.marked.tolist() == [False, True]
+    assert (second.begin, second.end) == (2, 3)
+
+
+def test_standard_and_extended_headers_are_apart() -> None:
+    standard = PacketHeader(PacketFormat.PAYLOAD, 1, 1).encode().ljust(32, b"\0")
+    extended = PacketHeader(PacketFormat.PAYLOAD, 1, 1, extended=True).encode().ljust(32, b"\0")
+    assert bounds([standard, standard, extended, extended, standard]) == [(0, 2), (2, 4), (4, 5)]
+
+
+def test_short_extended_headers_belong_to_nothing() -> None:
     packet = PacketHeader(PacketFormat.PAYLOAD, 1, 1, extended=True).encode()[:12]
-    assert list(packet_runs(rows_of([packet, packet]))) == [(0, 1), (1, 2)]
+    assert bounds([packet, packet]) == [(0, 1), (1, 2)]
 
 
 @pytest.mark.parametrize("extended", [False, True])

@@ -6,6 +6,7 @@ import heapq
 import itertools
 import random
 
+import numpy as np
 import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
@@ -136,6 +137,50 @@ def test_so_many_packets_are_awaited_and_no_more() -> None:
     assert [request.first for request in bench.requests] == [1, 3, 5, 7]
     bench.wait(0.02)
     assert len(bench.requests) == 8, "the first four count as lost"
+
+
+def feed_at_once(bench: Bench, datagrams: list[bytes], gathered: float) -> None:
+    """Packets that came one after the other, and gathered for so many seconds before they are looked at."""
+    bench.now += gathered
+    rows = np.frombuffer(b"".join(datagrams), np.uint8).reshape(len(datagrams), -1)
+    bench.assembler.receive_rows(rows, bench.now)
+    bench.tick()
+
+
+def test_gaps_behind_which_others_gathered_are_asked_for_at_once() -> None:
+    """They showed when the packet behind them came, not when that was looked at."""
+    bench = Bench()
+    sent = block(1)
+    bench.feed(sent[:1])
+    feed_at_once(bench, [*sent[1:3], *sent[4:12]], 0.01)
+    assert [(request.first, request.last) for request in bench.requests] == [(3, 3)]
+    feed_at_once(bench, [sent[12], *sent[14:15]], 0.001)
+    assert len(bench.requests) == 1, "13 may only have been overtaken"
+
+
+def test_while_a_block_comes_its_gaps_are_asked_for_together() -> None:
+    bench = Bench(look_again=0.005)
+    sent = block(1)
+    bench.feed([*sent[:2], *sent[3:4]])
+    bench.now += 0.002
+    bench.feed([sent[5]])
+    assert [request.first for request in bench.requests] == [2]
+    assert bench.assembler.timer() == pytest.approx(bench.now + 0.005, abs=1e-4)
+    bench.now += 0.002
+    bench.feed([sent[7]])
+    assert len(bench.requests) == 1, "4 is due, but looked for a moment ago"
+    bench.now += 0.004
+    bench.feed([sent[8]])
+    assert [request.first for request in bench.requests] == [2, 4, 6]
+
+
+def test_when_a_block_ends_its_gaps_have_a_timer() -> None:
+    bench = Bench(look_again=0.005)
+    sent = block(1)
+    bench.feed([*sent[:13], *sent[14:]])
+    assert bench.now < bench.assembler.timer() <= bench.now + bench.assembler.policy.initial_wait
+    bench.wait(0.002)
+    assert [request.first for request in bench.requests] == [13]
 
 
 def test_a_long_gap_is_asked_for_in_pieces() -> None:
