@@ -163,7 +163,7 @@ class Feature(FeatureDescription):
         return {
             AccessMode.NOT_IMPLEMENTED: "is not implemented by this camera",
             AccessMode.NOT_AVAILABLE: "is not available just now; another feature's value hides it",
-            AccessMode.READ_ONLY: "is read-only just now; streaming or another feature may lock it",
+            AccessMode.READ_ONLY: "is read-only; streaming or another feature may lock it",
         }.get(self.access, "cannot be used just now")
 
     def range_text(self) -> str:

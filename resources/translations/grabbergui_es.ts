@@ -750,7 +750,7 @@ It {1}.</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="291"/>
+        <location filename="../../grabbergui/models/connection.py" line="295"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -1151,8 +1151,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/features/wording.py" line="32"/>
-        <source>is read-only just now; streaming or another feature may lock it</source>
-        <translation>ahora es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
+        <source>is read-only; streaming or another feature may lock it</source>
+        <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/features/wording.py" line="33"/>

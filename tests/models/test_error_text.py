@@ -67,7 +67,7 @@ def test_in_the_language_they_are_written_in_errors_speak_for_themselves():
         (FeatureValueError("Width=7: out of range", "Width"), "", WIDTH,
          "<Width does not take this value; allowed is <16 … 2448 px, step 16>>"),
         (FeatureAccessError("Width is locked", "Width"), "", WIDTH,
-         "Width <is read-only just now; streaming or another feature may lock it>"),
+         "Width <is read-only; streaming or another feature may lock it>"),
         (FeatureNotFoundError("no Gamma", "Gamma"), "", None, "<the camera has no Gamma>"),
         (FeatureValueError("Gain=x: no number", "Gain"), "", None, "<Gain was refused: Gain=x: no number>"),
         (SourceNotFoundError("nobody"), "gige:7", None,

@@ -29,7 +29,7 @@ def access_text(feature: Feature) -> str:
     if feature.access is AccessMode.NOT_AVAILABLE:
         return translate("Features", "is not available just now; another feature's value hides it")
     if feature.access is AccessMode.READ_ONLY:
-        return translate("Features", "is read-only just now; streaming or another feature may lock it")
+        return translate("Features", "is read-only; streaming or another feature may lock it")
     return translate("Features", "cannot be used just now")
 
 

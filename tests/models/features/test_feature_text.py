@@ -163,7 +163,7 @@ def test_a_tooltip_tells_why_what_and_how():
     )
     text = tooltip_html(locked)
     assert "Image &lt;Width&gt;" in text
-    assert "read-only just now" in text
+    assert "is read-only; streaming" in text
     assert text.count("Of the picture.") == 1
     assert "Value: 64 px" in text
     assert "Selected by: RegionSelector" in text

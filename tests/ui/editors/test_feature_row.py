@@ -47,7 +47,7 @@ def test_a_row_that_cannot_be_written_is_disabled_and_says_why(row):
     assert isinstance(made.editor, RangeEditor)
     assert not made.editor.isEnabled()
     assert not made.editor.slider().isEnabled()
-    assert "read-only just now" in made.toolTip()
+    assert "is read-only; streaming" in made.toolTip()
     made.setFeature(WIDTH)
     assert made.editor.isEnabled()
     assert "read-only" not in made.toolTip()
