@@ -13,6 +13,7 @@ from grabbergui.driver.gige.gvsp import Leader, PayloadKind, Trailer
 NEVER = float("inf")
 Ids = slice | NDArray[np.intp]
 "Packet ids: `slice` where they are consecutive, which is faster."
+NO_IDS = np.zeros(0, np.intp)
 
 SCATTERED = 4
 "Packets in a row, in the mean, below which they are placed one by one: numpy does that in one step."
@@ -107,6 +108,13 @@ class Block:
         end = offset + len(data)
         if self.buffer is not None and not self.refused:
             self.buffer[offset:end] = data
+        self.extent = max(self.extent, end)
+
+    def place_in_turn(self, first: int, rows: NDArray[np.uint8]) -> None:
+        """Put full payload packets from `first` on into the payload, one a row. The last must fit."""
+        begin, end = (first - 1) * rows.shape[1], (first - 1 + len(rows)) * rows.shape[1]
+        if self.buffer is not None and not self.refused:
+            self.buffer[begin:end].reshape(rows.shape)[...] = rows
         self.extent = max(self.extent, end)
 
     def place_rows(

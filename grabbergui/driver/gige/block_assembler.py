@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.driver.gige.block import NEVER, Block, Ids, distance
+from grabbergui.driver.gige.block import NEVER, NO_IDS, Block, Ids, distance
 from grabbergui.driver.gige.block_filler import BlockFiller
 from grabbergui.driver.gige.block_history import BlockHistory, Meaning
 from grabbergui.driver.gige.finished_block import FinishedBlock, finish
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
-from grabbergui.driver.gige.packet_runs import packet_runs
+from grabbergui.driver.gige.packet_runs import in_turn, packet_runs
 from grabbergui.driver.gige.resend import Resender, ResendPolicy
 
 GONE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)
@@ -82,6 +82,8 @@ class BlockAssembler:
         if rows.shape[1] < PacketHeader.STANDARD.size:
             self._receive_singly(rows, at, now)
             return
+        if at is None and in_turn(rows) and self._receive_in_turn(rows, now):
+            return
         for run in packet_runs(rows if at is None else rows[at, : PacketHeader.EXTENDED.size]):
             if at is None:
                 self._receive_run(rows[run.begin : run.end], None, run.ids, run.marked, now)
@@ -91,6 +93,33 @@ class BlockAssembler:
     def _receive_singly(self, rows: NDArray[np.uint8], at: NDArray[np.intp] | None, now: float) -> None:
         for row in rows if at is None else rows[at]:
             self.receive(memoryview(row), now)
+
+    def _receive_in_turn(self, rows: NDArray[np.uint8], now: float) -> bool:
+        """Take packets that follow each other, as nearly all do on a good network.
+
+        Returns False, and does nothing, where they are anything but full payload packets of an open block
+        that come for the first time.
+        """
+        header = PacketHeader.decode(rows[0, : PacketHeader.EXTENDED.size].tobytes())
+        block = self._open_block(header.block_id)
+        bodies = rows[:, header.size :]
+        first, end = header.packet_id, header.packet_id + len(rows)
+        if (
+            block is None
+            or header.format != PacketFormat.PAYLOAD
+            or header.status != Status.SUCCESS
+            or header.sent_again
+            or first == 0
+            or bodies.shape[1] != self.stride
+            or (end - 1) * self.stride > self.payload_size
+            or block.received[first:end].any()
+        ):
+            return False
+        self.statistics.packets += len(rows)
+        block.make_room(end)
+        block.place_in_turn(first, bodies)
+        self._note_arrival(block, slice(first, end), len(rows), end - 1, False, now)
+        return True
 
     def _receive_run(
         self,
@@ -180,7 +209,10 @@ class BlockAssembler:
         expected = block.highest + 1
         block.mark(ids, count, highest, now)
         if self.policy.enabled and highest >= expected:
-            gaps = expected + (block.received[expected:highest] == 0).nonzero()[0]
+            if isinstance(ids, slice):
+                gaps = np.arange(expected, ids.start) if ids.start > expected else NO_IDS
+            else:
+                gaps = expected + (block.received[expected:highest] == 0).nonzero()[0]
             if len(gaps):
                 self._resender.missed(block, gaps, now)
         if block.complete(self.stride):

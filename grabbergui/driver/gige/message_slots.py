@@ -127,26 +127,30 @@ class MessageSlots:
 
     def stretches(self, received: int) -> list[Stretch]:
         """What came in the first `received` slots."""
-        lengths = self._lengths[:received].astype(np.int64)
+        kinds = self._lengths[:received].astype(np.int64)
         joined = self._control_lengths[:received] != 0
-        packets = np.where(joined, self._packet_lengths[:received], lengths)
-        divisors = np.maximum(packets, 1)
-        whole = (lengths % divisors == 0) & (self._pitch % divisors == 0)
-        whole &= (lengths <= self._pitch) & (lengths > 0)
-        kinds = np.where(whole, WHOLE, lengths) | packets << LENGTH_BITS
+        if joined.any():
+            kinds |= self._packet_lengths[:received].astype(np.int64) * joined << LENGTH_BITS
         foreign = self._sources[:received] != self._device_ip
         if foreign.any():
             kinds[foreign] = FOREIGN
         breaks = ((kinds[1:] != kinds[:-1]).nonzero()[0] + 1).tolist()
-        found = []
+        found: list[Stretch] = []
         for begin, end in zip([0, *breaks], [*breaks, received], strict=True):
-            kind = int(kinds[begin])
-            found.append(
-                Stretch(begin, end, FOREIGN, 0)
-                if kind == FOREIGN
-                else Stretch(begin, end, kind & LENGTH_MASK, kind >> LENGTH_BITS)
-            )
+            stretch = self._stretch(begin, end, int(kinds[begin]))
+            if found and stretch.length == WHOLE and found[-1][2:] == stretch[2:]:
+                found[-1] = found[-1]._replace(end=end)
+            else:
+                found.append(stretch)
         return found
+
+    def _stretch(self, begin: int, end: int, kind: int) -> Stretch:
+        if kind == FOREIGN:
+            return Stretch(begin, end, FOREIGN, 0)
+        length = kind & LENGTH_MASK
+        packet_length = kind >> LENGTH_BITS or length
+        whole = 0 < length <= self._pitch and length % packet_length == 0 == self._pitch % packet_length
+        return Stretch(begin, end, WHOLE if whole else length, packet_length)
 
     def rows(self, stretch: Stretch) -> Rows | None:
         """The packets of a stretch, where they lie evenly; they are not copied."""

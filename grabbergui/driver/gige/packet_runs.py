@@ -35,6 +35,21 @@ class PacketRun(NamedTuple):
     "Which of them the device says that it sent again."
 
 
+def in_turn(rows: NDArray[np.uint8]) -> bool:
+    """Whether rows, as in `packet_runs`, differ in their packet id only, each by one more than the last."""
+    words = _numbers(rows[:, _WORD], ">u8")
+    extended = bool(words[0] & _EXTENDED)
+    if (words[1:] - words[:-1] != (0 if extended else 1)).any():
+        return False
+    if not extended:
+        return True
+    return (
+        rows.shape[1] >= PacketHeader.EXTENDED.size
+        and not np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")).any()
+        and bool((np.diff(_numbers(rows[:, _PACKET_ID], ">u4")) == 1).all())
+    )
+
+
 def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
     """All rows, run by run.
 
