@@ -67,12 +67,14 @@ def _record(options: argparse.Namespace) -> int:
     summary = {"frames": progress.frames, "dropped": progress.dropped, "seconds": progress.seconds}
     if options.json:
         print(json.dumps({**summary, "bytes": progress.size, "path": str(options.out)}))
-    elif progress.frames or not progress.reason:
+    elif progress.frames:
         megabytes = progress.size / 1e6
         print(
             f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "
             f"{megabytes:.1f} MB; {progress.dropped} dropped"
         )
+    elif not progress.reason:
+        print("nothing was recorded")
     if progress.reason:
         raise GrabberError(progress.reason)
     return 0

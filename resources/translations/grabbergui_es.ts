@@ -740,17 +740,17 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="121"/>
+        <location filename="../../grabbergui/models/connection.py" line="116"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="207"/>
+        <location filename="../../grabbergui/models/connection.py" line="200"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="295"/>
+        <location filename="../../grabbergui/models/connection.py" line="274"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
@@ -2589,7 +2589,7 @@ It {1}.</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="186"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="188"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
@@ -2745,14 +2745,19 @@ It {1}.</source>
         <translation>La grabación ha acabado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="117"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="119"/>
         <source>Recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="126"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="128"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="117"/>
+        <source>Nothing was recorded</source>
+        <translation>No se ha grabado nada</translation>
     </message>
 </context>
 <context>

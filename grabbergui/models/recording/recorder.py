@@ -182,6 +182,8 @@ class Recorder:
     def _finish(self, reason: str) -> None:
         try:
             self.writer.close()
+            if not self._progress.frames:
+                self.writer.discard()
         except (GrabberError, OSError) as error:
             text = translate("Recording", "{0} could not be finished: {1}")
             reason = reason or text.format(self.writer.path, error)

@@ -80,6 +80,10 @@ class RecordingWriter(ABC):
     def close(self) -> None:
         """Finish the files. May be called twice. Raises OSError where even that does not fit."""
 
+    def discard(self) -> None:
+        """Take away what it made, closed without a frame: the name is free again. Raises OSError."""
+        self.path.unlink(missing_ok=True)
+
     @abstractmethod
     def size(self) -> int:
         """Bytes written so far."""
@@ -133,6 +137,7 @@ class FolderWriter(RecordingWriter):
 
     def __init__(self, path: Path, *, tiff: bool = False) -> None:
         self.path = path
+        self._was_there = path.exists()
         path.mkdir(parents=True, exist_ok=True)
         self._suffix = ".tiff" if tiff else ".png"
         self._parameters = _TIFF if tiff else _PNG
@@ -152,6 +157,12 @@ class FolderWriter(RecordingWriter):
             self._work.finish()
         finally:
             self._notes.close()
+
+    def discard(self) -> None:
+        """See RecordingWriter."""
+        (self.path / NOTES_NAME).unlink(missing_ok=True)
+        if not self._was_there:
+            self.path.rmdir()
 
     def size(self) -> int:
         """See RecordingWriter. Pictures that are being compressed count as much as those before."""
@@ -225,6 +236,11 @@ class MovieWriter(RecordingWriter):
             if movie is not None:
                 movie.release()
             self._notes.close()
+
+    def discard(self) -> None:
+        """See RecordingWriter."""
+        notes_beside(self.path).unlink(missing_ok=True)
+        super().discard()
 
     def size(self) -> int:
         """See RecordingWriter."""

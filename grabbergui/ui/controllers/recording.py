@@ -113,6 +113,8 @@ class RecordingController(QObject):
             self._bar.setPlayable(self._last.name)
         if progress.reason:
             self.failed.emit(self.tr("The recording ended: {0}").format(progress.reason))
+        elif not progress.frames:
+            self.noticed.emit(self.tr("Nothing was recorded"))
         else:
             text = self.tr("Recorded {0} frames to {1}")
             self.noticed.emit(text.format(progress.frames, self._last))

@@ -188,6 +188,17 @@ def test_it_ends_when_told_and_when_the_source_goes(camera, tmp_path):
     assert "closed" in ended(left).reason
 
 
+@pytest.mark.parametrize("kind", list(RecordingKind))
+def test_without_a_frame_the_name_is_free_again(camera, tmp_path, kind):
+    path = tmp_path / NAMES[kind]
+    recorder = Recorder(camera, create_writer(kind, path, INFO))
+    recorder.start()
+    recorder.stop()
+    assert ended(recorder).reason == ""
+    assert list(tmp_path.iterdir()) == []
+    written(kind, path, [made("Mono8", 0)])
+
+
 def test_a_slow_disk_drops_frames_and_counts_them(camera, tmp_path, monkeypatch):
     writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
     really = writer.write
