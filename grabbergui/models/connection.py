@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable
@@ -13,13 +12,9 @@ from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.error_text import error_text, held_text, lost_text
-from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.error_text import error_text, lost_text
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import LinkState, OpenSource
-
-log = logging.getLogger(__name__)
 
 CLOSE_PATIENCE = 10.0
 "Seconds that a camera may take to be closed, before it is opened again by another name."
@@ -101,7 +96,7 @@ class Connection:
         before = self._source
         if (aside := self._aside(parsed)) is not None:
             self.bring_forward(aside)
-        elif before is None or before.state is LinkState.OPENING or _is_named(before, parsed):
+        elif before is None or before.state is LinkState.OPENING or before.is_named(parsed):
             if before is not None:
                 self._end(before, "")
             self._begin(parsed, start, at_hand=True)
@@ -117,7 +112,7 @@ class Connection:
         """Open one source more and leave what is at hand there. Raises UsageError as `connect_to`."""
         parsed = SourceUri.parse(uri)
         at_hand = self._source
-        if at_hand is not None and (self._aside(parsed) or _is_named(at_hand, parsed)):
+        if at_hand is not None and (self._aside(parsed) or at_hand.is_named(parsed)):
             self.failed.emit(translate("Connection", "{0} is open already").format(parsed))
         else:
             self._begin(parsed, start, at_hand=at_hand is None)
@@ -149,9 +144,7 @@ class Connection:
         for source in self._sources:
             self._end(source, "")
 
-    def _begin(
-        self, uri: SourceUri, start: bool, *, at_hand: bool, access: Access = Access.CONTROL
-    ) -> None:
+    def _begin(self, uri: SourceUri, start: bool, *, at_hand: bool, access: Access = Access.CONTROL) -> None:
         source = OpenSource(uri, access)
         with self._lock:
             self._sources = (*self._sources, source)
@@ -238,36 +231,22 @@ class Connection:
             if self._make_way(source, grabber.info):
                 grabber.open(source.access)
             elif isinstance(error, AccessDeniedError):
-                self._open_beside(source, grabber, error)
+                source.open_beside(error)
                 if self._make_way(source, grabber.info):  # only now it has said who it is
                     grabber.close()
                     source.read_only = ""
                     grabber.open(source.access)
             else:
                 raise
-        hands = NotingGrabber(grabber, source.journal)
-        hands.open()
-        features = FeatureTreeModel(hands, source.worker, hands.watch)
-        features.structure_changed.connect(hands.learn)
-        source.hands, source.features = hands, features
+        source.equip()
 
     def _make_way(self, source: OpenSource, info: DeviceInfo) -> bool:
         """Close what stands in the way of the same camera by another name, and wait. Whether that was so."""
         before = source.instead_of
-        if before is None or before.grabber is None or not _is_same_device(before.grabber.info, info):
+        if before is None or not before.is_device(info):
             return False
         source.comes_back = before.uri
         return self._take_place(source) and before.worker.close(CLOSE_PATIENCE)
-
-    @staticmethod
-    def _open_beside(source: OpenSource, grabber: FrameGrabber, denied: AccessDeniedError) -> None:
-        """Look at what another program controls. Raises `denied` where even that is not possible."""
-        try:
-            grabber.open(Access.MONITOR)
-        except GrabberError as error:
-            log.info("%s, for reading only: %s", source.uri, error)
-            raise denied from error
-        source.read_only = held_text(denied)
 
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
@@ -380,7 +359,7 @@ class Connection:
 
     def _aside(self, uri: SourceUri) -> OpenSource | None:
         """The source aside that a URI names."""
-        return next((s for s in self._sources if s is not self._source and _is_named(s, uri)), None)
+        return next((s for s in self._sources if s is not self._source and s.is_named(uri)), None)
 
     def _fill_hand(self) -> None:
         """With nothing at hand, bring forward what was opened last."""
@@ -406,18 +385,6 @@ class Connection:
         self.sources_changed.emit(self._sources)
         return True
 
-
     def _leave(self, source: OpenSource) -> None:
         """Remember what is being closed, until its thread has ended. With the lock held."""
         self._leaving = [*(s for s in self._leaving if not s.worker.close(0)), source]
-
-
-def _is_same_device(one: DeviceInfo, other: DeviceInfo) -> bool:
-    """Whether two names lead to one camera, as far as it says who it is."""
-    by_serial = bool(one.serial) and (one.model, one.serial) == (other.model, other.serial)
-    return by_serial or (bool(one.address) and (one.bus, one.address) == (other.bus, other.address))
-
-
-def _is_named(source: OpenSource, uri: SourceUri) -> bool:
-    """Whether a URI is how a source was asked for, or what it calls itself."""
-    return source.uri == uri or (source.grabber is not None and source.grabber.info.uri == str(uri))

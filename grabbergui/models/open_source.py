@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from enum import Enum
 
-from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.errors import AccessDeniedError, GrabberError
+from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.error_text import held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
+
+log = logging.getLogger(__name__)
 
 
 class LinkState(Enum):
@@ -71,6 +76,37 @@ class OpenSource:
         """What tells it from its neighbours: the name without the maker's."""
         info = self.grabber.info if self.grabber is not None else None
         return (info.user_name or info.model or info.title) if info is not None else str(self.uri)
+
+    def is_named(self, uri: SourceUri) -> bool:
+        """Whether a URI is how it was asked for, or what it calls itself."""
+        return self.uri == uri or (self.grabber is not None and self.grabber.info.uri == str(uri))
+
+    def is_device(self, other: DeviceInfo) -> bool:
+        """Whether another name leads to this camera, as far as it says who it is."""
+        if self.grabber is None:
+            return False
+        info = self.grabber.info
+        by_serial = bool(info.serial) and (info.model, info.serial) == (other.model, other.serial)
+        return by_serial or (bool(info.address) and (info.bus, info.address) == (other.bus, other.address))
+
+    def open_beside(self, denied: AccessDeniedError) -> None:
+        """Look at what another program controls. Raises `denied` where even that is not possible."""
+        assert self.grabber is not None
+        try:
+            self.grabber.open(Access.MONITOR)
+        except GrabberError as error:
+            log.info("%s, for reading only: %s", self.uri, error)
+            raise denied from error
+        self.read_only = held_text(denied)
+
+    def equip(self) -> None:
+        """Put the operator's handle and the tree of features on the open grabber."""
+        assert self.grabber is not None
+        hands = NotingGrabber(self.grabber, self.journal)
+        hands.open()
+        features = FeatureTreeModel(hands, self.worker, hands.watch)
+        features.structure_changed.connect(hands.learn)
+        self.hands, self.features = hands, features
 
     def let_go(self) -> None:
         """Close it after the job at hand, on its own thread, which then ends. Never waits."""

@@ -149,9 +149,7 @@ def capture(
     return FeatureSet(_in_tree_order(settings, wanted), describe(grabber), tuple(left_out))
 
 
-def every_instance(
-    grabber: FrameGrabber, selectors: Selectors, name: str
-) -> dict[SettingKey, FeatureValue]:
+def every_instance(grabber: FrameGrabber, selectors: Selectors, name: str) -> dict[SettingKey, FeatureValue]:
     """Where a feature stands under each combination of its selectors, which end where they stood."""
     path = selectors.of(name)
     instances, _ = _instances(grabber, path)
