@@ -1529,607 +1529,607 @@ It {1}.</source>
         <translation>grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="31"/>
         <source>&amp;Camera</source>
         <translation>&amp;Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="54"/>
         <source>&amp;Edit</source>
         <translation>&amp;Editar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="59"/>
         <source>&amp;Picture</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
         <source>&amp;View</source>
         <translation>&amp;Ver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="75"/>
         <source>&amp;Theme</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="106"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="108"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="115"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="117"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="128"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="130"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="153"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="155"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="159"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="161"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="165"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="167"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="172"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="174"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="181"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="188"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="195"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="202"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="209"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="208"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="210"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="209"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="211"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="213"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="216"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="217"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="222"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="223"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="225"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="231"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="238"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
         <source>Take the next of the open sources to hand</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
         <source>Save the newest frame at full resolution: PNG, or TIFF for more than 8 bits</source>
         <translation>Guardar la última imagen a resolución completa: PNG, o TIFF para más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="270"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="269"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="273"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="276"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="277"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="281"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="282"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="295"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="304"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="313"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="332"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="339"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="338"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="340"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="339"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="346"/>
         <source>Draw the part of the sensor that the camera is to send</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="352"/>
         <source>Let the camera send the whole sensor again</source>
         <translation>Que la cámara envíe de nuevo todo el sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>&amp;Clipping</source>
         <translation>&amp;Saturación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="394"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="411"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="430"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="435"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="443"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="453"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
@@ -2139,112 +2139,112 @@ It {1}.</source>
         <translation>Gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="81"/>
         <source>Orie&amp;ntation</source>
         <translation>&amp;Orientación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="88"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="90"/>
         <source>Colours of gre&amp;y pictures</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="358"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="364"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="369"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="370"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>

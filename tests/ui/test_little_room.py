@@ -115,3 +115,16 @@ def test_a_message_begins_large_unless_it_begins_with_a_name(qtbot, told, shown)
     assert bar.textLabel.text() == shown
     stack.showError(told)
     assert bar.textLabel.text() == f"{shown}  (×2)" and stack.messages == [told]
+
+
+def test_the_picture_stays_where_it_is_under_a_message(window_desk):
+    window = window_desk.window
+    window_desk.connect()
+    before = window.picture.geometry()
+    window.messages.showNotice("saved " * 40)
+    window_desk.until(lambda: window.messages.height() > 30)
+    assert window.picture.geometry() == before
+    assert window.messages.width() == before.width()
+    bar = window.messages.findChild(MessageBar)
+    corner = bar.closeButton.mapTo(window.centre, bar.closeButton.rect().center())
+    assert window.centre.childAt(corner) is bar.closeButton

@@ -1,4 +1,4 @@
-"""Messages above the picture: never in the way, never lost at once, gone with a click."""
+"""Messages at the top: never lost at once, gone with a click. Over the picture, so that it does not move."""
 
 from __future__ import annotations
 
