@@ -1,4 +1,4 @@
-"""Finding devices: DISCOVERY by broadcast on every interface, by unicast on the loopback and where told."""
+"""Finding devices: DISCOVERY by broadcast on every interface, by unicast where told."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def discover(
 ) -> list[FoundDevice]:
     """Every device that answers within `timeout` seconds, each once, sorted by address.
 
-    `addresses` are asked by unicast beside (devices behind a router, or on another loopback address).
+    `addresses` are asked by unicast beside (devices behind a router, or at another loopback address).
     """
     return Search(addresses, broadcast=broadcast).run(timeout)
 
@@ -172,7 +172,7 @@ class Search:
         if not self._broadcast:
             return [(ip, plain) for ip in self._addresses]
         if interface.loopback:
-            return [("127.0.0.1", plain), *given]
+            return [("127.0.0.1", plain), (interface.broadcast, plain), *given]
         return [
             (LIMITED_BROADCAST, encode_discovery(allow_broadcast_ack=True)),
             (interface.broadcast, plain),

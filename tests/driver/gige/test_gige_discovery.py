@@ -133,3 +133,12 @@ def test_an_interface_that_comes_up_during_a_search_is_searched_too(monkeypatch:
         found = discovery.Search([address]).run(20.0, until=lambda device: device.ip == address)
     assert [device.ip for device in found] == [address]
     assert 1.0 <= time.monotonic() - begun < 20.0
+
+
+def test_a_camera_anywhere_on_the_loopback_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    lo = Interface("lo", "127.0.0.1", "255.0.0.0", 65535, True)
+    monkeypatch.setattr(discovery, "interfaces", lambda: [lo])
+    address = f"127.89.{os.getpid() % 250 + 1}.1"
+    with closing(GigeCamera(address)):
+        found = discovery.Search().run(20.0, until=lambda device: device.ip == address)
+    assert [device.ip for device in found] == [address]
