@@ -119,7 +119,7 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     cpu, after = time.process_time() - cpu, camera.statistics()
     took = time.monotonic() - begun
     window.close()
-    program.shut_down()
+    program.shut_down(10)
     lost = after.incomplete - before.incomplete + after.lost - before.lost
     shown = {str(index): at for index, at in enumerate(painted) if at >= begun}
     resent = after.packets_resent - before.packets_resent

@@ -201,7 +201,7 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     came = program.picture.received - came
     pipe.send(Watched(came / took, (painted[0] - count) / took, (cpu - sensor) / took, sensor / took))
     window.close()
-    program.shut_down()
+    program.shut_down(10)
     program.connection.wait_closed(10)
 
 

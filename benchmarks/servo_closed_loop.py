@@ -7,6 +7,8 @@ import argparse
 import importlib.util
 import math
 import statistics
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +18,14 @@ from grabbergui.driver.sim.rendered.scene import Things, swaying
 from grabbergui.servo import control, geometry
 from grabbergui.servo.config import ArmConfig, HeadConfig
 from grabbergui.servo.desk import Desk, in_base, single_threaded
-from grabbergui.servo.kinematics import STRETCHED
+from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.servo.kinematics import STRETCHED, Chain
 from grabbergui.servo.robots import teo, tiago
+from grabbergui.servo.robots.robot import Body
 from grabbergui.servo.state_machine import State
 
+Result = dict[str, Any]
+"""What became of a start: `reached`, `violations`, `state`, and those of MEASURES that it came to."""
 METHOD = """Simulated robots in simulated time, through rendered pictures and their detection, from 50 random
 starts each. A person stands somewhere before the robot, sways, and after two seconds shows a marker, in any
 pose that the arm can take from its home without being stretched, and that is in the picture of a head which
@@ -39,7 +45,7 @@ LONGEST = 30.0
 REST = 3.0
 
 
-def random_start(random, body):
+def random_start(random: np.random.Generator, body: Body) -> tuple[Pose, Vector]:
     """A board and, behind it, who holds it, in the room.
 
     The arm can take the board's goal from its home, neither stretched nor with a joint near its limit, and a
@@ -69,7 +75,7 @@ def random_start(random, body):
             return board, person
 
 
-def in_picture(board, camera):
+def in_picture(board: Pose, camera: Pose) -> bool:
     """Whether all of a board is seen, though the head may rest a little aside."""
     half = 0.08
     corners = ([x, y, 0.0, 1.0] for x in (-half, half) for y in (-half, half))
@@ -77,13 +83,14 @@ def in_picture(board, camera):
     return bool((np.abs(off) < (28, 24)).all())
 
 
-def can_take(arm, goal, home):
+def can_take(arm: Chain, goal: Pose, home: Vector) -> bool:
     """Whether the arm gets there from its home without being stretched."""
     angles = arm.inverse(goal, home)
-    return angles is not None and np.linalg.svd(arm.jacobian(angles))[1][-1] > STRETCHED
+    return angles is not None and bool(np.linalg.svd(arm.jacobian(angles))[1][-1] > STRETCHED)
 
 
-def run(random, body):
+def run(random: np.random.Generator, body: Body) -> Result:
+    """One start, to its end."""
     board, person = random_start(random, body)
     things = Things(
         face=swaying(*person),
@@ -95,7 +102,7 @@ def run(random, body):
     desk.run(LONGEST, State.REACHED)
     reached = desk.loop.machine.state is State.REACHED
     turn = desk.turns[-1]
-    result = {
+    result: Result = {
         "reached": reached,
         "violations": desk.robot.limit_violations,
         "state": f"{turn.state.value}: {turn.reason}, {1e3 * turn.error[0]:.0f} mm off",
@@ -116,16 +123,19 @@ def run(random, body):
     return result
 
 
-def overshoot(desk):
+def overshoot(desk: Desk) -> float:
     """How far beyond the goal the hand went along its way, mm."""
-    hands = [turn.robot.hand[:3, 3] for turn in desk.turns]
-    goal = desk.loop.arm.goal(in_base(desk.robot, desk.things.board(desk.now)))[:3, 3]
+    board = desk.things.board(desk.now)
+    assert board is not None
+    hands = [turn.robot.hand[:3, 3] for turn in desk.turns if turn.robot is not None]
+    goal = desk.loop.arm.goal(in_base(desk.robot, board))[:3, 3]
     way = goal - hands[0]
     way = way / np.linalg.norm(way)
     return 1e3 * max(0.0, max(float((hand - goal) @ way) for hand in hands))
 
 
-def bodies(names):
+def bodies(names: Iterable[str]) -> Iterator[Body]:
+    """Those robots that can be simulated here."""
     for name in names:
         if name == "teo":
             yield teo.BODY
@@ -135,14 +145,14 @@ def bodies(names):
             yield tiago.body()
 
 
-def measure(arguments=None):
+def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks servo_closed_loop")
     parser.add_argument("--robot", nargs="+", choices=("teo", "tiago"), default=["teo", "tiago"])
     parser.add_argument("--starts", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args(arguments)
     single_threaded()
-    found = {}
+    found: dict[str, list[Result]] = {}
     for body in bodies(options.robot):
         found[body.name] = results = many(body, options.starts, options.seed)
         print(f"{body.name}: {sum(result['reached'] for result in results)} of {len(results)}", flush=True)
@@ -166,7 +176,8 @@ def measure(arguments=None):
     )
 
 
-def goals(found, reached):
+def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> list[Goal]:
+    """What was asked for, by what came out."""
     everyone = [result for results in reached.values() for result in results]
     starts = sum(map(len, found.values()))
     worst = {key: max(result[key] for result in everyone) for key in ("error_mm", "error_deg")}
@@ -180,8 +191,10 @@ def goals(found, reached):
     ]
 
 
-def many(body, starts, seed):
-    random, results = np.random.default_rng(seed), []
+def many(body: Body, starts: int, seed: int) -> list[Result]:
+    """So many starts, told where one is not reached."""
+    random = np.random.default_rng(seed)
+    results: list[Result] = []
     for number in range(starts):
         results.append(run(random, body))
         if not results[-1]["reached"]:
@@ -189,7 +202,8 @@ def many(body, starts, seed):
     return results
 
 
-def spread(results, key, form):
+def spread(results: list[Result], key: str, form: str) -> str:
+    """Median and worst."""
     values = [result[key] for result in results]
     if not values:
         return "–"

@@ -56,7 +56,7 @@ def measure(argv: list[str] | None = None) -> Section:
             median, worst = milliseconds(partial(finder.detect, grey), options.repeats)
             times[name, label] = median
             error = f"{corner_error(found, corners):.2f}" if name != "head" else ""
-            smallest = f"{smallest_marker(finder, width, height)}" if name != "head" else ""
+            smallest = f"{smallest_marker(finder, width, height)}" if isinstance(finder, ArucoFinder) else ""
             whole = f"{len(found)} of {MARKERS if name != 'head' else 1}"
             rows.append([label, name, f"{median:.1f}", f"{worst:.1f}", whole, error, smallest])
             print(*rows[-1], flush=True)
@@ -148,10 +148,11 @@ def lay_marker(
     fine, border = 4, side // 5
     dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{DICTIONARY}"))
     drawn = cv2.aruco.generateImageMarker(dictionary, marker_id, fine * side)
-    drawn = cv2.copyMakeBorder(drawn, *[fine * border] * 4, cv2.BORDER_CONSTANT, value=235)
+    drawn = np.pad(drawn, fine * border, constant_values=235)
     drawn = cv2.GaussianBlur(drawn, (0, 0), 0.5 * fine)  # or its edges would be stairs
     whole = fine * (side + 2 * border)
-    turn = cv2.getRotationMatrix2D(((whole - 1) / 2, (whole - 1) / 2), degrees, 1 / fine)
+    centre = ((whole - 1) / 2, (whole - 1) / 2)
+    turn = np.asarray(cv2.getRotationMatrix2D(centre, degrees, 1 / fine), np.float64)
     turn[:, 2] += np.array(middle) - (whole - 1) / 2
     height, width = picture.shape
     ink = cv2.warpAffine(drawn.astype(np.float32), turn, (width, height), flags=cv2.INTER_LINEAR)
@@ -159,7 +160,7 @@ def lay_marker(
     np.copyto(picture, ink, where=cover > 0.5)
     low, high = fine * border - 0.5, fine * (border + side) - 0.5
     square = np.array([*itertools.product((low, high), repeat=2)])[[0, 2, 3, 1]]
-    return square @ turn[:, :2].T + turn[:, 2]
+    return np.asarray(square @ turn[:, :2].T + turn[:, 2], np.float64)
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -7,17 +7,24 @@ import statistics
 import subprocess
 import sys
 import time
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.driver.sim.rendered.scene import Things
 from grabbergui.servo import desk
 from grabbergui.servo.config import Config
+from grabbergui.servo.detection import Detector
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo, tiago
+from grabbergui.servo.robots.robot import Body, Robot
 from grabbergui.servo.robots.simulated import SimRobot
 
+Opened = AbstractContextManager[tuple[Robot, FrameGrabber]]
+"""A robot and a camera, closed at the end."""
 FPS = 30
 WARM_UP = 30
 "Pictures at the beginning that do not count."
@@ -27,7 +34,7 @@ rendering it is in it."""
 
 
 @contextmanager
-def in_process(body):
+def in_process(body: Body) -> Iterator[tuple[Robot, FrameGrabber]]:
     """The simulated robot and its camera, without a network."""
     robot = SimRobot(body)
     camera = desk.mounted_camera(robot, desk.things_for(Config().marker, Things()), FPS)
@@ -40,7 +47,7 @@ def in_process(body):
 
 
 @contextmanager
-def over_ros2():
+def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
     """The simulated TIAGo in a process of its own, picture and commands over rclpy."""
     from grabbergui import sources
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
@@ -48,6 +55,7 @@ def over_ros2():
     simulation = subprocess.Popen(
         [sys.executable, "-m", "grabbergui", "simulate-tiago", "--fps", str(FPS)], stdout=subprocess.PIPE
     )
+    assert simulation.stdout is not None
     try:
         simulation.stdout.readline()
         with ExitStack() as stack:
@@ -62,7 +70,8 @@ def over_ros2():
         simulation.stdout.close()
 
 
-def chains():
+def chains() -> Iterator[tuple[str, Callable[[], Opened]]]:
+    """Those that can be run here, by name."""
     yield "TEO, in one process", lambda: in_process(teo.BODY)
     if importlib.util.find_spec("pinocchio") is not None:
         yield "TIAGo, in one process", lambda: in_process(tiago.body())
@@ -70,7 +79,7 @@ def chains():
             yield "TIAGo over ROS 2, in two processes", over_ros2
 
 
-def measure(arguments=None):
+def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_latency")
     parser.add_argument("--seconds", type=float, default=15.0)
     options = parser.parse_args(arguments)
@@ -94,12 +103,12 @@ def measure(arguments=None):
     )
 
 
-def real_time():
+def real_time() -> bool:
     return os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR)
 
 
-def latencies_of(robot, camera, seconds):
-    def detector(frame):
+def latencies_of(robot: Robot, camera: FrameGrabber, seconds: float) -> list[float]:
+    def detector(frame: Frame) -> Detector:
         return desk.detector(Config(), desk.calibration())
 
     pilot = Pilot(camera, robot, detector)
