@@ -125,6 +125,14 @@ class MessageSlots:
             return 0
         raise OSError(code, os.strerror(code))
 
+    def skip(self, descriptor: int) -> int:
+        """Throw away datagrams that wait at a socket, as many as one call takes; how many. Raises OSError."""
+        self._messages["iov_length"] = 0
+        try:
+            return self.receive(descriptor)
+        finally:
+            self._messages["iov_length"] = 2
+
     def stretches(self, received: int) -> list[Stretch]:
         """What came in the first `received` slots."""
         kinds = self._lengths[:received].astype(np.int64)

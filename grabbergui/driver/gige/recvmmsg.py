@@ -7,6 +7,7 @@ equal length become the rows of an array, which the assembler takes whole.
 
 from __future__ import annotations
 
+import logging
 import select
 import socket
 import time
@@ -27,10 +28,17 @@ from grabbergui.driver.gige.stream_socket import buffer_bytes
 
 __all__ = ["BatchSource", "available"]
 
+log = logging.getLogger(__name__)
+
 BATCHES = 8
 "Calls before timers and finished frames are looked after."
 ANSWER_PAUSE = 0.001
 "Seconds that packets gather at most, where a block waits for some that were lost."
+OVERRUN = 0.03
+"""Seconds of work without once emptying the sockets, while frames are lost, after which all that waits is
+thrown away: behind a full buffer every frame has holes, and nothing would ever be whole again."""
+SKIPS = 256
+"Calls that throw away at most: more comes meanwhile."
 
 
 class BatchSource(DatagramSource):
@@ -53,12 +61,20 @@ class BatchSource(DatagramSource):
         "Whether the sockets were empty when they were last looked at."
         self._newest = 0
         "Which socket the last packets came from."
+        self._busy_since = 0.0
+        "The thread's CPU time when they were last found empty, and"
+        self._failed_before = 0
+        "how many frames were incomplete by then."
+        self._told = False
+        "Whether it was told that packets were skipped."
         self._flowing = False
         "Whether anything came when the sockets were last looked at."
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """See DatagramSource."""
         before = assembler.statistics.packets
+        if self._overrun(assembler.statistics.incomplete):
+            self._skip()
         paused = self._drained and self._flowing and self._gather(assembler, timeout)
         waiting = self._waiting(timeout if self._drained and not paused else 0.0)
         now = time.monotonic()
@@ -73,6 +89,27 @@ class BatchSource(DatagramSource):
         """Close the further sockets."""
         for each in self._more:
             each.close()
+
+    def _overrun(self, failed: int) -> bool:
+        """Whether packets come faster than they can be taken. By CPU time: others may have had the rest."""
+        if self._drained:
+            self._busy_since, self._failed_before = time.thread_time(), failed
+            return False
+        return failed > self._failed_before and time.thread_time() - self._busy_since > OVERRUN
+
+    def _skip(self) -> None:
+        """Throw away what waits: the oldest, and what comes next is whole again."""
+        for descriptor in self._descriptors:
+            for _ in range(SKIPS):
+                if self._slots.skip(descriptor) < self._slots.count:
+                    break
+        self._drained = True
+        if not self._told:
+            self._told = True
+            log.warning(
+                "packets come faster than this machine takes them: those that waited are skipped;"
+                " larger packets or a lower frame rate help"
+            )
 
     def _gather(self, assembler: BlockAssembler, timeout: float) -> bool:
         """Let packets gather for a while, where that delays no picture; whether there was time to."""

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
-from grabbergui.driver.gige import recvmmsg
+from grabbergui.driver.gige import message_slots, recvmmsg
 from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
 from patience import attempts
 
@@ -147,3 +147,26 @@ def test_nothing_to_receive_takes_no_longer_than_allowed(wire: Wire) -> None:
     for watch in attempts(0.1):
         with watch:
             wire.source.receive(Bench().assembler, 0.01)
+
+
+@pytest.mark.skipif(not recvmmsg.available(), reason="recvmmsg is Linux's")
+def test_behind_packets_that_never_end_what_waits_is_skipped(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(message_slots, "SLOTS", 4)
+    monkeypatch.setattr(recvmmsg, "BATCHES", 1)
+    monkeypatch.setattr(recvmmsg, "OVERRUN", 0.0)
+    bench = Bench(max_blocks=1)
+    with ExitStack() as stack:
+        wire = Wire(stack, recvmmsg.BatchSource)
+        wire.send([datagram for block_id in range(1, 9) for datagram in block(block_id)[:3]])
+        while not bench.statistics.incomplete:
+            wire.source.receive(bench.assembler, 0.0)
+        assert bench.statistics.packets < 12
+        for _ in range(2):
+            wire.source.receive(bench.assembler, 0.0)
+        assert bench.statistics.packets < 12 and "faster than this machine" in caplog.text
+        monkeypatch.undo()
+        wire.send([*block(9), *block(10)])
+        done = wire.drain(bench, bench.statistics.packets + 2 * (LAST + 1))
+    assert ids(done) == [9, 10] and all(map(is_picture, done))
