@@ -13,6 +13,7 @@ import socket
 import time
 from collections.abc import Sequence
 
+from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.gige.block_assembler import BlockAssembler
 from grabbergui.driver.gige.datagram_source import DatagramSource
 from grabbergui.driver.gige.message_slots import (
@@ -35,8 +36,8 @@ BATCHES = 8
 ANSWER_PAUSE = 0.001
 "Seconds that packets gather at most, where a block waits for some that were lost."
 OVERRUN = 0.03
-"""Seconds of work without once emptying the sockets, while frames are lost, after which all that waits is
-thrown away: behind a full buffer every frame has holes, and nothing would ever be whole again."""
+"""Seconds of work without once emptying the sockets, in which more frames were lost than came whole, after
+which all that waits is thrown away: behind a full buffer frames have holes, which cost more time to take."""
 SKIPS = 256
 "Calls that throw away at most: more comes meanwhile."
 
@@ -62,9 +63,9 @@ class BatchSource(DatagramSource):
         self._newest = 0
         "Which socket the last packets came from."
         self._busy_since = 0.0
-        "The thread's CPU time when they were last found empty, and"
-        self._failed_before = 0
-        "how many frames were incomplete by then."
+        "The thread's CPU time when they were last found empty, or last judged whether too much comes, and"
+        self._lost_by_then = 0
+        "how many frames more were incomplete than whole by then."
         self._told = False
         "Whether it was told that packets were skipped."
         self._flowing = False
@@ -73,7 +74,7 @@ class BatchSource(DatagramSource):
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """See DatagramSource."""
         before = assembler.statistics.packets
-        if self._overrun(assembler.statistics.incomplete):
+        if self._overrun(assembler.statistics):
             self._skip()
         paused = self._drained and self._flowing and self._gather(assembler, timeout)
         waiting = self._waiting(timeout if self._drained and not paused else 0.0)
@@ -90,12 +91,15 @@ class BatchSource(DatagramSource):
         for each in self._more:
             each.close()
 
-    def _overrun(self, failed: int) -> bool:
+    def _overrun(self, statistics: StreamStatistics) -> bool:
         """Whether packets come faster than they can be taken. By CPU time: others may have had the rest."""
-        if self._drained:
-            self._busy_since, self._failed_before = time.thread_time(), failed
+        worked = time.thread_time()
+        if not self._drained and worked - self._busy_since <= OVERRUN:
             return False
-        return failed > self._failed_before and time.thread_time() - self._busy_since > OVERRUN
+        lost = statistics.incomplete - statistics.frames
+        overrun = not self._drained and lost > self._lost_by_then
+        self._busy_since, self._lost_by_then = worked, lost
+        return overrun
 
     def _skip(self) -> None:
         """Throw away what waits: the oldest, and what comes next is whole again."""
