@@ -33,6 +33,8 @@ packets are joined where its driver can; where nothing joins them, the rows *sen
 READING = [
     "*incomplete*: frames that began, or by their ids should have, and did not get complete. At full speed"
     " the camera does not wait for a receiver.",
+    "At full speed the camera's sensor, read out line by line, gives 890 frames a second at most: that bounds"
+    " the ratio too.",
     "Under loss, packets that are sent again are lost like any other.",
     "*latency*: from the last payload packet's leaving the camera to the frame in the consumer's hands; of"
     " Aravis through its Python binding. *memory*: the largest resident size, of ours with Python and NumPy.",
