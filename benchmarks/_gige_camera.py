@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from grabbergui.core.pfnc import by_name
 
 ADDRESS = "127.0.79.9"
-WIDTH, HEIGHT = 4096, 512
-"Few lines of many bytes, so that the sensor's readout does not bound the rate: 890 frames/s, 3.7 GB/s."
-PIXEL_FORMAT = by_name("Mono16")
+WIDTH, HEIGHT = 4096, 256
+PIXEL_FORMAT = by_name("BGRa8")
+"Few lines of many bytes, so that the sensor's readout does not bound the rate: 1,630 frames/s, 6.8 GB/s."
 PAYLOAD = PIXEL_FORMAT.image_bytes(WIDTH, HEIGHT)
 GIGABIT = 125e6
 "Bytes a second of the link."

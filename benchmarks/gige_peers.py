@@ -14,14 +14,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from benchmarks import _document
-from benchmarks._gige_camera import GIGABIT, HEIGHT, WIDTH, Conditions, camera_process
+from benchmarks._gige_camera import GIGABIT, HEIGHT, PIXEL_FORMAT, WIDTH, Conditions, camera_process
 from benchmarks._gige_receivers import Receiver, ReceiverError, Run, in_child, receivers, timed_receivers
 from benchmarks._results import Chart, Goal, Section, Table, machine
 
 PACKET_SIZES = (1400, 8164)
 LOSSES = (0.001, 0.01, 0.05)
 REFERENCE = "Aravis"
-METHOD = """The simulated camera sends {width}×{height} Mono16 over the loopback from a process of its own.
+METHOD = """The simulated camera sends {width}×{height} {format} over the loopback from a process of its own.
 The receivers take turns, so that whatever else the machine does meets them all: this driver, Aravis 0.8
 (`arv-camera-test-0.8 --no-packet-socket -a`, which sizes its socket buffer to the picture) and
 viva-genicam, {runs} runs of {seconds:g} seconds each. Medians; CPU is the receiving process's, kernel
@@ -33,8 +33,6 @@ packets are joined where its driver can; where nothing joins them, the rows *sen
 READING = [
     "*incomplete*: frames that began, or by their ids should have, and did not get complete. At full speed"
     " the camera does not wait for a receiver.",
-    "At full speed the camera's sensor, read out line by line, gives 890 frames a second at most: that bounds"
-    " the ratio too.",
     "Under loss, packets that are sent again are lost like any other.",
     "*latency*: from the last payload packet's leaving the camera to the frame in the consumer's hands; of"
     " Aravis through its Python binding. *memory*: the largest resident size, of ours with Python and NumPy.",
@@ -249,7 +247,13 @@ def measure(arguments: list[str] | None = None) -> Section:
     return Section(
         "GigE Vision",
         "python -m benchmarks gige_peers          # ten minutes",
-        METHOD.format(width=WIDTH, height=HEIGHT, runs=options.runs, seconds=options.seconds),
+        METHOD.format(
+            width=WIDTH,
+            height=HEIGHT,
+            format=PIXEL_FORMAT.name,
+            runs=options.runs,
+            seconds=options.seconds,
+        ),
         tables,
         _charts(found),
         asked,
