@@ -35,6 +35,7 @@ def unpack(stored: bytes) -> bytes:
             with archive.open(names[0]) as member:
                 # What the archive says about its sizes may be a lie, so count what comes out.
                 xml = member.read(MAX_XML_BYTES + 1)
+    # The last three are zipfile's words for versions, encryption and offsets that it cannot follow.
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError) as error:
         raise RemoteProtocolError(f"the zipped description is damaged: {error}") from error
     if len(xml) > MAX_XML_BYTES:

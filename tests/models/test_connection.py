@@ -68,6 +68,16 @@ class Bench:
             assert time.monotonic() < deadline, f"{self.link.state}, not {state}: {self.failures}"
             time.sleep(0.002)
 
+    def open_slowly_instead(self):
+        """What is at hand, and the grabber that is being opened in its place until its `opening` is set."""
+        self.others["sim:slow"] = slow = Source()
+        slow.opening.clear()
+        self.link.connect_to("sim:")
+        self.until(S.STREAMING)
+        first = self.link.source
+        self.link.connect_to("sim:slow")
+        return first, slow
+
 
 @pytest.fixture
 def bench():
@@ -248,12 +258,7 @@ def test_a_wrong_address_leaves_what_is_at_hand_untouched(bench):
 
 
 def test_what_is_at_hand_goes_on_until_the_next_one_is_open(bench):
-    bench.others["sim:slow"] = slow = Source()
-    slow.opening.clear()
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    first = bench.link.source
-    bench.link.connect_to("sim:slow")
+    first, slow = bench.open_slowly_instead()
     until(lambda: slow.calls, "opening")
     assert bench.link.source is first and bench.source.streaming and bench.link.candidate is not None
     slow.opening.set()
@@ -264,12 +269,7 @@ def test_what_is_at_hand_goes_on_until_the_next_one_is_open(bench):
 
 
 def test_what_is_being_opened_can_be_given_up(bench):
-    bench.others["sim:slow"] = slow = Source()
-    slow.opening.clear()
-    bench.link.connect_to("sim:")
-    bench.until(S.STREAMING)
-    first = bench.link.source
-    bench.link.connect_to("sim:slow")
+    first, slow = bench.open_slowly_instead()
     bench.link.give_up_candidate()
     slow.opening.set()
     assert bench.link.source is first and bench.link.candidate is None

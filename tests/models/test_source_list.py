@@ -8,16 +8,9 @@ import pytest
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.source_list import KEEP_MISSES, SourceListModel
-from patience import PATIENCE
+from patience import until
 
 CAMERA = DeviceInfo("gige:GV01", vendor="Acme", model="One", serial="GV01")
-
-
-def until(condition, seconds=PATIENCE):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.005)
 
 
 class Network:

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import pytest
 
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.config import Config
 from patience import slowness
 from ros2_domain import own_domain
@@ -14,6 +16,15 @@ from ros2_domain import own_domain
 def domain():
     """Nobody else's nodes, and none of ours beyond this machine."""
     os.environ.update(own_domain())
+
+
+@pytest.fixture
+def names():
+    """A YARP name server of the test's own."""
+    server = NameServer("127.0.0.1", 0)
+    server.open()
+    yield NameClient(server.contact)
+    server.close()
 
 
 @pytest.fixture

@@ -7,8 +7,6 @@ import pytest
 
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
-from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.request import ConnectionInfo, Request
 from grabbergui.net.yarp.os.values import Vocab
 from grabbergui.servo import geometry
@@ -52,14 +50,6 @@ def clock():
 @pytest.fixture
 def robot(clock):
     return SimRobot(teo.BODY, clock)
-
-
-@pytest.fixture
-def names():
-    server = NameServer("127.0.0.1", 0)
-    server.open()
-    yield NameClient(server.contact)
-    server.close()
 
 
 @pytest.fixture

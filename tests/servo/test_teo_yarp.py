@@ -19,8 +19,6 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
@@ -100,14 +98,6 @@ def test_no_message_does_worse_than_be_refused(content):
 
 
 # -- both ends -----------------------------------------------------------------------------------
-@pytest.fixture
-def names():
-    server = NameServer("127.0.0.1", 0)
-    server.open()
-    yield NameClient(server.contact)
-    server.close()
-
-
 @pytest.fixture
 def simulated(names):
     robot = SimRobot(teo.BODY)

@@ -79,7 +79,7 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
         return []
     found = []
     for device_id in device_ids:
-        # Another device's broken descriptors must not hide this one's.
+        # Another device's broken descriptors must not hide this one's; nor one that libusb cannot open here.
         with contextlib.suppress(usb.core.USBError, NotImplementedError, IndexError, ValueError):
             camera = _examine(backend, device_id)
             if camera is not None:

@@ -180,6 +180,7 @@ class UsbHandle:
             return True
         return True
 
+    # Where a system has no kernel drivers to detach, libusb's binding raises NotImplementedError.
     def _detach(self, interface: int) -> bool:
         try:
             if self._backend.is_kernel_driver_active(self._handle, interface):

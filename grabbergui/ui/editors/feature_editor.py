@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QHBoxLayout, QWidget
 
@@ -26,9 +28,9 @@ class FeatureEditor(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(4)
 
+    @abstractmethod
     def setFeature(self, feature: Feature) -> None:
         """Show a feature of the kind this editor is for."""
-        raise NotImplementedError
 
     def slider(self) -> QWidget | None:
         """A part that wants a line of its own, as wide as it gets; the row places it."""

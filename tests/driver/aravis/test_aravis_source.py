@@ -30,7 +30,7 @@ from grabbergui.driver.aravis.cameras import FoundCamera
 from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 try:
     library.load()
@@ -85,8 +85,8 @@ def test_a_format_changes_while_streaming(opened: FrameGrabber) -> None:
     opened.start()
     frames.get(PATIENCE)
     opened.write_feature("Width", 128)
-    while frames.get(PATIENCE).width != 128:
-        pass
+    until(lambda: frames.get(PATIENCE).width == 128, "the new width")
+    assert opened.feature("Width").value == 128
 
 
 def test_chunks_are_values(opened: FrameGrabber) -> None:

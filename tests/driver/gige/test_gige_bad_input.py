@@ -7,11 +7,9 @@ import os
 import queue
 import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
@@ -30,7 +28,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.model import CameraModel
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 _numbers = itertools.count(1)
 MONO8 = 0x01080001
@@ -48,13 +46,6 @@ def simulated() -> Iterator[GigeCamera]:
 def grabber(simulated: GigeCamera) -> Iterator[FrameGrabber]:
     with closing(sources.create(f"gige:{simulated.address}")) as grabber:
         yield grabber
-
-
-def eventually(condition: Callable[[], Any], seconds: float = PATIENCE) -> None:
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "did not happen in time"
-        time.sleep(0.01)
 
 
 def lie_about_payload(camera: GigeCamera, size: int | None) -> None:
@@ -77,7 +68,7 @@ def test_pictures_larger_than_was_said_are_refused_and_the_camera_stays_usable(
     grabber.open()
     frames = grabber.open_queue()
     grabber.start()
-    eventually(lambda: grabber.statistics().incomplete >= 5)
+    until(lambda: grabber.statistics().incomplete >= 5)
     assert grabber.statistics().frames == 0
     assert caplog.text.count("does not fit") == 1, "told once"
     assert grabber.write_feature("ExposureTime", 1500.0).value == 1500.0
@@ -121,7 +112,7 @@ def test_a_stranger_cannot_put_pictures_into_the_stream(
     assert max(ids) < 1000 and ids == sorted(ids)
     statistics = grabber.statistics()
     assert (statistics.incomplete, statistics.lost) == (0, 0)
-    eventually(lambda: grabber.statistics().packets_ignored >= 600)
+    until(lambda: grabber.statistics().packets_ignored >= 600)
 
 
 def test_a_flood_of_answers_to_a_search_takes_no_memory() -> None:
@@ -195,7 +186,7 @@ def test_a_description_that_cannot_be_had_is_told_in_one_line(
     with pytest.raises(TransportError, match=says) as error:
         grabber.open()
     assert "\n" not in str(error.value)
-    eventually(lambda: not simulated.control.controlled)
+    until(lambda: not simulated.control.controlled)
 
 
 @pytest.mark.parametrize(
@@ -221,7 +212,7 @@ def test_a_description_that_cannot_be_used_is_refused_and_control_given_back(
     before = set(threading.enumerate())
     with pytest.raises(GrabberError):
         grabber.open()
-    eventually(lambda: not simulated.control.controlled)
+    until(lambda: not simulated.control.controlled)
     assert set(threading.enumerate()) <= before, "a thread is left"
 
 

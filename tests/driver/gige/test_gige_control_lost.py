@@ -74,6 +74,7 @@ def test_a_camera_that_was_only_slow_gives_its_control_back(monkeypatch: pytest.
     with closing(GigeCamera(f"127.81.{os.getpid() % 250 + 1}.6")) as simulated:
         device = GigeDevice(simulated.address)
         device.open(Access.CONTROL)
+        assert simulated.control.controlled
         monkeypatch.setattr(ControlLink, "lost", "it has not answered")
         device.close()
         until(lambda: not simulated.control.controlled, "the release")

@@ -8,7 +8,6 @@ import queue
 import socket
 import struct
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from typing import Any
@@ -30,7 +29,7 @@ from grabbergui.driver.gige.message_channel import MessageChannel, MessageInbox
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 _numbers = itertools.count(1)
 EVENT = Event(0x9001, 7, 1234, data=struct.pack(">qq", 42, 1234))
@@ -50,14 +49,6 @@ def simulate() -> Iterator[Callable[..., GigeCamera]]:
     yield start
     for camera in cameras:
         camera.close()
-
-
-def eventually(condition: Callable[[], Any], seconds: float = PATIENCE) -> Any:
-    deadline = time.monotonic() + seconds
-    while not (result := condition()):
-        assert time.monotonic() < deadline, "did not happen in time"
-        time.sleep(0.005)
-    return result
 
 
 # -- inbox -------------------------------------------------------------------------------------------
@@ -144,11 +135,11 @@ def test_events_beyond_the_limit_cost_the_oldest() -> None:
 
     delivery = EventDelivery(slow, "slow")
     delivery.put(0, b"")
-    eventually(lambda: not delivery._waiting)
+    until(lambda: not delivery._waiting)
     for number in range(1, MOST_WAITING + 11):
         delivery.put(number, b"")
     gate.set()
-    eventually(lambda: told and told[-1] == MOST_WAITING + 10)
+    until(lambda: told and told[-1] == MOST_WAITING + 10)
     assert delivery.dropped == 10 and told[1] == 11
     delivery.close()
     delivery.put(1, b"")
@@ -227,7 +218,7 @@ def test_acknowledged_events_are_not_repeated(simulate: Callable[..., GigeCamera
         listener.switch_on("Test")
         camera.execute("TestEventGenerate")
         assert listener.events.get(timeout=PATIENCE).name == "Test"
-        eventually(lambda: not simulated.control._unheard)
+        until(lambda: not simulated.control._unheard)
         assert listener.events.empty()
 
 

@@ -29,7 +29,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera, serve
 from grabbergui.driver.sim.registers import TestPattern
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 _numbers = itertools.count(1)
 CCP, MCP, MCDA, SCP, SCPS, SCDA, SCSP = 0xA00, 0xB00, 0xB10, 0xD00, 0xD04, 0xD18, 0xD1C
@@ -115,13 +115,6 @@ def stage():
     assert not [thread for thread in threading.enumerate() if "127.78." in thread.name]
 
 
-def eventually(condition, seconds=PATIENCE):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "did not happen in time"
-        time.sleep(0.01)
-
-
 def image(packets, stride=1464):
     data = bytearray(256 * 64)
     for header, datagram in packets:
@@ -144,7 +137,7 @@ def test_a_frame_arrives_whole(stage):
 def test_lost_packets_come_again(stage):
     camera, host = stage(faults=Faults(loss=0.3, seed=5))
     host.start()
-    eventually(lambda: camera.model.memory.integer(reg.TL_PARAMS_LOCKED) == 1)
+    until(lambda: camera.model.memory.integer(reg.TL_PARAMS_LOCKED) == 1)
     packets = list(host.packets())
     block = packets[0][0].block_id
     packets = [entry for entry in packets if entry[0].block_id == block]
@@ -201,7 +194,7 @@ def test_the_stream_ends_with_its_controller(stage):
     host.start()
     host.write((0x938, 500))
     list(host.packets())
-    eventually(lambda: not camera.control.controlled and not camera.model.streaming)
+    until(lambda: not camera.control.controlled and not camera.model.streaming)
     assert host.read(SCP) == 0
 
 
@@ -284,15 +277,17 @@ def test_a_rebooting_camera_forgets(stage):
     camera, host = stage(faults=Faults(reboot_after=0.5))
     first = camera.model
     host.write((CCP, 2), (reg.WIDTH.address, 512))
-    eventually(lambda: camera.model is not first)
-    eventually(lambda: host.read(reg.WIDTH.address) == 256)
+    until(lambda: camera.model is not first)
+    until(lambda: host.read(reg.WIDTH.address) == 256)
     assert host.read(CCP) == 0
 
 
 def test_a_reset_releases_control(stage):
     camera, host = stage()
-    host.write((CCP, 2), (reg.DEVICE_RESET.address, 1))
-    eventually(lambda: not camera.control.controlled)
+    host.write((CCP, 2))
+    assert camera.control.controlled
+    host.write((reg.DEVICE_RESET.address, 1))
+    until(lambda: not camera.control.controlled)
 
 
 def test_a_delay_holds_answers_back(stage):
@@ -314,7 +309,7 @@ def test_serving_several_cameras():
         target=serve, args=(addresses,), kwargs={"serial": "A7", "stop": stop, "ready": told.append}
     )
     server.start()
-    eventually(lambda: len(told) == 2)
+    until(lambda: len(told) == 2)
     stop.set()
     server.join(10)
     assert not server.is_alive()
@@ -343,7 +338,7 @@ def test_our_own_driver_through_a_bad_network(stage):
             assert np.array_equal(picture[:, 0], np.arange(480) & 0xFF)
     finally:
         grabber.close()
-    eventually(lambda: not camera.control.controlled)
+    until(lambda: not camera.control.controlled)
 
 
 def test_cameras_on_ptp_act_at_the_same_time(stage):

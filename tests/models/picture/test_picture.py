@@ -1,7 +1,6 @@
 """The picture to show: the newest frame, only as fast as it is painted, only what is looked at."""
 
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.picture.picture import PictureModel
-from patience import PATIENCE
+from patience import until
 
 MONO8 = pfnc.by_name("Mono8")
 
@@ -24,14 +23,6 @@ class Stream(ScriptedGrabber):
     def send(self, *frames):
         for one in frames:
             self._fanout.put(one)
-
-
-def until(condition, seconds=PATIENCE):
-    deadline = time.monotonic() + seconds
-    while not (result := condition()):
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.002)
-    return result
 
 
 @pytest.fixture

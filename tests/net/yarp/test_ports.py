@@ -18,20 +18,13 @@ from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, administer, ping
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
-from patience import PATIENCE
-
-
-def wait_for(condition, what="condition"):
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, f"{what} never came"
-        time.sleep(0.01)
+from patience import PATIENCE, until
 
 
 @pytest.fixture(autouse=True)
 def no_thread_is_left():
     yield
-    wait_for(
+    until(
         lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads"
     )
 
@@ -53,7 +46,7 @@ PICTURE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
 def test_pictures_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
-        wait_for(lambda: output.connections, "the reader")
+        until(lambda: output.connections, "the reader")
         stamp = Stamp(7, 1234.5).encode()
         smooth = np.full_like(PICTURE, 90)
         output.write(*image.encode(smooth, "rgb"), stamp)
@@ -62,14 +55,14 @@ def test_pictures_over_every_carrier(names, carrier):
         assert (header.code, envelope) == ("rgb", stamp)
         np.testing.assert_allclose(pixels, smooth, atol=3 if carrier == "mjpeg" else 0)
         reader.disconnect("/out")
-        wait_for(lambda: not output.connections, "the end of the connection")
+        until(lambda: not output.connections, "the end of the connection")
 
 
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "text", "text_ack"])
 def test_bottles_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
-        wait_for(lambda: output.connections and reader.sources, "the connection")
+        until(lambda: output.connections and reader.sources, "the connection")
         assert reader.carriers(outgoing=False) == {"/out": carrier}
         bottle = Bottle([1, 2.5, "two words", ["x", Vocab("ok")]])
         output.write_bottle(bottle, "3 4.5")
@@ -131,7 +124,7 @@ def test_administration(names):
         assert ask(Vocab("add"), "fast_tcp://in") == [0, "Added connection from /out to fast_tcp://in\r\n"]
         assert ask(Vocab("list"), Vocab("out")) == ["/in"]
         assert ask(Vocab("list"), Vocab("out"), "/in").find("carrier") == "fast_tcp"
-        wait_for(lambda: reader.sources == ["/out"])
+        until(lambda: reader.sources == ["/out"])
         assert ask(Vocab("del"), "/in") == [0, "Removed connection from /out to /in\r\n"]
         assert ask(Vocab("del"), "/in")[0] == -1
         assert ask(Vocab("add"), "/nosuch") == [-1, "Do not know how to connect to /nosuch\r\n"]
@@ -179,7 +172,7 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
         for number in range(5):
             output.write_bottle(Bottle([number]))
-            wait_for(lambda sent=number + 1: output._outputs[0].sent == sent)
+            until(lambda sent=number + 1: output._outputs[0].sent == sent)
         assert Bottle.decode(reader.read(PATIENCE)[0]) == [4] and reader.overwritten == 4
         with pytest.raises(FrameTimeoutError):
             reader.read(0.01)
@@ -191,7 +184,7 @@ def test_reading_in_reverse_without_a_name():
         sock.sendall(wire.encode_greeting(wire.FAST_TCP, "/me"))
         assert wire.decode_number(sock.recv(8)) == output.port_number
         sock.sendall(b"".join(wire.encode_message("r")))
-        wait_for(lambda: output.connections)
+        until(lambda: output.connections)
         output.write_bottle(Bottle(["hello"]))
         assert Bottle(["hello"]).encode() in sock.recv(4096)
 
@@ -258,11 +251,11 @@ def test_a_hundred_connections_at_once_and_too_many(monkeypatch):
         assert client.call(Bottle([1]))
         crowd = [socket.create_connection(server.contact.address) for _ in range(130)]
         assert client.call(Bottle([2])) == [Vocab("ok"), 2]
-        wait_for(lambda: len(server._inputs) >= 110)
+        until(lambda: len(server._inputs) >= 110)
         assert len(server._inputs) <= 110
         for sock in crowd:
             sock.close()
-        wait_for(lambda: len(server._inputs) == 1, "the end of the crowd")
+        until(lambda: len(server._inputs) == 1, "the end of the crowd")
 
 
 def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
@@ -275,7 +268,7 @@ def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
         server.close()
         time.sleep(0.1)
         with NameServer(port=number):
-            wait_for(lambda: any(known.name == "/out" for known in names.list()), "the name")
+            until(lambda: any(known.name == "/out" for known in names.list()), "the name")
             assert names.query("/out").address == output.contact.address
 
 

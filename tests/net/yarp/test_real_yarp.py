@@ -3,7 +3,6 @@
 import os
 import shutil
 import subprocess
-import time
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, ping
 from grabbergui.net.yarp.os.values import Vocab
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 pytestmark = [
     pytest.mark.yarp,
@@ -64,13 +63,6 @@ class Tool:
         raise AssertionError(f"{text!r} was not printed")
 
 
-def wait_for(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
 def listens(names, name):
     """A YARP port is registered before it listens; only an answer tells that it does."""
     try:
@@ -89,9 +81,9 @@ def test_list_ping_and_rpc(names):
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
 def test_yarp_read_gets_our_pictures(names, carrier):
     with OutputPort("/ours", names) as output, Tool("read", "/theirs", "envelope") as reader:
-        wait_for(lambda: listens(names, "/theirs"))
+        until(lambda: listens(names, "/theirs"))
         yarp("connect", "/ours", "/theirs", carrier)
-        wait_for(lambda: output.connections)
+        until(lambda: output.connections)
         for number in range(3):
             stamp = Stamp(number + 5, 1234.5).encode()
             output.write(*image.encode(np.full((4, 6, 3), 100, np.uint8), "rgb"), stamp)
@@ -102,11 +94,11 @@ def test_yarp_read_gets_our_pictures(names, carrier):
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "text", "text_ack"])
 def test_yarp_write_reaches_us(names, carrier):
     with InputPort("/ours", names) as port, Tool("write", "/theirs") as writer:
-        wait_for(lambda: listens(names, "/theirs"))
+        until(lambda: listens(names, "/theirs"))
         port.connect("/theirs", carrier)
-        wait_for(lambda: port.sources == ["/theirs"])
+        until(lambda: port.sources == ["/theirs"])
         writer.process.stdin.write(b'1 2.5 "two words"\n')
         writer.process.stdin.flush()
         assert Bottle.decode(port.read(10)[0]) == [1, 2.5, "two words"]
         yarp("disconnect", "/theirs", "/ours")
-        wait_for(lambda: not port.sources)
+        until(lambda: not port.sources)
