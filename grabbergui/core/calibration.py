@@ -80,6 +80,12 @@ class Calibration:
             return self.rectified
         return np.hstack((self.matrix, np.zeros((3, 1))))
 
+    @property
+    def field_of_view(self) -> tuple[float, float]:
+        """Degrees from the left edge to the right one and from top to bottom, distortion left out."""
+        (focal_x, _, x), (_, focal_y, y), _ = self.matrix.tolist()
+        return _angle(x, self.width, focal_x), _angle(y, self.height, focal_y)
+
     @classmethod
     def from_field_of_view(
         cls, width: int, height: int, degrees: float = NOMINAL_FIELD_OF_VIEW
@@ -181,6 +187,12 @@ class Calibration:
     def save(self, path: Path) -> None:
         """Write a file that camera_info_manager reads."""
         path.write_text(self.to_yaml(), "utf-8")
+
+
+def _angle(centre: float, pixels: int, focal: float) -> float:
+    """Degrees that a row of `pixels` spans, from its first one's outer edge to its last one's."""
+    before, behind = centre + 0.5, pixels - 0.5 - centre
+    return math.degrees(math.atan(before / focal) + math.atan(behind / focal))
 
 
 def given_rectification(matrix: Matrix | None) -> Matrix:

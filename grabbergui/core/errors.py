@@ -7,6 +7,8 @@ that calls them.
 
 from __future__ import annotations
 
+import errno
+
 
 class GrabberError(Exception):
     """Base of all errors that a user may see."""
@@ -16,8 +18,16 @@ class UsageError(GrabberError):
     """What was asked for makes no sense: a malformed URI, a value that is not NAME=VALUE."""
 
 
+class MissingFileError(UsageError):
+    """A file or folder that was named does not exist."""
+
+
 class SourceNotFoundError(GrabberError):
     """No camera or remote port answers to the URI."""
+
+
+class OtherCameraError(SourceNotFoundError):
+    """Another camera answers than the one that was named or lost, or several answer to one name."""
 
 
 class SourceUnavailableError(GrabberError):
@@ -51,6 +61,24 @@ class TransportError(GrabberError):
 
 class AckTimeoutError(TransportError):
     """The device did not acknowledge, all retries spent."""
+
+
+_EXHAUSTED = {
+    errno.EMFILE: "this program has as many files and connections open as it may (`ulimit -n`)",
+    errno.ENFILE: "this machine has as many files and connections open as it can (`sysctl fs.file-max`)",
+    errno.ENOBUFS: "this machine has no memory left for connections",
+    errno.ENOMEM: "this machine has no memory left for connections",
+}
+
+
+class ResourceExhaustedError(TransportError):
+    """Descriptors, threads or memory of this process or machine are used up; no peer is to blame."""
+
+    @classmethod
+    def of(cls, error: OSError) -> ResourceExhaustedError | None:
+        """Return what to raise in place of `error`; None where that has another cause."""
+        text = _EXHAUSTED.get(error.errno or 0)
+        return cls(text) if text else None
 
 
 class DeviceLostError(TransportError):

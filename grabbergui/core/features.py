@@ -122,12 +122,19 @@ class Feature(FeatureDescription):
     "Name of the feature that is its automatic mode, e.g. `ExposureAuto`, where the camera has one."
     maximum_length: int | None = None
     "Of a string, in bytes."
+    pauses_stream: bool = False
+    "Whether a write stops the running stream for a moment, which is all that locks it."
+    constant: bool = False
+    "Whether it is never writable, whatever else is set; false where that is not known."
     problem: str = ""
     "Why the camera's own description of it fails, where it does; such a feature is not available."
 
     @property
     def logarithmic(self) -> bool:
-        """Whether a slider should be logarithmic: the camera says so, or more than three decades."""
+        """Whether a slider should be logarithmic: the camera says so, or it has more than two decades.
+
+        An integer needs more than three: the pixels of a width are counted.
+        """
         if self.minimum is None or self.maximum is None or self.minimum < 0 or self.maximum <= 0:
             return False
         if self.representation is Representation.LOGARITHMIC:
@@ -135,7 +142,7 @@ class Feature(FeatureDescription):
         return (
             self.representation is Representation.LINEAR
             and self.minimum > 0
-            and self.maximum / self.minimum > 1000
+            and self.maximum / self.minimum > (1000 if self.kind is FeatureKind.INTEGER else 100)
         )
 
     def validated(self, value: FeatureValue) -> FeatureValue:
@@ -160,6 +167,8 @@ class Feature(FeatureDescription):
         """Why it cannot be written, as the end of a sentence."""
         if self.problem:
             return f"is not available: {self.problem}"
+        if self.constant:
+            return "is read-only"
         return {
             AccessMode.NOT_IMPLEMENTED: "is not implemented by this camera",
             AccessMode.NOT_AVAILABLE: "is not available just now; another feature's value hides it",

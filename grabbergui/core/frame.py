@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -13,6 +14,14 @@ from numpy.typing import NDArray
 
 from grabbergui.core import pixels
 from grabbergui.core.pfnc import PixelFormat
+
+MOST_AGE = 60.0
+"Seconds that a frame may have been on its way."
+
+
+def time_of_day(monotonic_ns: int) -> int:
+    """The time of day (`time.time_ns`) at a moment of the monotonic clock (`time.monotonic_ns`)."""
+    return time.time_ns() - (time.monotonic_ns() - monotonic_ns)
 
 
 class FrameStatus(Enum):
@@ -36,7 +45,11 @@ class Frame:
     timestamp_ns: int = 0
     "Device clock, nanoseconds; 0 where the device has none."
     received_ns: int = 0
-    "Host clock (`time.time_ns`) of the exposure where it could be mapped, of the arrival otherwise."
+    """Time of day of this computer (`time.time_ns`) when the frame was exposed, as far as the device's clock
+    could be mapped to it, or else when it arrived. For stamps and names of files. The time of day may jump:
+    durations are differences of `captured`."""
+    captured: float = 0.0
+    "The same moment on the monotonic clock (`time.monotonic`, seconds); by default made from `received_ns`."
     status: FrameStatus = FrameStatus.COMPLETE
     missing_bytes: int = 0
     offset_x: int = 0
@@ -49,6 +62,13 @@ class Frame:
     "Chunk values by feature name, e.g. `ChunkExposureTime`."
     _converted: dict[str, NDArray[Any]] = field(default_factory=dict, repr=False)
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.captured:
+            now = time.monotonic()
+            age = (time.time_ns() - self.received_ns) / 1e9
+            # A stamp from the future, or older than a minute, is another clock's.
+            self.captured = now - age if 0 <= age < MOST_AGE else now
 
     @property
     def complete(self) -> bool:

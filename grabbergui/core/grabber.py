@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import logging
+import threading
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
@@ -11,9 +15,13 @@ from typing import Any
 from psygnal import Signal
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import FeatureNotFoundError
-from grabbergui.core.features import Category, Feature, FeatureValue
+from grabbergui.core.companions import Companions
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.features import Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue
+from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,8 @@ class DeviceInfo:
     user_name: str = ""
     "DeviceUserID, where set."
     version: str = ""
+    hardware_id: str = ""
+    "What no other device has: the MAC address of GigE Vision, the GUID of USB3 Vision; lower case."
     interface: str = ""
     "The host's network interface or bus it was seen on."
     note: str = ""
@@ -39,8 +49,30 @@ class DeviceInfo:
 
     @property
     def title(self) -> str:
-        """The name for people."""
-        return self.user_name or " ".join(part for part in (self.vendor, self.model) if part) or self.uri
+        """The display name, which tells it from others of its model: `left eye`, `Acme One 40012345`."""
+        return " ".join(self._names(self.vendor, self.model))
+
+    @property
+    def short_title(self) -> str:
+        """The display name without the vendor, for lists and tiles: `left eye`, `One 40012345`."""
+        return " ".join(self._names(self.model))
+
+    @property
+    def file_name(self) -> str:
+        """The short title as part of a file's name: `left-eye`, `One_40012345`."""
+        name = "_".join(self._names(self.model))
+        return "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")[:80]
+
+    def _names(self, *kind: str) -> list[str]:
+        """The user name; else the kind of camera and its serial number, or its address; else the URI.
+
+        Every name of a source that a user reads follows this rule.
+        """
+        if self.user_name:
+            return [self.user_name]
+        kind = tuple(filter(None, kind))
+        mark = self.serial or self.address
+        return [*kind, *([mark] if mark and mark not in kind else [])] if kind else [self.uri]
 
     def as_dict(self) -> dict[str, str]:
         """All fields, for JSON."""
@@ -105,6 +137,10 @@ class StreamStatistics:
     packets_duplicate: int = 0
     packets_ignored: int = 0
     "Foreign, malformed or stale datagrams."
+    packets_clipped: int = 0
+    "Last packets of a frame that carried padding beyond the end of its payload."
+    overruns: int = 0
+    "Times that packets came faster than this computer takes them, and all that waited were discarded."
     frame_rate: float = 0.0
     "Frames per second."
     bandwidth: float = 0.0
@@ -113,6 +149,11 @@ class StreamStatistics:
     def as_dict(self) -> dict[str, Any]:
         """All fields, for JSON."""
         return asdict(self)
+
+
+def return_text(problems: Sequence[str]) -> str:
+    """Say how a source came back after it was lost: set as before, or what is not and why."""
+    return f"but not as before: {'; '.join(problems)}" if problems else "set as before"
 
 
 class FrameGrabber(ABC):
@@ -133,12 +174,19 @@ class FrameGrabber(ABC):
     """While the connection holds: what hinders the pictures, or how the other end changed; a sentence."""
     event_received = Signal(DeviceEvent)
     """The camera told something by itself. At the end of every exposure, if that is what was switched on."""
+    unlike_before: tuple[str, ...] = ()
+    """When it came back after a loss: what is not as it was before, and why, a sentence each."""
     shared = False
     """Whether others may write its features meanwhile: it is remote, or served to a network."""
 
     def __init__(self, info: DeviceInfo) -> None:
         self.info = info
         self._fanout = FrameFanout()
+        self._lock = threading.RLock()
+        "Of feature calls: held wherever several belong together."
+        self._put_back: frozenset[str] = frozenset()
+        "Selectors that an `exclusive` block of the thread that holds the lock is going to put back."
+        self._selectors: Selectors | None = None
 
     # -- connection ------------------------------------------------------------------------------
     @abstractmethod
@@ -190,6 +238,88 @@ class FrameGrabber(ABC):
     @abstractmethod
     def execute(self, name: str) -> None:
         """Run a command feature and wait until the camera says it is done (at most five seconds)."""
+
+    # -- settings: features with their selectors -------------------------------------------------
+    @property
+    def selectors(self) -> Selectors:
+        """What selects what. Asks no camera."""
+        tree = self.feature_tree()
+        selectors = self._selectors
+        if selectors is None or selectors.tree is not tree:
+            self._selectors = selectors = Selectors(tree)
+        return selectors
+
+    def setting(self, name: str) -> SettingKey:
+        """Return the setting that a feature shows at the moment. May read its selectors."""
+        standing = [(selector, self.feature(selector).value) for selector in self.selectors.of(name)]
+        return SettingKey(name, tuple((s, format_value(value)) for s, value in standing if value is not None))
+
+    def read_setting(self, key: SettingKey) -> Feature:
+        """Read a feature under its selectors, which then stand where they stood, in one step.
+
+        No other caller reads or writes a feature of this grabber in between. Raises what `feature` and, for
+        the selectors, `write_feature` raise.
+        """
+        with self._selecting(key.selected):
+            return self.feature(key.name)
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """Write a feature under its selectors, which then stand where they stood, in one step.
+
+        Returns everything that changed. A key without selectors means what is selected at the moment.
+        Raises what `write_feature` raises.
+        """
+        with self._lock, self._selecting(key.selected):
+            names = (*Companions.of(key.name, self.has_feature).names, key.name)
+            keys = {name: self.setting(name) for name in names}
+            before = {name: self.feature(name).value for name in names}
+            feature = self.write_feature(key.name, value)
+            after = {name: self.feature(name).value for name in names[:-1]}
+            after[key.name] = feature.value if feature.value is not None else value
+            changes = [ValueChange(keys[name], before[name], after[name]) for name in names]
+            companions = [change for change in changes[:-1] if change.before != change.after]
+            return WriteResult(feature, (*companions, changes[-1]))
+
+    def execute_setting(self, key: SettingKey) -> None:
+        """Run a command under its selectors (`UserSetLoad[UserSetSelector=UserSet1]`) in one step."""
+        with self._selecting(key.selected):
+            self.execute(key.name)
+
+    @contextmanager
+    def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
+        """Let no other caller use features within the block, and put these selectors back behind it.
+
+        For several settings that belong together; keep it short, as everybody else waits. Nested blocks leave
+        the selectors that the outer one puts back where they are.
+        """
+        with self._lock:
+            names = [name for name in selectors if name not in self._put_back and self.has_feature(name)]
+            stood = {name: value for name in names if (value := self.feature(name).value) is not None}
+            outer, self._put_back = self._put_back, self._put_back | stood.keys()
+            try:
+                yield
+            finally:
+                self._put_back = outer
+                for name, value in stood.items():
+                    try:
+                        self._select(name, format_value(value))
+                    except GrabberError as error:
+                        log.info("%s could not be put back: %s", name, error)
+
+    @contextmanager
+    def _selecting(self, selected: Selected) -> Iterator[None]:
+        if not selected:
+            yield
+            return
+        with self.exclusive(selector for selector, _ in selected):
+            for selector, entry in selected:
+                self._select(selector, entry)
+            yield
+
+    def _select(self, selector: str, entry: str) -> None:
+        value = self.feature(selector).value
+        if value is None or not same_value(value, entry):
+            self.write_feature(selector, entry)
 
     def features(self) -> list[Feature]:
         """Every feature as it is now, in the tree's order. May read hundreds of registers."""

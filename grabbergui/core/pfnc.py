@@ -60,6 +60,11 @@ class PixelFormat:
         """Whether `core.pixels` can lay it out and convert it."""
         return self.layout is not Layout.OTHER
 
+    @property
+    def is_distance(self) -> bool:
+        """Whether a value is a distance and no brightness, and 0 where none was measured."""
+        return self.name.startswith("Coord3D_C")
+
     def line_bytes(self, width: int) -> int:
         """Bytes of a line that starts on a byte, without padding."""
         return (width * self.bits_per_pixel + 7) // 8
@@ -121,7 +126,7 @@ _FORMATS = (
     PixelFormat("YCbCr8_CbYCr", 0x0218003A, Family.YUV),
     PixelFormat("YCbCr601_422_8", 0x0210003E, Family.YUV),
     PixelFormat("YCbCr709_422_8", 0x02100041, Family.YUV),
-    PixelFormat("Coord3D_C16", 0x011000B8),
+    PixelFormat("Coord3D_C16", 0x011000B8, Family.MONO, 16, 1, Layout.WHOLE),  # ROS's 16UC1 of depth cameras
     PixelFormat("Coord3D_ABC32f", 0x026000C0),
     PixelFormat("Confidence8", 0x010800C6),
 )

@@ -69,7 +69,7 @@ def _png_is_whole(file: memoryview) -> bool:
         return True
     at = len(_PNG)
     while at + 8 <= len(file):
-        if file[at + 4 : at + 8] == b"IEND":
+        if bytes(file[at + 4 : at + 8]) == b"IEND":
             return True
         at += 12 + int(struct.unpack_from(">I", file, at)[0])
     return False

@@ -1,7 +1,7 @@
 """What features are for, whatever a camera calls them.
 
-The Standard Feature Naming Convention (SFNC) names come first; older cameras follow. A role is what the
-window's favourites, the YARP feature ids and the ROS 2 services mean when they say "exposure".
+The Standard Feature Naming Convention (SFNC) names come first; older cameras and ROS drivers follow. A role
+is what the window's favourites, the YARP feature ids and the ROS 2 services mean when they say "exposure".
 """
 
 from __future__ import annotations
@@ -13,9 +13,15 @@ from enum import Enum
 class Role(Enum):
     """A purpose, and the names cameras have given to it, best first."""
 
-    EXPOSURE = ("ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw", "Shutter")
-    GAIN = ("Gain", "GainAbs", "GainRaw")
-    FRAME_RATE = ("AcquisitionFrameRate", "AcquisitionFrameRateAbs", "AcquisitionFrameRateRaw", "FrameRate")
+    EXPOSURE = (
+        "ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw", "Shutter", "ManualDirectShutter",
+        "exposure_time",
+    )  # fmt: skip
+    GAIN = ("Gain", "GainAbs", "GainRaw", "AnalogGain", "DigitalGain", "gain")
+    FRAME_RATE = (
+        "AcquisitionFrameRate", "AcquisitionFrameRateAbs", "AcquisitionFrameRateRaw", "FrameRate",
+        "SensorFrameRate", "ConstantFrameRate", "frame_rate",
+    )  # fmt: skip
     BLACK_LEVEL = ("BlackLevel", "BlackLevelAbs", "BlackLevelRaw", "Brightness")
     GAMMA = ("Gamma", "GammaAbs", "GammaRaw")
     BALANCE_RATIO = ("BalanceRatio", "BalanceRatioAbs", "BalanceRatioRaw")
@@ -53,43 +59,11 @@ class Role(Enum):
 FAVOURITES = (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)
 """What an operator reaches for first."""
 
-_AUTOMATIC = {
-    Role.EXPOSURE: ("ExposureAuto",),
-    Role.GAIN: ("GainAuto",),
-    Role.FRAME_RATE: ("AcquisitionFrameRateAuto",),
-    Role.BLACK_LEVEL: ("BlackLevelAuto",),
-    Role.BALANCE_RATIO: ("BalanceWhiteAuto",),
-}
-
-_AUTO_OF = {name: autos for role, autos in _AUTOMATIC.items() for name in role.names}
-
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
 AUTO_CONTINUOUS = "Continuous"
-
-_FORMS = ("Abs", "Raw")
-"""Endings of the pre-SFNC names of one knob's forms; what belongs to the knob is named without them."""
-
-
-def automatic_mode_of(name: str, has: Callable[[str], bool]) -> str | None:
-    """The feature that regulates `name` by itself (`ExposureAuto` for `ExposureTime`), if there is one."""
-    candidates = (*_AUTO_OF.get(name, ()), f"{_knob(name)}Auto")
-    return next((candidate for candidate in candidates if has(candidate)), None)
-
-
-def enabler_of(name: str, has: Callable[[str], bool]) -> str | None:
-    """The switch that must be on for `name` to act (`AcquisitionFrameRateEnable`), if there is one."""
-    knob = _knob(name)
-    return next((candidate for candidate in (f"{knob}Enable", f"{knob}Enabled") if has(candidate)), None)
 
 
 def role_of(name: str) -> Role | None:
     """What a feature of this name is for, where we know."""
     return next((role for role in Role if name in role.names), None)
-
-
-def _knob(name: str) -> str:
-    for form in _FORMS:
-        if name.endswith(form) and name != form:
-            return name.removesuffix(form)
-    return name

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber, StreamStatistics
+from grabbergui.core.selection import Selectors, SettingKey, WriteResult
 
 
 class SharedGrabber(FrameGrabber):
@@ -23,7 +26,7 @@ class SharedGrabber(FrameGrabber):
         super().__init__(grabber.info)
         self._grabber = grabber
         self._queues: list[FrameQueue] = []
-        self._lock = threading.Lock()
+        self._opening = threading.Lock()
         "Of the list of queues, as any thread may open one."
 
     def open(self, access: Access = Access.CONTROL) -> None:
@@ -41,7 +44,7 @@ class SharedGrabber(FrameGrabber):
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
         self._grabber.noticed.disconnect(self._on_noticed, missing_ok=True)
         self._grabber.event_received.disconnect(self._on_event, missing_ok=True)
-        with self._lock:
+        with self._opening:
             queues, self._queues = self._queues, []
         for queue in queues:
             queue.close()
@@ -66,6 +69,33 @@ class SharedGrabber(FrameGrabber):
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """See FrameGrabber."""
         return self._grabber.write_feature(name, value)
+
+    @property
+    def selectors(self) -> Selectors:
+        """See FrameGrabber."""
+        return self._grabber.selectors
+
+    def setting(self, name: str) -> SettingKey:
+        """See FrameGrabber."""
+        return self._grabber.setting(name)
+
+    def read_setting(self, key: SettingKey) -> Feature:
+        """See FrameGrabber."""
+        return self._grabber.read_setting(key)
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """See FrameGrabber."""
+        return self._grabber.write_setting(key, value)
+
+    def execute_setting(self, key: SettingKey) -> None:
+        """See FrameGrabber."""
+        self._grabber.execute_setting(key)
+
+    @contextmanager
+    def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
+        """See FrameGrabber."""
+        with self._grabber.exclusive(selectors):
+            yield
 
     def pauses_for(self, name: str) -> bool:
         """See FrameGrabber."""
@@ -99,7 +129,7 @@ class SharedGrabber(FrameGrabber):
     def open_queue(self, depth: int = 2) -> FrameQueue:
         """See FrameGrabber."""
         queue = self._grabber.open_queue(depth)
-        with self._lock:
+        with self._opening:
             self._queues = [*(q for q in self._queues if not q.closed), queue]
         return queue
 
@@ -113,5 +143,5 @@ class SharedGrabber(FrameGrabber):
         self.event_received.emit(event)
 
     def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
-        self.info = self._grabber.info
+        self.info, self.unlike_before = self._grabber.info, self._grabber.unlike_before
         self.connection_changed.emit(state, reason)

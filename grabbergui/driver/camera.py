@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Container, Iterable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 
-from grabbergui.core.errors import DeviceLostError, FeatureAccessError, GrabberError
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
+from grabbergui.core.errors import (
+    DeviceLostError,
+    FeatureAccessError,
+    FeatureError,
+    GrabberError,
+    OtherCameraError,
+)
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame import Frame
-from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics
-from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics, return_text
+from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.driver.device import Device, StreamRequest
 from grabbergui.driver.event_delivery import EventDelivery
 from grabbergui.driver.genapi import preparation
 from grabbergui.driver.genapi.chunk_reader import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.poller import POLL_PERIOD, Poller
-from grabbergui.driver.settings_memory import SettingsMemory
+from grabbergui.driver.setting_writer import SettingWriter
+from grabbergui.driver.settings_memory import LOAD_SET, SettingsMemory
 
 log = logging.getLogger(__name__)
 
@@ -38,8 +45,8 @@ _CHANGES_PAYLOAD = (
 class Camera(FrameGrabber):
     """A local camera on whatever transport. Thread-safe; feature calls are serialised.
 
-    A camera that is lost is opened again as soon as it answers; what was written to it since it was opened
-    is written again, and the stream goes on.
+    A camera that is lost is opened again as soon as it answers. What was set since it was opened is set
+    again and compared, and the stream goes on.
     """
 
     def __init__(self, device: Device, *, deliver_incomplete: bool = False) -> None:
@@ -54,14 +61,12 @@ class Camera(FrameGrabber):
         "Kept from stream to stream, as it parses the whole description; `_chunks` while they are on."
         self._access = Access.MONITOR
         self._streaming = False
-        self._keep_trigger = False
-        # Held for whole operations (start, stop, write with its restart), not while frames arrive.
-        self._lock = threading.RLock()
+        self._stream_locks: dict[str, bool] = {}
+        "Features that were asked for while it streams: whether only that locks them."
         self._poller: Poller | None = None
         self._events: EventDelivery | None = None
         self._hears_events = False
-        self._automatic: dict[str, list[str]] = {}
-        self._settings = SettingsMemory()
+        self._writer: SettingWriter | None = None
         self._closed = threading.Event()
         self._closed.set()
         self._reconnecting: threading.Thread | None = None
@@ -81,7 +86,7 @@ class Camera(FrameGrabber):
             self.device.on_event = self._events.put
             self._hears_events = self._lost_meanwhile = False
             self.device.take_over = access is Access.TAKE_OVER
-            self._settings = SettingsMemory()
+            self._writer = None  # what was set before it was closed is not set again
             try:
                 self._connect(Access.CONTROL if self.device.take_over else access)
                 with self._losses:
@@ -106,7 +111,8 @@ class Camera(FrameGrabber):
         self._xml = self.device.description()
         self._nodes = CameraNodeMap(self.device, self._xml, self._on_features_changed)
         self.info = self.device.info
-        self._automatic = self._automatic_modes(self._nodes)
+        memory = self._writer.memory if self._writer is not None else SettingsMemory()
+        self._writer = SettingWriter(self, self._nodes, memory)
         self._chunk_reader = None
 
     def close(self) -> None:
@@ -156,9 +162,7 @@ class Camera(FrameGrabber):
         ours = self._access is Access.CONTROL and name != preparation.TRANSPORT_LOCK
         if feature.access.writable and not ours:
             readable = feature.access.readable
-            feature = replace(
-                feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE
-            )
+            feature = replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
         return feature
 
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
@@ -167,61 +171,81 @@ class Camera(FrameGrabber):
         A value that changes the size of a frame while streaming stops the stream, is written, and starts it
         again. A switch that makes the feature act (AcquisitionFrameRateEnable) is turned on.
         """
+        return self._write(name, value).feature
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """See FrameGrabber. Consequences are found by the description's invalidation rules."""
+        with self._selecting(key.selected):
+            return self._write(key.name, value)
+
+    def setting(self, name: str) -> SettingKey:
+        """See FrameGrabber."""
+        path = self.selectors.of(name)
+        values = self._opened().values(path)
+        return SettingKey(name, tuple((s, format_value(values[s])) for s in path if s in values))
+
+    @contextmanager
+    def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
+        """See FrameGrabber. Readers wait as well: they must not see what is selected for a moment."""
+        with self._lock, self._opened().exclusive(), super().exclusive(selectors):
+            yield
+
+    def _write(self, name: str, value: FeatureValue) -> WriteResult:
         with self._lock:
-            feature = self.feature(name)
+            self._require(name)
             if self._access is Access.MONITOR:
                 raise FeatureAccessError(
                     f"{name}: this camera is open for reading only, another application controls it", name
                 )
             if name == preparation.TRANSPORT_LOCK:
                 raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
+            nodes = self._opened()
             restart = self._streaming and self.pauses_for(name)
+            feature = nodes.feature(name) if restart else nodes.feature_taking(name, value)
             # Refuse a wrong value before anything is switched or stopped for its sake.
             if feature.value is not None:
-                replace(feature, access=AccessMode.READ_WRITE).validated(value)
+                ready = feature.access.writable
+                (feature if ready else replace(feature, access=AccessMode.READ_WRITE)).validated(value)
             if name.startswith(_EVENT_SWITCH):
                 self._hear_events()
             with self._paused() if restart else nullcontext():
-                self._prepare_write(feature)
-                feature = self._opened().feature(name)
-                accepted = feature.validated(value)
-                self._opened().write(name, accepted)
-                self._settings.note(feature, accepted, self._opened().feature)
-            return self.feature(name)
+                result = self._writes().write(feature, value)
+            # A stream that runs again locks features.
+            return replace(result, feature=self.feature(name)) if restart else result
 
     def pauses_for(self, name: str) -> bool:
-        """See FrameGrabber."""
-        return name.startswith(_CHANGES_PAYLOAD) and not name.endswith("Max")
+        """See FrameGrabber. Also what the description locks while it streams and not otherwise."""
+        if name.startswith(_CHANGES_PAYLOAD) and not name.endswith(("Max", "Selector")):
+            return True
+        if not self._streaming:
+            return False
+        if name not in self._stream_locks:
+            nodes, lock = self._opened(), preparation.TRANSPORT_LOCK
+            self._stream_locks[name] = nodes.has_node(lock) and nodes.is_locked_by(name, lock)
+        return self._stream_locks[name]
 
     def execute(self, name: str) -> None:
         """See FrameGrabber."""
         self._require(name)
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
-        self._opened().execute(name)
-
-    def _prepare_write(self, feature: Feature) -> None:
-        nodes = self._opened()
-        if feature.auto is not None:
-            mode = nodes.feature(feature.auto)
-            if mode.value != AUTO_OFF and mode.access.writable and preparation.has_entry(mode, AUTO_OFF):
-                nodes.write(mode.name, AUTO_OFF)
-        enabler = enabler_of(feature.name, nodes.has)
-        if enabler is not None:
-            switch = nodes.feature(enabler)
-            if switch.kind is FeatureKind.BOOLEAN and switch.value is False and switch.access.writable:
-                nodes.write(enabler, True)
+        with self._lock if name == LOAD_SET else nullcontext():
+            self._opened().execute(name)
+            if name == LOAD_SET:
+                self._writes().memory.note_loaded_set(self.setting(name))
 
     # -- acquisition -----------------------------------------------------------------------------
     def start(self, *, keep_trigger: bool = False) -> None:
         """See FrameGrabber."""
+        self._start({preparation.TRIGGER} if keep_trigger else ())
+
+    def _start(self, kept: Container[str]) -> None:
         with self._lock:
             if self._streaming:
                 return
             self._opened()
-            self._keep_trigger = keep_trigger
             if self._access is Access.CONTROL:
-                preparation.run_free(self._opened(), keep_trigger=keep_trigger)
+                preparation.run_free(self, kept)
                 if self._event_left_on():
                     self._hear_events()
             self._start_stream()
@@ -255,6 +279,7 @@ class Camera(FrameGrabber):
             self.device.close_stream()
             self._lock_transport(locked=False)
             raise
+        self._stream_locks.clear()
         self._streaming = True
 
     def _stop_stream(self) -> None:
@@ -293,7 +318,8 @@ class Camera(FrameGrabber):
 
     # -- changes ---------------------------------------------------------------------------------
     def _on_features_changed(self, names: frozenset[str]) -> None:
-        self.features_changed.emit(names)
+        if len(self.features_changed):
+            self.features_changed.emit(names)
 
     def _event_left_on(self) -> bool:
         """Whether a user set, or who had the camera before, left the selected event switched on."""
@@ -320,29 +346,21 @@ class Camera(FrameGrabber):
     def _poll(self) -> None:
         """Let values that move by themselves be noticed, while anybody listens."""
         nodes = self._nodes
-        if nodes is None or not len(self.features_changed):
+        if nodes is None or self._reconnecting is not None:
+            return
+        if self._lock.acquire(blocking=False):
+            try:
+                self._writes().notice_regulated_once()
+            except GrabberError as error:
+                log.info("%s: %s", self.info.uri, error)
+            finally:
+                self._lock.release()
+        if not len(self.features_changed):
             return
         nodes.poll(int(POLL_PERIOD * 1000))
-        moving = frozenset(self._regulated(nodes))
+        moving = frozenset(self._writes().regulated_now())
         if moving:
             nodes.invalidate(moving)
-
-    @staticmethod
-    def _automatic_modes(nodes: CameraNodeMap) -> dict[str, list[str]]:
-        """Each automatic mode and the features it regulates."""
-        modes: dict[str, list[str]] = {}
-        for description in nodes.root.descriptions():
-            auto = automatic_mode_of(description.name, nodes.has)
-            if auto is not None:
-                modes.setdefault(auto, []).append(description.name)
-        return modes
-
-    def _regulated(self, nodes: CameraNodeMap) -> Iterator[str]:
-        """Features whose automatic mode is on: cameras seldom give these a PollingTime."""
-        for auto, names in self._automatic.items():
-            if nodes.feature(auto).value not in (AUTO_OFF, None):
-                yield auto  # Once falls back to Off by itself
-                yield from names
 
     # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
@@ -359,39 +377,68 @@ class Camera(FrameGrabber):
         thread.start()
 
     def _reconnect(self, was_streaming: bool) -> None:
-        """Try until it is back or closed."""
+        """Try until it is back or closed. Another camera in its place is refused, and reported once."""
+        reported = ""
         while not self._closed.wait(RECONNECT_PERIOD):
             with self._lock:
                 if self._closed.is_set():
                     return
                 try:
-                    self._restore(was_streaming)
+                    problems = self._restore(was_streaming)
                 except GrabberError as error:
                     log.info("%s is not back yet: %s", self.info.uri, error)
+                    if isinstance(error, OtherCameraError) and str(error) != reported:
+                        reported = str(error)
+                        log.warning("%s: %s", self.info.uri, reported)
+                        self.connection_changed.emit(ConnectionState.LOST, reported)
                     continue
                 with self._losses:
                     if self._lost_meanwhile:
                         continue
                     self._reconnecting = None
-            self.connection_changed.emit(ConnectionState.OPEN, "it is back, and set as before")
+            self.unlike_before = tuple(problems)
+            self.connection_changed.emit(ConnectionState.OPEN, return_text(problems))
             names = frozenset(description.name for description in self.feature_tree().descriptions())
             self.features_changed.emit(names)
             return
 
-    def _restore(self, streaming: bool) -> None:
+    def _restore(self, streaming: bool) -> list[str]:
+        """Open the device again and set it as it was; return what could not be set, a sentence each."""
         self.device.close_stream()
         self.device.close()
-        self._lost_meanwhile = self._streaming = False  # what was told until here is about what is closed
+        self._lost_meanwhile = self._streaming = False  # what was reported until here is about what is closed
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)
-        nodes = self._opened()
         if self._hears_events:
             self.device.open_events()
-        for refusal in self._settings.replay(nodes.write):
-            log.warning("%s, set again: %s", self.info.uri, refusal)
+        problems = self._set_as_before(streaming) if self._access is Access.CONTROL else []
+        for problem in problems:
+            log.warning("%s, set again: %s", self.info.uri, problem)
         if streaming:
-            self.start(keep_trigger=self._keep_trigger)
+            # Triggers are as they were; so is a mode that was chosen, perhaps while it streamed.
+            remembered = {key.name for key in self._writes().memory.settings}
+            self._start({preparation.TRIGGER, *remembered & {preparation.MODE}})
+        return problems
+
+    def _set_as_before(self, was_streaming: bool) -> list[str]:
+        if was_streaming:
+            # One that kept its power may still stream, and locks what its frames look like.
+            with suppress(FeatureError):
+                self._opened().execute("AcquisitionStop")
+            self._lock_transport(locked=False)
+        # Setting it again must not change what is remembered.
+        writer = self._writes()
+        remembered, writer.memory = writer.memory, SettingsMemory()
+        try:
+            return remembered.restore(self)
+        finally:
+            writer.memory = remembered
+
+    def _writes(self) -> SettingWriter:
+        self._opened()
+        assert self._writer is not None
+        return self._writer
 
     def _opened(self) -> CameraNodeMap:
         nodes = self._nodes

@@ -60,7 +60,9 @@ class Device(ABC):
     def open(self, access: Access) -> Access:
         """Connect and return what was granted; CONTROL or MONITOR is asked for, see `take_over`.
 
-        Raises SourceNotFoundError, AccessDeniedError (control asked for, held by another), TransportError.
+        A device object stands for one camera: opened again, it is the same unit (`core.identity`), or
+        OtherCameraError names the one that answers. Raises SourceNotFoundError, AccessDeniedError (control
+        asked for, held by another), TransportError.
         """
 
     @abstractmethod

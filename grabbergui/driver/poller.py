@@ -13,6 +13,7 @@ log = logging.getLogger(__name__)
 POLL_PERIOD = 0.1
 """Seconds between looks at GenApi's polling times and at values under an automatic mode."""
 
+
 class Poller:
     """Calls a function every POLL_PERIOD on a thread of its own until stopped."""
 

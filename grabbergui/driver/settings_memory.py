@@ -1,44 +1,86 @@
-"""What the operator set, so that it can be set again on a camera that lost its power."""
+"""What was set on a camera since it was opened, so that it can be set again when it lost its power."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Callable
+from collections.abc import Iterable, Mapping
 
 from grabbergui.core.errors import FeatureError
-from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.features import FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey, ValueChange
+from grabbergui.core.settling import settle
+from grabbergui.core.sfnc import AUTO_ONCE
 
-log = logging.getLogger(__name__)
-
-_Key = tuple[str, tuple[FeatureValue | None, ...]]
+LOAD_SET = "UserSetLoad"
+"Replaces all settings by those of the set that UserSetSelector selects (SFNC, User Set Control)."
 
 
 class SettingsMemory:
-    """The last value written to each feature, in the order of writing; selected instances apart."""
+    """The last known value of each setting that was changed, in the order of the last change.
+
+    It holds what was written for the user, what the driver wrote with it (a mode switched off, a switch
+    turned on, a selector), and what the camera changed in consequence. One thread at a time.
+    """
 
     def __init__(self) -> None:
-        self._written: dict[_Key, tuple[dict[str, FeatureValue], FeatureValue]] = {}
+        self._settings: dict[SettingKey, FeatureValue] = {}
+        self._hidden: dict[str, ValueChange] = {}
+        "Features that cannot be seen at the moment, and the write that hid them."
+        self._loaded: SettingKey | None = None
+        "The command that loaded the set all other settings stand on, with its selector."
 
-    def note(self, feature: Feature, value: FeatureValue, read: Callable[[str], Feature]) -> None:
-        """Remember a write that worked; `read` tells what its selectors stand at."""
-        standing = {name: read(name).value for name in feature.selectors}
-        selected = {name: choice for name, choice in standing.items() if choice is not None}
-        key = (feature.name, tuple(selected.values()))
-        # Written again goes to the end: what was set last is set last.
-        self._written.pop(key, None)
-        self._written[key] = (selected, value)
+    @property
+    def settings(self) -> Mapping[SettingKey, FeatureValue]:
+        """What is remembered."""
+        return self._settings
 
-    def replay(self, write: Callable[[str, FeatureValue], object]) -> list[str]:
-        """Write everything again in order; returns what the camera refused, a sentence each."""
-        refused = []
-        for (name, _), (selected, value) in self._written.items():
+    @property
+    def regulated_once(self) -> list[str]:
+        """Automatic modes that were told to regulate once, and are off again soon."""
+        return [key.name for key, value in self._settings.items() if value == AUTO_ONCE]
+
+    def note(self, key: SettingKey, value: FeatureValue) -> None:
+        """Remember a value; the last change comes last when it is set again."""
+        self._settings.pop(key, None)
+        self._settings[key] = value
+
+    def note_changes(self, changes: Iterable[ValueChange]) -> None:
+        """Remember what a write changed."""
+        for change in changes:
+            if change.after is not None:
+                self.note(change.key, change.after)
+
+    def note_hidden(self, name: str, by: ValueChange) -> None:
+        """Remember that a write hid a feature, as AcquisitionMode hides AcquisitionFrameCount."""
+        self._hidden[name] = by
+
+    def note_visible(self, names: Iterable[str]) -> None:
+        """Remember that these features can be seen."""
+        for name in names:
+            self._hidden.pop(name, None)
+
+    def note_loaded_set(self, command: SettingKey) -> None:
+        """Remember that the camera loaded one of its own sets, which replaced all settings."""
+        self._settings.clear()
+        self._hidden.clear()
+        self._loaded = command
+
+    def restore(self, grabber: FrameGrabber) -> list[str]:
+        """Set everything again and compare; return what is not as it was and why, a sentence each.
+
+        Raises TransportError when the camera goes away again.
+        """
+        problems = []
+        if self._loaded is not None:
             try:
-                for selector, choice in selected.items():
-                    write(selector, choice)
-                write(name, value)
+                grabber.execute_setting(self._loaded)
             except FeatureError as error:
-                refused.append(str(error))
-        return refused
-
-    def __len__(self) -> int:
-        return len(self._written)
+                problems.append(str(error))
+        hidden = {key: value for key, value in self._settings.items() if key.name in self._hidden}
+        for key, value in hidden.items():
+            # What hides it is written again with all that can be seen.
+            hider = self._hidden[key.name]
+            if hider.before is not None:
+                problems += settle(grabber, {hider.key: hider.before, key: value}).values()
+        visible = {key: value for key, value in self._settings.items() if key not in hidden}
+        return [*problems, *settle(grabber, visible).values()]

@@ -108,8 +108,8 @@ def test_any_value_is_taken_or_refused(value, kind):
 @pytest.mark.parametrize(
     ("fields", "logarithmic"),
     [
-        ({"minimum": 1, "maximum": 1001}, True),
-        ({"minimum": 1, "maximum": 1000}, False),
+        ({"minimum": 1, "maximum": 101}, True),
+        ({"minimum": 1, "maximum": 100}, False),
         ({"minimum": 0, "maximum": 1e9}, False),
         ({"minimum": -1, "maximum": 1e9, "representation": Representation.LOGARITHMIC}, False),
         ({"minimum": 0, "maximum": 10, "representation": Representation.LOGARITHMIC}, True),
@@ -117,8 +117,13 @@ def test_any_value_is_taken_or_refused(value, kind):
         ({}, False),
     ],
 )
-def test_sliders_over_more_than_three_decades_are_logarithmic(fields, logarithmic):
+def test_sliders_over_more_than_two_decades_are_logarithmic(fields, logarithmic):
     assert feature(FeatureKind.FLOAT, **fields).logarithmic is logarithmic
+
+
+@pytest.mark.parametrize(("maximum", "logarithmic"), [(1001, True), (1000, False)])
+def test_of_integers_those_over_more_than_three_decades(maximum, logarithmic):
+    assert feature(FeatureKind.INTEGER, minimum=1, maximum=maximum).logarithmic is logarithmic
 
 
 @pytest.mark.parametrize(

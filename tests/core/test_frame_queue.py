@@ -64,9 +64,16 @@ def test_closing_wakes_who_waits_and_forgets_frames():
     for thread in threads:
         thread.join(10)
     assert caught == ["the stream was closed"] * 3
-    queue.put(frame(1))
     queue.close()
     assert queue.closed and ids(queue) == []
+
+
+def test_a_closed_queue_holds_no_frame_that_comes_later():
+    """A frame keeps its buffer from the pool; nobody would ever give it back."""
+    queue = FrameQueue()
+    queue.close()
+    queue.put(frame(1))
+    assert ids(queue) == [] and queue.dropped == 0
 
 
 def test_a_waiting_consumer_gets_the_frame_another_thread_puts():

@@ -81,15 +81,19 @@ def test_queues_end_with_the_grabber(grabber):
 
 
 @pytest.mark.parametrize(
-    ("info", "title"),
+    ("info", "title", "file_name"),
     [
-        (DeviceInfo("sim:"), "sim:"),
-        (DeviceInfo("sim:", vendor="Acme", model="One"), "Acme One"),
-        (DeviceInfo("sim:", vendor="Acme", user_name="left eye"), "left eye"),
+        (DeviceInfo("sim:"), "sim:", "sim"),
+        (DeviceInfo("sim:", "Acme", "One"), "Acme One", "One"),
+        (DeviceInfo("sim:", "Acme", "One", "7", user_name="left eye"), "left eye", "left-eye"),
+        (DeviceInfo("sim:", "Acme", "One", "7", address="10.0.0.7"), "Acme One 7", "One_7"),
+        (DeviceInfo("sim:", "Acme", "One", address="10.0.0.7"), "Acme One 10.0.0.7", "One_10.0.0.7"),
+        (DeviceInfo("sim:", model="/camera", address="/camera"), "/camera", "camera"),
     ],
 )
-def test_the_title_of_a_source(info, title):
-    assert info.title == title
+def test_the_names_of_a_source_tell_it_from_others_of_its_model(info, title, file_name):
+    assert (info.title, info.short_title) == (title, title.removeprefix("Acme "))
+    assert info.file_name == file_name
     assert info.as_dict()["uri"] == "sim:"
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from grabbergui.core import sfnc
+from grabbergui.core import companions, sfnc
 from grabbergui.core.sfnc import Role
 
 
@@ -12,6 +12,14 @@ from grabbergui.core.sfnc import Role
         (Role.GAIN, {"GainRaw"}, "GainRaw"),
         (Role.FRAME_RATE, {"AcquisitionFrameRateAbs"}, "AcquisitionFrameRateAbs"),
         (Role.GAMMA, {"Gain"}, None),
+        (Role.EXPOSURE, {"ManualDirectShutter"}, "ManualDirectShutter"),
+        (Role.GAIN, {"DigitalGain", "AnalogGain"}, "AnalogGain"),
+        (Role.GAIN, {"DigitalGain"}, "DigitalGain"),
+        (Role.FRAME_RATE, {"SensorFrameRate"}, "SensorFrameRate"),
+        (Role.FRAME_RATE, {"ConstantFrameRate"}, "ConstantFrameRate"),
+        (Role.EXPOSURE, {"exposure_time", "gain"}, "exposure_time"),
+        (Role.GAIN, {"exposure_time", "gain"}, "gain"),
+        (Role.FRAME_RATE, {"frame_rate"}, "frame_rate"),
     ],
 )
 def test_the_best_name_a_camera_has(role, camera, found):
@@ -29,13 +37,13 @@ def test_the_best_name_a_camera_has(role, camera, found):
     ],
 )
 def test_the_automatic_mode_of_a_feature(name, camera, auto):
-    assert sfnc.automatic_mode_of(name, camera.__contains__) == auto
+    assert companions.automatic_mode_of(name, camera.__contains__) == auto
 
 
 def test_the_enabler_of_the_frame_rate():
     has = {"AcquisitionFrameRateEnabled"}.__contains__
-    assert sfnc.enabler_of("AcquisitionFrameRate", has) == "AcquisitionFrameRateEnabled"
-    assert sfnc.enabler_of("Gain", has) is None
+    assert companions.enabler_of("AcquisitionFrameRate", has) == "AcquisitionFrameRateEnabled"
+    assert companions.enabler_of("Gain", has) is None
 
 
 def test_what_a_name_is_for():

@@ -16,6 +16,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.genapi.node_features import NodeFeature
 from patience import PATIENCE, attempts
 
 
@@ -189,6 +190,48 @@ def test_the_lock_of_the_transport_is_the_stream_s_alone(camera):
     assert camera.feature("TLParamsLocked").value == 1
     camera.stop()
     assert camera.feature("TLParamsLocked").value == 0
+
+
+def test_what_the_description_locks_only_while_it_streams_is_written_in_a_pause(camera):
+    assert not camera.pauses_for("AcquisitionMode"), "nothing locks it yet"
+    camera.start()
+    changes = []
+    camera.features_changed.connect(changes.append)
+    pausing = {feature.name for feature in camera.features() if camera.pauses_for(feature.name)}
+    assert {"AcquisitionMode", "PixelFormat", "Width", "BinningVertical"} <= pausing
+    assert not pausing & {"HeightMax", "PayloadSize", "ExposureTime", "DeviceTemperature", "Gain"}
+    assert camera.feature("TLParamsLocked").value == 1
+    assert changes == [], "nobody hears of the question"
+    camera.write_feature("ExposureTime", 1234.0)
+    assert any("ExposureTime" in names for names in changes), "but of all that changes after it"
+    assert camera.write_feature("AcquisitionMode", "MultiFrame").value == "MultiFrame"
+    assert camera.streaming and camera.feature("TLParamsLocked").value == 1
+
+
+def test_a_slider_costs_one_snapshot_and_one_register_a_step(camera, monkeypatch):
+    """Each snapshot reads a dozen properties of a node: six of them took longer than the wire."""
+    camera.write_feature("Gain", 1.0)
+    snapshots, accesses = [], []
+    snapshot, read, write = NodeFeature.snapshot, camera.device.read, camera.device.write
+    monkeypatch.setattr(NodeFeature, "snapshot", lambda node: snapshots.append(node) or snapshot(node))
+    monkeypatch.setattr(camera.device, "read", lambda *of: accesses.append("read") or read(*of))
+    monkeypatch.setattr(camera.device, "write", lambda *of: accesses.append("write") or write(*of))
+
+    assert camera.write_feature("Gain", 2.0).value == pytest.approx(2.0)
+    assert len(snapshots) == 1
+    assert accesses == ["write"]
+
+
+def test_a_value_beyond_a_limit_that_moved_meanwhile_is_refused_with_the_limit_of_now(camera):
+    """The limits that a write knows from the one before may be out of date."""
+    before = camera.write_feature("OffsetX", 0).maximum
+    camera.write_feature("Width", 128)
+    now = before - 64
+
+    with pytest.raises(FeatureValueError, match=rf"allowed is 0 … {now}\b"):
+        camera.write_feature("OffsetX", before)
+    assert camera.feature("OffsetX").value == 0
+    assert camera.write_feature("OffsetX", now).value == now
 
 
 def test_unknown_features_suggest_known_ones(camera):

@@ -27,6 +27,11 @@ class FoundCamera:
     serial: str
     protocol: str
 
+    @property
+    def address_or_id(self) -> str:
+        """What leads to this camera alone: the address of one on the network, which may share its id."""
+        return self.address if self.protocol == "GigEVision" and self.address else self.id
+
     def answers_to(self, name: str) -> bool:
         """Whether `name` is its id, address, serial number or MAC address."""
         known = (self.id, self.address, self.serial, self.physical_id)
@@ -41,6 +46,7 @@ class FoundCamera:
             serial=self.serial,
             bus=f"{_BUS.get(self.protocol, self.protocol)} by Aravis",
             address=self.address,
+            hardware_id=self.physical_id.lower() if self.protocol == "GigEVision" else "",
         )
 
 

@@ -5,12 +5,21 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from grabbergui.core.errors import AccessDeniedError, DeviceLostError, SourceNotFoundError, TransportError
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    DeviceLostError,
+    DeviceStatusError,
+    RemoteProtocolError,
+    SourceNotFoundError,
+    TransportError,
+)
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.identity import differs, require_one, require_same
 from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.aravis.cameras import FoundCamera, find_cameras
 from grabbergui.driver.aravis.library import (
@@ -21,12 +30,16 @@ from grabbergui.driver.aravis.library import (
     load,
 )
 from grabbergui.driver.aravis.stream import AravisStream
+from grabbergui.driver.bootstrap_identity import with_identity
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.stream_slot import StreamSlot
 
 
 class AravisDevice(Device):
-    """One camera, by IP address, Aravis's id, serial number or MAC address; empty: the first found."""
+    """One camera, by IP address, Aravis's id, serial number or MAC address; empty: the first found.
+
+    The name is only the way to the camera met first: opened again, it is the same unit or an error.
+    """
 
     def __init__(self, name: str, info: DeviceInfo) -> None:
         self.info = info
@@ -35,6 +48,8 @@ class AravisDevice(Device):
         self._device: int | None = None
         self._slot = StreamSlot()
         self._writable = False
+        self._met = False
+        "Whether `info` is what a camera said of itself."
         # The signal's handler must live as long as the device.
         self._on_control_lost = CONTROL_LOST_CALLBACK(self._on_signal)
         self._handler = 0
@@ -45,23 +60,21 @@ class AravisDevice(Device):
         self.close()
         self._library = load()
         found = None if is_ip_address(self._name) else self._find()
-        name = found.id if found else self._name
+        # Of two cameras with one id, Aravis opens either; an address leads to one.
+        name = found.address_or_id if found else self._name
         failure = Failure(f"opening {name}")
         device = self._library.arv_open_device(name.encode(), failure.place)
         error = failure.error()
         if not device:
             raise SourceNotFoundError(f"Aravis cannot open '{name}': {error}") from error
         self._device = device
-        if found is not None:
-            self.info = replace(found.info(), uri=self.info.uri if self._name else found.info().uri)
         try:
-            self._settle_access(device, access)
+            info = self._identify(device, found)
+            self._settle_access(device, access, info)
         except BaseException:
             self.close()
             raise
-        if found is not None:
-            # The same one again after a loss, also where the first was asked for.
-            self._name = self._name or found.id
+        self.info, self._met = info, True
         self._handler = self._library.g_signal_connect_data(
             device, CONTROL_LOST, self._on_control_lost, None, None, 0
         )
@@ -79,25 +92,46 @@ class AravisDevice(Device):
             # The last reference: Aravis gives control back and closes its sockets.
             self._library.g_object_unref(device)
 
+    def _identify(self, device: int, found: FoundCamera | None) -> DeviceInfo:
+        """Return what the open camera says it is. Raises OtherCameraError if another one was found or met."""
+        gige = self._is_a(device, self._library.arv_gv_device_get_type())
+        self.chunk_layout = DataLayout.GIGE_VISION if gige else DataLayout.USB3_VISION
+        info = found.info() if found else replace(self.info, address=self._name)
+        opened = info
+        with suppress(DeviceStatusError, RemoteProtocolError):
+            opened = with_identity(info, self.chunk_layout, self.read)
+        if found is not None and differs(info, opened):
+            require_same(info, opened)
+        opened = replace(opened, uri=self.info.uri if self._name else opened.uri)
+        if self._met:
+            require_same(self.info, opened)
+        return opened
+
     def _find(self) -> FoundCamera:
         cameras = find_cameras()
-        for camera in cameras:
-            if not self._name or camera.answers_to(self._name):
-                return camera
+        answering = [camera for camera in cameras if not self._name or camera.answers_to(self._name)]
+        if self._met:
+            same = [camera for camera in answering if not differs(camera.info(), self.info)]
+            if self._name and answering and not same:
+                require_same(self.info, answering[0].info())
+            answering = same
+        if self._name:
+            by_place = [replace(c.info(), uri=f"aravis:{c.address_or_id}") for c in answering]
+            require_one(self._name, by_place)
+        if answering:
+            return answering[0]
         known = ", ".join(camera.info().uri for camera in cameras) or "none"
         raise SourceNotFoundError(
             f"Aravis sees no camera {self._name or 'at all'}; found: {known}. Check cable, power and address;"
             " a camera in another network can be named by its IP address, as in aravis:192.168.0.10"
         )
 
-    def _settle_access(self, device: int, access: Access) -> None:
+    def _settle_access(self, device: int, access: Access, info: DeviceInfo) -> None:
         library = self._library
-        gige = self._is_a(device, library.arv_gv_device_get_type())
-        self.chunk_layout = DataLayout.GIGE_VISION if gige else DataLayout.USB3_VISION
         self._writable = access is Access.CONTROL
-        if not gige:
+        if self.chunk_layout is not DataLayout.GIGE_VISION:
             return
-        if self.info.address.startswith("127."):
+        if info.address.startswith("127."):
             library.arv_gv_device_set_stream_options(device, PACKET_SOCKET_DISABLED)
         if library.arv_gv_device_is_controller(device):
             if access is Access.MONITOR:
@@ -105,7 +139,7 @@ class AravisDevice(Device):
                 library.arv_gv_device_leave_control(device, failure.place)
                 failure.check()
         elif access is Access.CONTROL:
-            raise AccessDeniedError(f"another application controls {self.info.title}; close it there")
+            raise AccessDeniedError(f"another application controls {info.title}; close it there")
 
     def _is_a(self, instance: int, kind: int) -> bool:
         return bool(self._library.g_type_check_instance_is_a(instance, kind))

@@ -158,4 +158,3 @@ class Failure:
         error = self.error()
         if error is not None:
             raise error
-

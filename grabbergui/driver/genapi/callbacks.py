@@ -15,6 +15,8 @@ from typing import Any
 
 from genicam import genapi
 
+from grabbergui.driver.genapi import loading
+
 _PROBE = """<?xml version="1.0" encoding="utf-8"?>
 <RegisterDescription xmlns="http://www.genicam.org/GenApi/Version_1_1" ModelName="Probe" VendorName="Probe"
  ToolTip="" StandardNameSpace="None" SchemaMajorVersion="1" SchemaMinorVersion="1" SchemaSubMinorVersion="0"
@@ -32,10 +34,10 @@ def register(node: Any, note: Callable[[str], None]) -> int:
 
     It is called within the map's lock, on the thread that caused the change.
     """
-    leaks = binding_leaks()
+    name, leaks = node.name, binding_leaks()
 
     def changed(value: Any) -> None:
-        note(value.node.name)
+        note(name)
         if leaks:
             _let_go(value)
 
@@ -46,8 +48,7 @@ def register(node: Any, note: Callable[[str], None]) -> int:
 def binding_leaks() -> bool:
     """Whether a value outlives the callback it was given to."""
     given: list[weakref.ref[Any]] = []
-    nodes = genapi.NodeMap()
-    nodes.load_xml_from_string(_PROBE)
+    nodes = loading.load(_PROBE)
     node = nodes.get_node("Probe").node
     handle = _register(node, lambda value: given.append(weakref.ref(value)))
     node.invalidate_node()

@@ -6,9 +6,9 @@ One odd node must not spoil the others: whatever GenApi raises while a node is r
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 from genicam import genapi
@@ -53,6 +53,8 @@ _REPRESENTATIONS = {
 }
 
 _INT64_MAX = 2**63 - 1
+_LARGEST_FLOAT = 3.4028234663852886e38
+"""Of 32 bits. Limits this far out mean that the description gives none: GenApi then says ±1.8e308."""
 
 _WHERE_THROWN = re.compile(r"\s*: \w+Exception thrown\b.*", re.DOTALL)
 _ALARM = re.compile(r"(?:(?:Fatal error|ERROR|WARNING) ?:|SWIG director method error\.)\s*")
@@ -98,28 +100,76 @@ def access_of(value: Any) -> AccessMode:
     return _ACCESS.get(value.get_access_mode(), AccessMode.NOT_AVAILABLE)
 
 
-def snapshot(value: Any, description: FeatureDescription, auto: str | None) -> Feature:
-    """The node as it is now; may read registers unless they are cached. Never raises GenApi's errors."""
-    known: dict[str, Any] = {**vars(description), "auto": auto, "access": AccessMode.NOT_AVAILABLE}
-    try:
-        known["access"] = access_of(value)
-        if known["access"] in (AccessMode.NOT_IMPLEMENTED, AccessMode.NOT_AVAILABLE):
+class NodeFeature:
+    """A node as a feature. What its description fixes (unit, entries) is read once; one thread at a time."""
+
+    def __init__(self, value: Any, description: FeatureDescription, auto: str | None) -> None:
+        self._value = value
+        self._kind = description.kind
+        self._known = {**vars(description), "auto": auto, "access": AccessMode.NOT_AVAILABLE}
+        self._read_limits = _LIMIT_READERS[description.kind]
+        self._fixed: dict[str, Any] | None = None
+        self._entries: list[tuple[Any, EnumEntry]] | None = None
+        self.last: Feature | None = None
+        "The last snapshot, which may be out of date."
+
+    def snapshot(self) -> Feature:
+        """The node as it is now; may read registers unless they are cached. Never raises GenApi's errors."""
+        self.last = self._snapshot()
+        return self.last
+
+    def _snapshot(self) -> Feature:
+        known = self._known.copy()
+        try:
+            known["access"] = access = access_of(self._value)
+            if access in (AccessMode.NOT_IMPLEMENTED, AccessMode.NOT_AVAILABLE):
+                return Feature(**known)
+            if self._kind is FeatureKind.ENUMERATION:
+                known["entries"] = tuple(self._available_entries())
+            else:
+                known.update(self._read_limits(self._value))
+                known.update(self._fixed_parts())
+            if access.readable and self._kind is not FeatureKind.COMMAND:
+                known["value"] = _standing(self._value, self._kind, access)
             return Feature(**known)
-        known.update(_READERS[description.kind](value))
-        if known["access"].readable and description.kind is not FeatureKind.COMMAND:
-            known["value"] = _standing(value, description.kind, known["access"])
-        return Feature(**known)
-    # SWIG lets through what C++ threw and what our port raised; both make this one row unusable.
-    except (genapi.GenericException, RuntimeError, ValueError, OverflowError) as error:
-        return Feature(**{**known, "access": AccessMode.NOT_AVAILABLE, "problem": reason_of(error)})
+        # SWIG lets through what C++ threw and what our port raised; both make this one row unusable.
+        except (genapi.GenericException, RuntimeError, ValueError, OverflowError) as error:
+            return Feature(**{**known, "access": AccessMode.NOT_AVAILABLE, "problem": reason_of(error)})
 
+    def value(self) -> FeatureValue | None:
+        """The node's value if it can be read; None otherwise. Never raises GenApi's errors."""
+        try:
+            if self._kind is FeatureKind.COMMAND or not access_of(self._value).readable:
+                return None
+            return read_value(self._value, self._kind)
+        except (genapi.GenericException, RuntimeError, ValueError, OverflowError):
+            return None
 
-def assign(value: Any, kind: FeatureKind, new: FeatureValue) -> None:
-    """Write a validated value to a node. Raises GenApi's exceptions."""
-    if kind is FeatureKind.ENUMERATION:
-        value.from_string(str(new))
-    else:
-        value.set_value(new)
+    def assign(self, new: FeatureValue) -> None:
+        """Write a validated value. Raises GenApi's exceptions."""
+        if self._kind is FeatureKind.ENUMERATION:
+            self._value.from_string(str(new))
+        else:
+            self._value.set_value(new)
+
+    def _fixed_parts(self) -> dict[str, Any]:
+        if self._fixed is None:
+            self._fixed = {}
+            if self._kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
+                of_quantity = self._kind is FeatureKind.FLOAT or role_of(self._known["name"]) is not None
+                representation = _representation(self._value, of_quantity=of_quantity)
+                self._fixed = {"unit": self._value.unit, "representation": representation}
+        return self._fixed
+
+    def _available_entries(self) -> Iterator[EnumEntry]:
+        if self._entries is None:
+            self._entries = [(entry, _entry(entry)) for entry in self._value.entries]
+        for node, entry in self._entries:
+            access = access_of(node)
+            if access is AccessMode.NOT_AVAILABLE:
+                yield replace(entry, available=False)
+            elif access is not AccessMode.NOT_IMPLEMENTED:
+                yield entry
 
 
 def reason_of(error: BaseException) -> str:
@@ -153,10 +203,11 @@ def _standing(value: Any, kind: FeatureKind, access: AccessMode) -> FeatureValue
 
 
 def _limits(low: int | float, high: int | float) -> dict[str, Any]:
-    """Both limits; none that is no number, and neither where they exclude everything."""
+    """Return the limits that say something: neither if they exclude everything, none that is no number."""
     if low > high:
         return {}
-    return {name: limit for name, limit in (("minimum", low), ("maximum", high)) if math.isfinite(limit)}
+    limits = {"minimum": low, "maximum": high}
+    return {name: limit for name, limit in limits.items() if abs(limit) < _LARGEST_FLOAT}
 
 
 def _increment(increment: int | float) -> int | float | None:
@@ -164,34 +215,12 @@ def _increment(increment: int | float) -> int | float | None:
 
 
 def _integer(value: Any) -> dict[str, Any]:
-    return {
-        **_limits(int(value.min), int(value.max)),
-        "increment": _increment(int(value.inc)),
-        "unit": value.unit,
-        "representation": _representation(value, of_quantity=role_of(value.node.name) is not None),
-    }
+    return {**_limits(int(value.min), int(value.max)), "increment": _increment(int(value.inc))}
 
 
 def _float(value: Any) -> dict[str, Any]:
-    return {
-        **_limits(float(value.min), float(value.max)),
-        "increment": _increment(float(value.inc)) if value.has_inc() else None,
-        "unit": value.unit,
-        "representation": _representation(value, of_quantity=True),
-    }
-
-
-def _enumeration(value: Any) -> dict[str, Any]:
-    entries = []
-    for entry in value.entries:
-        access = access_of(entry)
-        if access is not AccessMode.NOT_IMPLEMENTED:
-            node = entry.node
-            # GenApi falls back to the node's name, EnumEntry_PixelFormat_Mono8, which is for no eye.
-            display = "" if node.display_name == node.name else node.display_name
-            available = access is not AccessMode.NOT_AVAILABLE
-            entries.append(EnumEntry(entry.symbolic, display, node.tooltip, available))
-    return {"entries": tuple(entries)}
+    limits = _limits(float(value.min), float(value.max))
+    return {**limits, "increment": _increment(float(value.inc))} if value.has_inc() else limits
 
 
 def _string(value: Any) -> dict[str, Any]:
@@ -199,11 +228,19 @@ def _string(value: Any) -> dict[str, Any]:
     return {"maximum_length": length if 0 < length < _INT64_MAX else None}
 
 
-_READERS: dict[FeatureKind, Callable[[Any], dict[str, Any]]] = {
+def _entry(value: Any) -> EnumEntry:
+    node = value.node
+    # GenApi falls back to the node's name, EnumEntry_PixelFormat_Mono8, which is for no eye.
+    display = "" if node.display_name == node.name else node.display_name
+    return EnumEntry(value.symbolic, display, node.tooltip)
+
+
+_NO_LIMITS: dict[str, Any] = {}
+_LIMIT_READERS: dict[FeatureKind, Callable[[Any], dict[str, Any]]] = {
     FeatureKind.INTEGER: _integer,
     FeatureKind.FLOAT: _float,
-    FeatureKind.BOOLEAN: lambda value: {},
-    FeatureKind.ENUMERATION: _enumeration,
-    FeatureKind.COMMAND: lambda value: {},
+    FeatureKind.BOOLEAN: lambda value: _NO_LIMITS,
+    FeatureKind.ENUMERATION: lambda value: _NO_LIMITS,
+    FeatureKind.COMMAND: lambda value: _NO_LIMITS,
     FeatureKind.STRING: _string,
 }

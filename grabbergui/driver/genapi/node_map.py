@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
 from genicam import genapi
 
+from grabbergui.core.companions import automatic_mode_of
 from grabbergui.core.errors import (
     DeviceLostError,
     FeatureAccessError,
@@ -20,14 +22,24 @@ from grabbergui.core.errors import (
     RemoteProtocolError,
     TransportError,
 )
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureDescription, FeatureValue
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+)
 from grabbergui.core.grabber import DeviceEvent
-from grabbergui.core.sfnc import Role, automatic_mode_of
+from grabbergui.core.sfnc import Role
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import callbacks, loading, node_features
 from grabbergui.driver.genapi.event_reader import EventReader
+from grabbergui.driver.genapi.node_features import NodeFeature
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.genapi.xml_text import clean_xml, port_name
+
+log = logging.getLogger(__name__)
 
 COMMAND_TIMEOUT = 5.0
 """Seconds a command may take."""
@@ -63,6 +75,9 @@ class CameraNodeMap:
         self._descriptions: dict[str, FeatureDescription] = {}
         self._categories: set[str] = set()
         self._callbacks: list[tuple[Any, int]] = []
+        self._nodes: dict[str, NodeFeature] = {}
+        "Those that somebody asked for."
+        self._dependents: dict[str, frozenset[str]] = {}
         with self._lock:
             # First, because an event's nodes count as implemented only once something can deliver it.
             self._events = EventReader(self._map, device.event_layout) if device.event_layout else None
@@ -85,21 +100,92 @@ class CameraNodeMap:
 
     def feature(self, name: str) -> Feature:
         """A snapshot; `name` must be one that `has` knows, or a node outside the tree."""
-        with self._use() as lookup:
-            description = self._descriptions.get(name) or node_features.describe(lookup(name).node, "")
-            if description is None:
-                raise FeatureAccessError(f"{name} is a register without a value of its own", name)
-            feature = node_features.snapshot(lookup(name), description, automatic_mode_of(name, self.has))
-            failure = self._port.take_failure()
-        if isinstance(failure, DeviceLostError):
-            raise failure
+        with self._use():
+            feature = self._node(name).snapshot()
+            self._raise_loss()
         return feature
+
+    def feature_taking(self, name: str, value: FeatureValue) -> Feature:
+        """Return the feature for validating a value that is to be written next.
+
+        A number that the last snapshot takes needs no new one: GenApi checks access and range again, and its
+        refusal is described by what is true then. A dragged slider saves half of its time so.
+        """
+        last = self._nodes[name].last if name in self._nodes else None
+        if last is not None and last.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
+            with suppress(FeatureError):
+                last.validated(value)
+                return last
+        return self.feature(name)
+
+    def value(self, name: str) -> FeatureValue | None:
+        """Return the value alone, for a fraction of what `feature` costs; None where it cannot be read."""
+        with self._use():
+            value = self._node(name).value()
+            self._raise_loss()
+        return value
 
     def write(self, name: str, value: FeatureValue) -> None:
         """Write a validated value. Raises FeatureError and what the device raised."""
-        with self._use() as lookup, self._answering(name, value):
-            node = lookup(name)
-            node_features.assign(node, self.feature(name).kind, value)
+        with self._use(), self._answering(name, value):
+            self._node(name).assign(value)
+
+    def dependents(self, name: str) -> frozenset[str]:
+        """Return the features that a write of `name` may change, by the description's invalidation rules.
+
+        It follows the feature's registers to every node that depends on one of them. Asks no camera.
+        """
+        if name not in self._dependents:
+            with self._use() as lookup:
+                node = lookup(name).node
+                registers = node._get_children(genapi.ELinkType.ctTerminalNodes)
+                depending = {
+                    dependent.node.name
+                    for start in (node, *(register.node for register in registers))
+                    for dependent in start._get_children(genapi.ELinkType.ctDependingNodes)
+                }
+            self._dependents[name] = frozenset(depending & self._descriptions.keys()) - {name}
+        return self._dependents[name]
+
+    def is_locked_by(self, name: str, lock: str) -> bool:
+        """Whether a feature could be written if only the integer or boolean node `lock` were 0.
+
+        The description is asked, with the lock open for that long; of the two changes nobody hears.
+        """
+        if name not in self.dependents(lock):
+            return False
+        with self._use() as lookup:
+            switch, changed = lookup(lock), set(self._changed)
+            locked = switch.value
+            try:
+                if node_features.access_of(lookup(name)).writable or not locked:
+                    return False
+                switch.set_value(type(locked)(0))
+                try:
+                    return node_features.access_of(lookup(name)).writable
+                finally:
+                    switch.set_value(locked)
+            except (genapi.GenericException, RuntimeError) as error:
+                log.info("whether %s locks %s: %s", lock, name, node_features.reason_of(error))
+                return False
+            finally:
+                self._port.take_failure()
+                self._changed.intersection_update(changed)  # the callbacks hold this very set
+
+    def values(self, names: Sequence[str]) -> dict[str, FeatureValue]:
+        """Return the values of those features that can be read at the moment."""
+        if not names:
+            return {}
+        with self._use():
+            found = {name: value for name in names if (value := self._node(name).value()) is not None}
+            self._raise_loss()
+        return found
+
+    @contextmanager
+    def exclusive(self) -> Iterator[None]:
+        """Keep all other threads out for the block; what changed is reported behind it."""
+        with self._use():
+            yield
 
     def execute(self, name: str) -> None:
         """Run a command and wait until it is done. Raises FeatureError and what the device raised."""
@@ -158,6 +244,7 @@ class CameraNodeMap:
             for node, handle in self._callbacks:
                 node.deregister_callback(handle)
             self._callbacks.clear()
+            self._nodes.clear()
 
     # -- inside ----------------------------------------------------------------------------------
     @contextmanager
@@ -174,6 +261,22 @@ class CameraNodeMap:
                     self._changed.clear()
         if changed:
             self._on_change(changed)
+
+    def _node(self, name: str) -> NodeFeature:
+        """Raises FeatureAccessError for a node that is no feature."""
+        node = self._nodes.get(name)
+        if node is None:
+            value = self._map.get_node(name)
+            description = self._descriptions.get(name) or node_features.describe(value.node, "")
+            if description is None:
+                raise FeatureAccessError(f"{name} is a register without a value of its own", name)
+            node = self._nodes[name] = NodeFeature(value, description, automatic_mode_of(name, self.has))
+        return node
+
+    def _raise_loss(self) -> None:
+        failure = self._port.take_failure()
+        if isinstance(failure, DeviceLostError):
+            raise failure
 
     @contextmanager
     def _answering(self, name: str, value: FeatureValue | None) -> Iterator[None]:

@@ -11,7 +11,7 @@ LONGEST = 16 << 20
 """Bytes of one register: many times the largest look-up table, and what takes a camera seconds."""
 
 
-class RegisterPort(genapi.AbstractPort):
+class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library has no types
     """Reads and writes registers of a `Device` for GenApi.
 
     What the device raises does not survive its way through C++, so it is kept in `failure` for whoever

@@ -3,27 +3,39 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Container
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import FeatureAccessError, GrabberError
 from grabbergui.core.features import Feature
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey, instances
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 log = logging.getLogger(__name__)
 
 TRANSPORT_LOCK = "TLParamsLocked"
 "Of the transport layer (SFNC); nobody else writes it."
+MODE, TRIGGER = "AcquisitionMode", "TriggerMode"
+"What keeps a camera from sending frames without end."
 MOST_BYTES_PER_PIXEL = 8
 "More than any format takes."
 _SET_BY_TRANSPORT = ("GevSCPSPacketSize", "GevSCPD", "GevSCDA", "GevSCPHostPort")
 "Features whose registers a transport writes by itself when it opens a stream."
+NOT_SETTINGS = frozenset({TRANSPORT_LOCK, *_SET_BY_TRANSPORT})
+"Features that are written for each stream."
 
 
-def run_free(nodes: CameraNodeMap, *, keep_trigger: bool) -> None:
-    """AcquisitionMode Continuous and, unless the trigger is kept, every TriggerMode Off."""
-    _write_if_other(nodes, "AcquisitionMode", "Continuous")
-    if not keep_trigger:
-        _trigger_off(nodes)
+def run_free(grabber: FrameGrabber, kept: Container[str] = ()) -> None:
+    """Write AcquisitionMode Continuous and every TriggerMode Off, but neither that is `kept`."""
+    modes = [SettingKey(MODE)] if grabber.has_feature(MODE) else []
+    for wanted, keys in (("Continuous", modes), ("Off", _instances(grabber, TRIGGER))):
+        for key in keys:
+            if key.name in kept:
+                continue
+            feature = grabber.read_setting(key)
+            if feature.value != wanted and feature.access.writable and has_entry(feature, wanted):
+                grabber.write_setting(key, wanted)
 
 
 def payload_size(nodes: CameraNodeMap) -> int:
@@ -64,27 +76,9 @@ def has_entry(feature: Feature, name: str) -> bool:
     return any(entry.name == name and entry.available for entry in feature.entries)
 
 
-def _trigger_off(nodes: CameraNodeMap) -> None:
-    if not nodes.has("TriggerMode"):
-        return
-    if not nodes.has("TriggerSelector"):
-        _write_if_other(nodes, "TriggerMode", "Off")
-        return
-    selector = nodes.feature("TriggerSelector")
-    if not selector.access.writable:
-        _write_if_other(nodes, "TriggerMode", "Off")
-        return
-    for entry in selector.entries:
-        if entry.available:
-            _write_if_other(nodes, "TriggerSelector", entry.name)
-            _write_if_other(nodes, "TriggerMode", "Off")
-    if isinstance(selector.value, str):
-        _write_if_other(nodes, "TriggerSelector", selector.value)
-
-
-def _write_if_other(nodes: CameraNodeMap, name: str, value: str) -> None:
-    if not nodes.has(name):
-        return
-    feature = nodes.feature(name)
-    if feature.value != value and feature.access.writable and has_entry(feature, value):
-        nodes.write(name, value)
+def _instances(grabber: FrameGrabber, name: str) -> list[SettingKey]:
+    """Return a feature's settings under all its selectors; none where the camera does not have it."""
+    if not grabber.has_feature(name):
+        return []
+    found, _ = instances(grabber, grabber.selectors.of(name))
+    return [SettingKey(name, selected) for selected in found]

@@ -14,6 +14,12 @@ MAX_XML_BYTES = 64 * 1024 * 1024
 
 _START = re.compile(rb"<\?xml|<(?:\w+:)?RegisterDescription\b")
 _ENTITIES = re.compile(rb"<!DOCTYPE|<!ENTITY")
+_SPACED = re.compile(
+    r"<(Visibility|AccessMode|ImposedAccessMode|Cachable|Sign|Endianess|Representation|DisplayNotation|Slope"
+    r"|IsLinear|IsSelfClearing|Streamable|IsDeprecated|CacheChunkData|SwapEndianess)>\s*(\w+)\s*</"
+)
+"Elements whose text is one of a few words."
+_SWAPPED = re.compile(r"(<Description>[^<]*</Description>)(\s*)(<ToolTip>[^<]*</ToolTip>)")
 
 
 def clean_xml(data: bytes) -> str:
@@ -33,7 +39,12 @@ def clean_xml(data: bytes) -> str:
         raise RemoteProtocolError("the camera's description declares entities, which GenICam does not allow")
     end = body.rfind(b">")
     # Latin-1 comments under a UTF-8 declaration are common; names are ASCII.
-    return body[: end + 1].decode("utf-8", errors="replace")
+    return _tidied(body[: end + 1].decode("utf-8", errors="replace"))
+
+
+def _tidied(xml: str) -> str:
+    """Without two slips against the schema that vendors' own viewers tolerate, and GenApi does not."""
+    return _SWAPPED.sub(r"\3\2\1", _SPACED.sub(r"<\1>\2</", xml))
 
 
 def port_name(xml: str) -> str:

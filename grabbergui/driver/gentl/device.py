@@ -14,15 +14,20 @@ from genicam import gentl
 from grabbergui.core.errors import (
     AccessDeniedError,
     DeviceLostError,
+    DeviceStatusError,
     LocalProtocolError,
+    OtherCameraError,
+    RemoteProtocolError,
     SourceNotFoundError,
     TransportError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
-from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.core.identity import describe, differs, require_one, require_same
+from grabbergui.driver.bootstrap_identity import with_identity
+from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gentl.failures import answering, opening
-from grabbergui.driver.gentl.producer import FoundCamera, Producer
+from grabbergui.driver.gentl.producer import FoundCamera, Producer, text_of
 from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.description import fetch_description
 from grabbergui.driver.stream_slot import StreamSlot
@@ -32,9 +37,15 @@ _ACCESS = {
     Access.MONITOR: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_READONLY,
 }
 
+_LAYOUTS = {"GEV": DataLayout.GIGE_VISION, "U3V": DataLayout.USB3_VISION}
+"By the transport layer's type, as GenTL names it."
+
 
 class GentlDevice(Device):
-    """One camera of one producer, by its GenTL id, serial number or name; empty: the first."""
+    """One camera of one producer, by its GenTL id, serial number or name; empty: the first.
+
+    The name is only the way to the camera met first: opened again, it is the same unit or an error.
+    """
 
     def __init__(self, producer: Path, name: str, info: DeviceInfo) -> None:
         self.info = info
@@ -44,6 +55,8 @@ class GentlDevice(Device):
         self._device: Any = None
         self._slot = StreamSlot()
         self._writable = False
+        self._met = False
+        "Whether `info` is what a camera said of itself."
         self._told_lost = False
         self._telling = threading.Lock()
         "Of `_told_lost`: the stream and a register may notice at once."
@@ -64,8 +77,39 @@ class GentlDevice(Device):
         self._producer, self._device = producer, device
         self._writable = access is Access.CONTROL
         self._told_lost = False
-        self.info = replace(found.device, uri=self.info.uri if self._name else found.device.uri)
+        try:
+            info = self._identify(device, found)
+        except BaseException:
+            self.close()
+            raise
+        self.info, self._met = info, True
         return access
+
+    def _identify(self, device: Any, found: FoundCamera) -> DeviceInfo:
+        """Return what the open camera says it is. Raises OtherCameraError if that is not the one listed.
+
+        Some producers find a camera again by less than its whole identity, and open another one.
+        """
+        listed = replace(found.device, uri=self.info.uri if self._name else found.device.uri)
+        opened = replace(
+            listed,
+            address=text_of(device, "id_") or listed.address,
+            serial=text_of(device, "serial_number") or listed.serial,
+        )
+        layout = _LAYOUTS.get(text_of(found.info, "tl_type"))
+        if layout is not None:
+            # A producer may keep these registers to itself.
+            with suppress(DeviceStatusError, RemoteProtocolError):
+                opened = with_identity(opened, layout, self.read)
+        if opened.address != listed.address or differs(opened, listed):
+            raise OtherCameraError(
+                f"{self._path.name} opened {describe(opened)} at {opened.address} instead of"
+                f" {describe(listed)} at {listed.address}; name the camera by its GenTL id, or open it"
+                " without this producer (gige:, u3v:)"
+            )
+        if self._met:
+            require_same(self.info, opened)
+        return opened
 
     def close(self) -> None:
         """See Device."""
@@ -80,9 +124,16 @@ class GentlDevice(Device):
 
     def _find(self, producer: Producer) -> FoundCamera:
         cameras = producer.cameras()
-        for camera in cameras:
-            if camera.answers_to(self._name):
-                return camera
+        answering_to = [camera for camera in cameras if camera.answers_to(self._name)]
+        if self._met:
+            same = [camera for camera in answering_to if not differs(camera.device, self.info)]
+            if answering_to and not same:
+                require_same(self.info, answering_to[0].device)
+            answering_to = same
+        if self._name:
+            require_one(self._name, [camera.device for camera in answering_to])
+        if answering_to:
+            return answering_to[0]
         known = ", ".join(camera.device.uri for camera in cameras) or "none"
         raise SourceNotFoundError(
             f"{self._path.name} lists no camera '{self._name}'; found: {known}. Check cable and power"

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 from genicam import gentl
 
-from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
+from grabbergui.core.errors import MissingFileError, SourceUnavailableError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.gentl.failures import answering, reason_of
@@ -62,11 +62,11 @@ class Producer:
     def acquire(cls, path: Path) -> Producer:
         """The producer of a file; each call is matched by one of `release`.
 
-        Raises SourceNotFoundError, SourceUnavailableError.
+        Raises MissingFileError, SourceUnavailableError.
         """
         path = path.resolve()
         if not path.is_file():
-            raise SourceNotFoundError(f"there is no GenTL producer {path}")
+            raise MissingFileError(f"there is no GenTL producer {path}")
         with cls._lock:
             producer = cls._open.get(path)
             if producer is None:

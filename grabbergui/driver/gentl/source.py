@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from grabbergui.core.errors import GrabberError, SourceNotFoundError, UsageError
+from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
@@ -50,8 +50,9 @@ def _producer_file(file: str) -> Path:
     for path in installed:
         if not file or path.name == file:
             return path
+    missing = MissingFileError if file else SourceNotFoundError
     known = ", ".join(str(path) for path in installed) or "no .cti file"
-    raise SourceNotFoundError(
+    raise missing(
         f"there is no GenTL producer{f' {file}' if file else ''}; {SEARCH_PATH} leads to {known}. "
         "Give the file's whole path, as in gentl:/opt/vendor/producer.cti"
     )

@@ -73,7 +73,7 @@ class Block:
         self.last_id: int | None = None
         "Packet id of the trailer, once it came."
         self.refused = False
-        "Whether the device announced more than the buffer holds."
+        "Whether it is no picture, or larger than the buffer: nothing of it is kept or asked for."
         self.received = np.zeros(packets, np.uint8)
         "1 for each packet that came, by packet id."
         self.count = 0

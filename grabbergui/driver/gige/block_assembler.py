@@ -45,7 +45,7 @@ class BlockAssembler:
         self.policy = policy or ResendPolicy()
         self.statistics = StreamStatistics()
         "Counters; the rates in it stay 0."
-        self._filler = BlockFiller(stride, payload_size)
+        self._filler = BlockFiller(stride, payload_size, self.statistics)
         self._take_buffer = take_buffer
         self._deliver_incomplete = deliver_incomplete
         self._open: list[Block] = []
@@ -208,7 +208,7 @@ class BlockAssembler:
         self.statistics.packets_resent += self._resender.came(block, ids, now, marked)
         expected = block.highest + 1
         block.mark(ids, count, highest, now)
-        if self.policy.enabled and highest >= expected:
+        if self.policy.enabled and highest >= expected and not block.refused:
             if isinstance(ids, slice):
                 gaps = np.arange(expected, ids.start) if ids.start > expected else NO_IDS
             else:
@@ -363,7 +363,7 @@ class BlockAssembler:
 
     def _next_look(self, block: Block) -> float:
         """When to look for packets to ask for."""
-        if not self.policy.enabled:
+        if not self.policy.enabled or block.refused:
             return NEVER
         asked = block.asked
         look = asked.next_check

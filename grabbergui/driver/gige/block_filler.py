@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.gige.block import Block
 from grabbergui.driver.gige.gvsp import (
     CHUNK_BIT,
@@ -21,7 +22,8 @@ log = logging.getLogger(__name__)
 class BlockFiller:
     """Fills the blocks of one stream."""
 
-    def __init__(self, stride: int, payload_size: int) -> None:
+    def __init__(self, stride: int, payload_size: int, statistics: StreamStatistics) -> None:
+        self._statistics = statistics
         self.stride = stride
         "Image bytes in a full packet: what was announced, until a packet shows otherwise."
         self.payload_size = payload_size
@@ -31,7 +33,8 @@ class BlockFiller:
         """Put what a packet carries where it belongs. Raises RemoteProtocolError."""
         if header.format == PacketFormat.PAYLOAD:
             self._check_stride(block, header.packet_id, len(body))
-            self._place(block, (header.packet_id - 1) * self.stride, body)
+            offset = (header.packet_id - 1) * self.stride
+            self._place(block, offset, self._without_padding(offset, body))
             block.ended_short = block.ended_short or len(body) < self.stride
         elif header.format == PacketFormat.LEADER:
             self._take_leader(block, body)
@@ -46,10 +49,13 @@ class BlockFiller:
 
     def _take_leader(self, block: Block, body: memoryview) -> None:
         leader = Leader.decode(body)
-        needed = (
-            max(leader.image_bytes, leader.payload_bytes or 0) if leader.is_picture else self.payload_size + 1
-        )
-        if needed > self.payload_size:
+        if not leader.is_picture:
+            block.refused = True
+            self.tell_once(
+                f"the camera sends {leader.kind_name} (payload type 0x{leader.payload_type:04X})",
+                "nothing of that can be shown; let the camera send plain images",
+            )
+        elif max(leader.image_bytes, leader.payload_bytes or 0) > self.payload_size:
             block.refused = True
             self.tell_once(
                 "the camera sends what does not fit",
@@ -71,6 +77,14 @@ class BlockFiller:
         block.trailer = Trailer.decode(body[leader_size : leader_size + trailer_size])
         block.last_id = 0
         self._place(block, 0, body[leader_size + trailer_size :])
+
+    def _without_padding(self, offset: int, body: memoryview) -> memoryview:
+        """Some cameras fill the last packet up to the size of the others, beyond the end of the payload."""
+        room = self.payload_size - offset
+        if not 0 < room < len(body):
+            return body
+        self._statistics.packets_clipped += 1
+        return body[:room]
 
     def _place(self, block: Block, offset: int, data: memoryview) -> None:
         if offset < 0 or offset + len(data) > self.payload_size:

@@ -1,8 +1,10 @@
-"""The control channel as a machine without I/O: request ids, retries, pending acknowledges, deadlines.
+"""The control channel as a sans-I/O protocol: request ids, turns, retries, pending acknowledges, deadlines.
 
-It reads no clock and opens no socket. Its driver (`control_link`) sends what `datagrams()` gives, feeds what
-arrives to `receive()`, and calls `handle_timer()` when `timer()` says so. Times are seconds of any
-monotonic clock. One thread at a time.
+A device handles one command at a time, so commands are sent in the order in which they were started, each
+when the one before it is done. Urgent ones (the heartbeat's) are sent at once. The channel reads no clock
+and opens no socket. Its driver (`control_link`) sends what `datagrams()` gives, feeds what arrives to
+`receive()`, and calls `handle_timer()` when `timer()` says so. Times are seconds of any monotonic clock. One
+thread at a time.
 """
 
 from __future__ import annotations
@@ -30,11 +32,15 @@ class ControlTiming:
 
 
 class Exchange:
-    """One command on its way: sent, perhaps again, and at last answered or given up."""
+    """One command: waiting for its turn, sent, perhaps again, and at last answered or given up."""
 
-    def __init__(self, request: Request, req_id: int, timing: ControlTiming, now: float) -> None:
+    def __init__(
+        self, request: Request, req_id: int, timing: ControlTiming, now: float, *, urgent: bool
+    ) -> None:
         self.request = request
         self.req_id = req_id
+        self.urgent = urgent
+        "Whether it is sent without waiting for its turn."
         self.payload: bytes | None = None
         "The acknowledge's payload once it came."
         self.error: GrabberError | None = None
@@ -44,6 +50,7 @@ class Exchange:
         self._timing = timing
         self._datagram = gvcp.encode_command(request.CODE, request.payload(), req_id)
         self.started = now
+        "When it was sent first."
         self._tries = 0
         self.deadline = now
         "When something must be done about it."
@@ -68,6 +75,8 @@ class Exchange:
                 + ("; the camera had asked for patience" if self.pending else f" ({self._tries} tries)")
             )
             return None
+        if not self._tries:
+            self.started = now
         self._tries += 1
         self.deadline = now + timing.ack_timeout
         return self._datagram
@@ -105,7 +114,7 @@ class Exchange:
 
 
 class ControlChannel:
-    """All exchanges with one device. Several may be under way, told apart by their request ids."""
+    """All exchanges with one device, matched to acknowledges by their request ids."""
 
     def __init__(self, timing: ControlTiming | None = None) -> None:
         self.timing = timing or ControlTiming()
@@ -117,11 +126,16 @@ class ControlChannel:
         self._outgoing: list[bytes] = []
         self._next_id = 1
 
-    def start(self, request: Request, now: float, timing: ControlTiming | None = None) -> Exchange:
-        """Begin an exchange; its first datagram is then in `datagrams()`. Raises LocalProtocolError."""
+    def start(
+        self, request: Request, now: float, timing: ControlTiming | None = None, *, urgent: bool = False
+    ) -> Exchange:
+        """Begin an exchange; `datagrams()` has its first datagram when its turn comes, at once if urgent.
+
+        Raises LocalProtocolError.
+        """
         while self._next_id in self._exchanges:
             self._advance_id()
-        exchange = Exchange(request, self._next_id, timing or self.timing, now)
+        exchange = Exchange(request, self._next_id, timing or self.timing, now, urgent=urgent)
         self._advance_id()
         self._exchanges[exchange.req_id] = exchange
         self.handle_timer(now)
@@ -152,12 +166,12 @@ class ControlChannel:
             yield self._outgoing.pop(0)
 
     def timer(self) -> float | None:
-        """When `handle_timer` wants to be called next, or None."""
-        return min((exchange.deadline for exchange in self._exchanges.values()), default=None)
+        """When `handle_timer` wants to be called next, perhaps in the past; or None."""
+        return min((exchange.deadline for exchange in self._in_flight()), default=None)
 
     def handle_timer(self, now: float) -> None:
-        """Send again what was not answered in time, or give it up."""
-        for exchange in list(self._exchanges.values()):
+        """Send whose turn has come, and send again or give up what was not answered in time."""
+        for exchange in list(self._in_flight()):
             if exchange.deadline <= now:
                 datagram = exchange.next_try(now)
                 if datagram is not None:
@@ -171,7 +185,15 @@ class ControlChannel:
 
     def waiting_since(self, moment: float) -> bool:
         """Whether a write begun before `moment` still waits for its acknowledge."""
-        return any(exchange.is_write and exchange.started <= moment for exchange in self._exchanges.values())
+        return any(exchange.is_write and exchange.started <= moment for exchange in self._in_flight())
+
+    def _in_flight(self) -> Iterator[Exchange]:
+        """The urgent exchanges and the oldest of the others: those that have been or are to be sent."""
+        turn_taken = False
+        for exchange in self._exchanges.values():
+            if exchange.urgent or not turn_taken:
+                yield exchange
+            turn_taken = turn_taken or not exchange.urgent
 
     def _advance_id(self) -> None:
         self._next_id = self._next_id % 0xFFFF + 1

@@ -1,7 +1,8 @@
 """The control channel's socket: drives `ControlChannel` and `Heartbeat` for any number of threads.
 
-Whoever waits for an acknowledge moves the datagrams, the heartbeat's included, so a slow command does not
-stop the heart; between commands the heartbeat's own thread does.
+One of the threads that wait for an acknowledge receives for all of them, without holding the lock; the
+others sleep until it has received something. So a command needs no second thread, a slow one does not stop
+the heartbeat, and a beat without an answer does not delay commands.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ import socket
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 from grabbergui.core.errors import DeviceLostError, TransportError
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming, Exchange
+from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming
 from grabbergui.driver.gige.gvcp import ReadMem, ReadReg, Request
 from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
@@ -23,16 +25,20 @@ log = logging.getLogger(__name__)
 
 
 class ControlLink:
-    """Commands to one device. Any thread may call; commands take turns."""
+    """Sends commands to one device. Any thread may call; commands are sent in the order of the calls."""
 
     def __init__(self, ip: str, port: int = GVCP_PORT, timing: ControlTiming | None = None) -> None:
         self.on_lost: Callable[[str], None] | None = None
         "Called once, on the heartbeat's thread, when the camera is lost."
         self._channel = ControlChannel(timing)
         self._heartbeat: Heartbeat | None = None
-        self._turn = threading.Lock()
-        self._wake = threading.Event()
-        self._closing = False
+        self._received = threading.Condition(threading.Lock())
+        "Guards the channel, the heartbeat and the socket; notified when any of them has changed."
+        self._receiving = False
+        "Whether a thread waits for datagrams, for all that wait."
+        self._closed = False
+        self._resting = threading.Event()
+        "Set once the heartbeat is to stop."
         self._thread: threading.Thread | None = None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -43,6 +49,10 @@ class ControlLink:
             raise TransportError(f"no way to {ip}: {error.strerror or error}") from error
         self._poller = selectors.DefaultSelector()
         self._poller.register(self._socket, selectors.EVENT_READ)
+        self._waker, self._woken = socket.socketpair()
+        "What is sent into the first makes the receiving thread look for what has changed."
+        self._woken.setblocking(False)
+        self._poller.register(self._woken, selectors.EVENT_READ)
         self.local_address: str = self._socket.getsockname()[0]
         "The host's IP address towards this device."
         self.local_port: int = self._socket.getsockname()[1]
@@ -58,25 +68,29 @@ class ControlLink:
 
         Raises AckTimeoutError, DeviceStatusError, DeviceLostError.
         """
-        with self._turn:
+        with self._received:
             self._require_open()
             exchange = self._channel.start(request, time.monotonic(), timing)
             try:
+                self._send_waiting()
                 while not exchange.done:
-                    self._step()
-                    if self.lost and not exchange.done:
-                        self._require_open()
+                    self._require_open()
+                    self._wait()
+                    self._send_due()
             finally:
                 self._channel.cancel(exchange)
-        return self._result(exchange)
+                self._received.notify_all()  # somebody else may receive, or have his turn
+        if exchange.error is not None:
+            raise exchange.error
+        assert exchange.payload is not None
+        return exchange.payload
 
     def send_last(self, request: Request) -> None:
         """Send a command to a camera that counts as lost, without waiting: it may only have been slow."""
-        with self._turn:
-            if self._socket.fileno() >= 0:
-                self._channel.start(request, time.monotonic())
-                for datagram in self._channel.datagrams():
-                    self._send(datagram)
+        with self._received:
+            if not self._closed:
+                self._channel.start(request, time.monotonic(), urgent=True)
+                self._send_due()
 
     def read_register(self, address: int) -> int:
         """One register by READREG. Raises as `execute`, and RemoteProtocolError."""
@@ -91,80 +105,106 @@ class ControlLink:
     def start_heartbeat(self, pulse: Pulse, *, controlling: bool, holder: Holder | None = None) -> None:
         """Keep the device awake and watch it, until `close`; see Heartbeat."""
         begin = time.monotonic() + pulse.period
-        self._heartbeat = Heartbeat(
-            self._channel, pulse, controlling=controlling, now=begin, holder=holder
-        )
+        self._heartbeat = Heartbeat(self._channel, pulse, controlling=controlling, now=begin, holder=holder)
         self._thread = threading.Thread(target=self._run, name="gige-heartbeat", daemon=True)
         self._thread.start()
 
     def stop_heartbeat(self) -> None:
-        """Let the heart rest; commands go on. May be called twice."""
-        self._closing = True
-        self._wake.set()
+        """End the heartbeat; commands are still possible. May be called twice."""
+        self._resting.set()
+        with self._received:
+            self._wake_all()
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join()
         self._thread = None
 
     def close(self) -> None:
-        """Stop the heartbeat and let the socket go. May be called twice."""
+        """Stop the heartbeat and close the socket. Commands of other threads fail. May be called twice."""
         self.stop_heartbeat()
-        with self._turn:
+        with self._received:
+            self._closed = True
+            self._wake_all()
+            self._received.wait_for(lambda: not self._receiving)
             self._poller.close()
-            self._socket.close()
+            for opened in (self._socket, self._waker, self._woken):
+                opened.close()
 
     def _run(self) -> None:
         heartbeat = self._heartbeat
         assert heartbeat is not None
-        while not self._closing and heartbeat.lost is None:
-            due = heartbeat.timer()
-            self._wake.wait(0.05 if due is None else max(0.0, due - time.monotonic()))
-            # A thread that has the turn drives the heartbeat too.
-            if self._closing or not self._turn.acquire(timeout=0.05):
-                continue
-            try:
-                self._beat(heartbeat)
-            finally:
-                self._turn.release()
-        if heartbeat.lost and not self._closing:
+        while heartbeat.lost is None and not self._resting.wait(self._pause(heartbeat)):
+            self._beat(heartbeat)
+        if heartbeat.lost and not self._resting.is_set():
             log.warning("camera lost: %s", heartbeat.lost)
             if self.on_lost is not None:
                 self.on_lost(heartbeat.lost)
 
-    def _beat(self, heartbeat: Heartbeat) -> None:
-        heartbeat.handle_timer(time.monotonic())
-        while heartbeat.beating and not self._closing:
-            self._step()
+    @staticmethod
+    def _pause(heartbeat: Heartbeat) -> float:
+        due = heartbeat.timer()
+        return 0.0 if due is None else max(0.0, due - time.monotonic())
 
-    def _step(self) -> None:
-        """Send what is to be sent, wait for the next datagram or deadline, and take it."""
-        now = time.monotonic()
-        self._channel.handle_timer(now)
-        if self._heartbeat is not None:
-            self._heartbeat.handle_timer(now)
+    def _beat(self, heartbeat: Heartbeat) -> None:
+        with self._received:
+            heartbeat.handle_timer(time.monotonic())
+            self._send_due()
+            while heartbeat.beating and not self._resting.is_set():
+                self._wait()
+                self._send_due()
+            heartbeat.handle_timer(time.monotonic())
+            if heartbeat.lost:
+                self._wake_all()
+
+    def _send_due(self) -> None:
+        """Send commands whose turn or retry has come."""
+        self._channel.handle_timer(time.monotonic())
+        self._send_waiting()
+
+    def _send_waiting(self) -> None:
         for datagram in self._channel.datagrams():
             self._send(datagram)
-        if self._receive():
-            return
-        timers = [self._channel.timer(), self._heartbeat.timer() if self._heartbeat else None]
-        due = min((timer for timer in timers if timer is not None), default=now)
-        if due > now:
-            self._poller.select(due - now)
-            self._receive()
 
-    def _receive(self) -> bool:
-        received = False
-        while True:
-            try:
-                datagram = self._socket.recv(2048)
-            except BlockingIOError:
-                return received
-            except OSError as error:
-                # The host over there has no such port: as good as no answer, and it may come back.
-                log.debug("control channel: %s", error)
-                return received
-            self._channel.receive(datagram, time.monotonic())
-            received = True
+    def _wait(self) -> None:
+        """Wait, without the lock, until something was received or the next deadline has come."""
+        due = self._channel.timer()
+        seconds = 0.0 if due is None else max(0.0, due - time.monotonic())
+        if self._receiving:
+            self._received.wait(seconds)
+            return
+        self._receiving = True
+        self._received.release()
+        ready: list[tuple[selectors.SelectorKey, int]] = []
+        try:
+            ready = self._poller.select(seconds)
+        finally:
+            self._received.acquire()
+            self._receiving = False
+            self._received.notify_all()
+        for key, _ in ready:
+            self._receive(key.fileobj)
+
+    def _wake_all(self) -> None:
+        """Let every thread that waits see that the link is lost or closed, or the heartbeat to stop."""
+        self._received.notify_all()
+        if self._receiving:
+            self._waker.send(b"\0")
+
+    def _receive(self, ready: object) -> None:
+        """Take one datagram from a socket that has some; each system call may cost a wait for the GIL."""
+        if ready is self._woken:
+            with suppress(BlockingIOError):
+                self._woken.recv(16)
+            return
+        try:
+            datagram = self._socket.recv(2048)
+        except BlockingIOError:
+            return  # its checksum was wrong
+        except OSError as error:
+            # The host over there has no such port: as good as no answer, and it may come back.
+            log.debug("control channel: %s", error)
+            return
+        self._channel.receive(datagram, time.monotonic())
 
     def _send(self, datagram: bytes) -> None:
         try:
@@ -176,11 +216,5 @@ class ControlLink:
     def _require_open(self) -> None:
         if self.lost:
             raise DeviceLostError(f"the camera is lost: {self.lost}")
-        if self._socket.fileno() < 0:
+        if self._closed:
             raise DeviceLostError("the camera is closed")
-
-    def _result(self, exchange: Exchange) -> bytes:
-        if exchange.error is not None:
-            raise exchange.error
-        assert exchange.payload is not None
-        return exchange.payload

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import select
 import socket
 import time
 from abc import ABC, abstractmethod
 
 from grabbergui.driver.gige.block_assembler import BlockAssembler
+from grabbergui.driver.gige.readiness import readable
 
 MAX_DATAGRAM = 65536
 BURST = 64
@@ -43,7 +43,7 @@ class PlainSource(DatagramSource):
             except BlockingIOError:
                 if count:
                     return
-                select.select([self._socket], [], [], timeout)
+                readable([self._socket], timeout)
                 continue
             if source == device_ip:
                 assembler.receive(scratch[:size], time.monotonic())

@@ -2,13 +2,15 @@
 
 The first URL, then the second: `Local:name.zip;address;length` in the device's memory (numbers in
 hexadecimal), `File:` on this host. What comes from a device is not trusted: sizes are limited before
-anything is read.
+anything is read, and only files below a folder that the user named are.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import re
+import stat
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +22,9 @@ from grabbergui.driver.stored_description import unpack
 log = logging.getLogger(__name__)
 
 MAX_STORED_BYTES = 16 << 20
-"Of a description in a device's memory."
+"Of a description in a device's memory, or in a file."
+FOLDER_VARIABLE = "GRABBERGUI_DESCRIPTIONS"
+"The environment variable that names the folder whose files `File:` may mean."
 
 _LOCAL = re.compile(
     r"local:/*\s*(?P<name>[^;]*?)\s*;\s*(?:0x)?(?P<address>[0-9a-f]{1,16})\s*;\s*(?:0x)?(?P<length>[0-9a-f]{1,16})\s*(?:\?.*)?$",
@@ -75,6 +79,26 @@ def fetch_description(urls: list[str], read: Callable[[int, int], bytes]) -> byt
 def _fetch(location: LocalFile | Path, read: Callable[[int, int], bytes]) -> bytes:
     if isinstance(location, LocalFile):
         return unpack(read(location.address, location.length))
-    if location.stat().st_size > MAX_STORED_BYTES:
-        raise RemoteProtocolError(f"{location} has more than {MAX_STORED_BYTES} bytes")
-    return unpack(location.read_bytes())
+    return unpack(_read_file(location))
+
+
+def _read_file(path: Path) -> bytes:
+    """A regular file below the user's folder. Raises RemoteProtocolError for any other, and OSError."""
+    folder = os.environ.get(FOLDER_VARIABLE)
+    if not folder:
+        raise RemoteProtocolError(
+            f"the camera names {path}, a file of this computer; "
+            f"if you trust it, set {FOLDER_VARIABLE} to its folder"
+        )
+    path = path.resolve()
+    if not path.is_relative_to(Path(folder).resolve()):
+        raise RemoteProtocolError(f"{path} is not below {folder}, the folder that {FOLDER_VARIABLE} names")
+    # Not to wait for the other end of a FIFO.
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    with os.fdopen(handle, "rb") as file:
+        if not stat.S_ISREG(os.fstat(handle).st_mode):
+            raise RemoteProtocolError(f"{path} is no regular file")
+        content = file.read(MAX_STORED_BYTES + 1)
+    if len(content) > MAX_STORED_BYTES:
+        raise RemoteProtocolError(f"{path} has more than {MAX_STORED_BYTES} bytes")
+    return content

@@ -13,12 +13,14 @@ from grabbergui.core.errors import (
     DeviceLostError,
     DeviceStatusError,
     GrabberError,
+    OtherCameraError,
     ProtocolError,
     SourceNotFoundError,
     TransportError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.identity import describe, require_same
 from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap, discovery
@@ -59,12 +61,17 @@ class GigeOptions:
     "The group that the camera is to send its stream to, for others to listen in; empty: to us alone."
     batched: bool = True
     "Many datagrams a system call, where the system can."
+    packet_ring: bool = False
+    "No system calls at all, where we may open packet sockets; see `packet_ring`."
     search_timeout: float = 1.0
     "Seconds that a camera has to answer to its name."
 
 
 class GigeDevice(Device):
-    """One camera, named by IP address, serial number, MAC address or user name; empty: the first found."""
+    """One camera, named by IP address, serial number, MAC address or user name; empty: the first found.
+
+    The name is only the way to the camera met first: opened again, it is the same unit or an error.
+    """
 
     chunk_layout = DataLayout.GIGE_VISION
     event_layout = DataLayout.GIGE_VISION
@@ -88,11 +95,8 @@ class GigeDevice(Device):
     def open(self, access: Access) -> Access:
         """See Device. Writes nothing but the control privilege."""
         self.close()
-        # Once it is known who it is, the same camera is wanted again, wherever it is by then.
-        wanted = self.identity.serial if self.identity and self.identity.serial else self.name
-        found = discovery.find(wanted, self.options.search_timeout) if self.identity else None
-        if found is None and not is_ip_address(self.name):
-            found = self._find(wanted)
+        # An address is that address, whoever else is found under a serial number seen there.
+        found = None if is_ip_address(self.name) else self.search()
         link = ControlLink(found.ip if found else self.name)
         memory = DeviceMemory(link)
         try:
@@ -118,6 +122,7 @@ class GigeDevice(Device):
             packet_size=self.options.packet_size,
             resend=self.options.resend,
             batched=self.options.batched,
+            packet_ring=self.options.packet_ring,
             multicast=self.options.multicast,
         )
         return access
@@ -154,16 +159,20 @@ class GigeDevice(Device):
         except GrabberError as error:
             log.info("releasing %s: %s", self.info.uri, error)
 
-    def _find(self, name: str) -> FoundDevice:
-        found = discovery.find(name, self.options.search_timeout)
+    def search(self) -> FoundDevice:
+        """Find the camera of this name; once it was met, that same unit, wherever it is by now.
+
+        Raises SourceNotFoundError; OtherCameraError if another camera answers, or more than one.
+        """
+        name, timeout = self.name, self.options.search_timeout
+        if self.identity is None:
+            found = discovery.find(name, timeout)
+        else:
+            found = discovery.find_again(self.info, name, timeout)
         if found is not None:
             return found
         others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
-        wanted = (
-            f"no GigE Vision camera answers to '{name}'"
-            if name
-            else "no GigE Vision camera answers"
-        )
+        wanted = f"no GigE Vision camera answers to '{name}'" if name else "no GigE Vision camera answers"
         raise SourceNotFoundError(
             f"{wanted}; found: {others}. Check power, cable and address; a camera in another network"
             " can be named by its IP address, as in gige:192.168.0.10"
@@ -173,6 +182,9 @@ class GigeDevice(Device):
         ip = found.ip if found else self.name
         try:
             identity = found.identity if found else self._ask_identity(ip, memory)
+            mac = (link.read_register(Register.MAC_HIGH) & 0xFFFF) << 32 | link.read_register(
+                Register.MAC_LOW
+            )
             memory.capability = Capability(link.read_register(Register.GVCP_CAPABILITY))
             self._tick_frequency = tick_frequency(memory)
         except AckTimeoutError as error:
@@ -182,12 +194,20 @@ class GigeDevice(Device):
             ) from error
         except ProtocolError as error:
             raise TransportError(f"what answers at {ip} is no GigE Vision camera: {error}") from error
-        self.identity = identity
-        self.interface = interface_of(link.local_address)
-        device = found or FoundDevice(identity, ip, self.interface)
-        info = device.info()
+        interface = interface_of(link.local_address)
+        info = (found or FoundDevice(identity, ip, interface)).info()
+        if mac and info.hardware_id and mac != int(info.hardware_id.replace(":", ""), 16):
+            raise OtherCameraError(
+                f"{ip} is the address of two cameras: {describe(info)} is wanted, but the one of MAC address"
+                f" {mac.to_bytes(8, 'big')[2:].hex(':')} answers; give one of them another address"
+                " (grabbergui force-ip)"
+            )
+        if self.identity is not None:
+            require_same(self.info, info)
+        self.identity, self.interface = identity, interface
         _, mark, query = self.info.uri.partition("?")
-        self.info = replace(info, uri=info.uri + mark + query, address=ip, note="")
+        uri = self.info.uri if self.name else info.uri + mark + query
+        self.info = replace(info, uri=uri, address=ip, note="")
 
     def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
         """By DISCOVERY, which every device answers in full; by its registers where a router eats that."""

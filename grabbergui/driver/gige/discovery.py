@@ -8,11 +8,12 @@ import selectors
 import socket
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from urllib.parse import quote
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import require_one, require_same, unit
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
 from grabbergui.driver.gige.gvcp_device import DISCOVERY_REQ_ID, Identity, encode_discovery
@@ -22,6 +23,8 @@ log = logging.getLogger(__name__)
 
 LIMITED_BROADCAST = "255.255.255.255"
 NO_MAC = "00:00:00:00:00:00"
+NAMESAKES_S = 0.05
+"""Seconds to wait for a second camera that answers to the same name."""
 MAX_DEVICES = 1024
 "Answers beyond are ignored: a flood must not grow memory."
 
@@ -75,6 +78,7 @@ class FoundDevice:
             serial=identity.serial,
             bus="GigE Vision",
             address=self.ip,
+            hardware_id=mac,
             user_name=identity.user_name,
             version=identity.version,
             interface=self.interface.name,
@@ -93,10 +97,38 @@ def discover(
 
 
 def find(name: str, timeout: float = 1.0) -> FoundDevice | None:
-    """The device of a name (see `FoundDevice.answers_to`; empty: the first one), as soon as it answers."""
-    found = Search().run(timeout, lambda device: device.reachable and (not name or device.answers_to(name)))
-    candidates = [device for device in found if not name or device.answers_to(name)]
+    """Return the device of a name (see `FoundDevice.answers_to`; empty: the first that answers).
+
+    Raises OtherCameraError if several devices answer to the name.
+    """
+
+    def answers(device: FoundDevice) -> bool:
+        return not name or device.answers_to(name)
+
+    linger = NAMESAKES_S if name else 0.0
+    found = Search().run(timeout, lambda device: device.reachable and answers(device), linger)
+    candidates = [device for device in found if answers(device)]
+    if name:
+        require_one(name, [replace(device.info(), uri=f"gige:{device.ip}") for device in candidates])
     return min(candidates, key=lambda device: not device.reachable, default=None)
+
+
+def find_again(wanted: DeviceInfo, name: str, timeout: float = 1.0) -> FoundDevice | None:
+    """Return the very device that `wanted` describes, wherever it is now.
+
+    Raises OtherCameraError if instead another device answers to `name`.
+    """
+
+    def is_wanted(device: FoundDevice) -> bool:
+        return unit(device.info()) == unit(wanted)
+
+    found = Search().run(timeout, lambda device: device.reachable and is_wanted(device))
+    again = min(filter(is_wanted, found), key=lambda device: not device.reachable, default=None)
+    if again is None and name:
+        for device in found:
+            if device.answers_to(name):
+                require_same(wanted, device.info())
+    return again
 
 
 def ask(ip: str, timeout: float) -> FoundDevice | None:
@@ -113,10 +145,13 @@ class Search:
         self._broadcast = broadcast
         self._found: dict[tuple[str, ...], FoundDevice] = {}
 
-    def run(self, timeout: float, until: Callable[[FoundDevice], bool] | None = None) -> list[FoundDevice]:
+    def run(
+        self, timeout: float, until: Callable[[FoundDevice], bool] | None = None, linger: float = 0.0
+    ) -> list[FoundDevice]:
         """Ask, ask again half-way for those who did not hear, and collect the answers.
 
         Half-way interfaces count too that have just come up: a cable is put back while a search is on.
+        The search ends `linger` seconds after the first device for which `until` holds.
         """
         begun = time.monotonic()
         deadline, again = begun + timeout, begun + timeout / 2
@@ -130,7 +165,7 @@ class Search:
                     for key, _ in selector.select(max(0.0, min(again, deadline) - now)):
                         device = self._take(key.fileobj, key.data)  # type: ignore[arg-type]
                         if device is not None and until is not None and until(device):
-                            return [device]
+                            deadline = min(deadline, time.monotonic() + linger)
             finally:
                 for key in list(selector.get_map().values()):
                     key.fileobj.close()  # type: ignore[union-attr]

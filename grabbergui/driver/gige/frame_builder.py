@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
-
 from grabbergui.core import pfnc
-from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.driver.gige.clock import ClockMapper, ticks_to_ns
 from grabbergui.driver.gige.finished_block import FinishedBlock
 
@@ -23,8 +21,9 @@ class FrameBuilder:
     def build(self, block: FinishedBlock) -> Frame:
         """A frame that looks into the block's buffer."""
         leader = block.leader
-        arrival_ns = time.time_ns() - int((time.monotonic() - block.began) * 1e9)
+        arrival_ns = int(block.began * 1e9)
         timestamp_ns = ticks_to_ns(leader.timestamp, self._tick_frequency)
+        captured_ns = self._clock.map(timestamp_ns, arrival_ns) if timestamp_ns else arrival_ns
         return Frame(
             payload=block.payload,
             width=leader.width,
@@ -32,7 +31,8 @@ class FrameBuilder:
             pixel_format=self._format(leader.pixel_format),
             frame_id=block.block_id,
             timestamp_ns=timestamp_ns,
-            received_ns=self._clock.map(timestamp_ns, arrival_ns) if timestamp_ns else arrival_ns,
+            received_ns=time_of_day(captured_ns),
+            captured=captured_ns / 1e9,
             status=FrameStatus.COMPLETE if block.complete else FrameStatus.INCOMPLETE,
             missing_bytes=block.missing_bytes,
             offset_x=leader.offset_x,

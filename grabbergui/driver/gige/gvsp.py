@@ -54,6 +54,21 @@ class PayloadKind(IntEnum):
     GENDC = 11
 
 
+_KIND_NAMES: dict[int, str] = {
+    PayloadKind.IMAGE: "an image without size or pixel format",
+    PayloadKind.RAW: "raw data",
+    PayloadKind.FILE: "a file",
+    PayloadKind.CHUNK: "chunk data without an image",
+    PayloadKind.EXTENDED_CHUNK: "extended chunk data without an image",
+    PayloadKind.JPEG: "JPEG images",
+    PayloadKind.JPEG2000: "JPEG 2000 images",
+    PayloadKind.H264: "H.264 video",
+    PayloadKind.MULTI_ZONE: "a multi-zone image without size or pixel format",
+    PayloadKind.MULTI_PART: "multi-part data without an image",
+    PayloadKind.GENDC: "a GenDC container",
+}
+
+
 @dataclass(frozen=True)
 class PacketHeader:
     """The first 8 or 20 bytes of a stream packet."""
@@ -140,6 +155,11 @@ class Leader:
     def kind(self) -> int:
         """A `PayloadKind`, or a number that is none."""
         return self.payload_type & 0x3FFF
+
+    @property
+    def kind_name(self) -> str:
+        """What the block is, in words."""
+        return _KIND_NAMES.get(self.kind, "an unknown kind of data")
 
     @property
     def has_chunks(self) -> bool:

@@ -71,8 +71,8 @@ class Heartbeat:
 
     @property
     def beating(self) -> bool:
-        """Whether a read is under way."""
-        return self._exchange is not None
+        """Whether a read waits for its answer."""
+        return self._exchange is not None and not self._exchange.done
 
     def handle_timer(self, now: float) -> None:
         """Begin a read when it is time, and judge one that has ended."""
@@ -82,7 +82,7 @@ class Heartbeat:
             self._judge(exchange, now)
         if self._exchange is None and self.lost is None and now >= self._next:
             self._begun = now
-            self._exchange = self._channel.start(self._request, now, self._pulse.timing)
+            self._exchange = self._channel.start(self._request, now, self._pulse.timing, urgent=True)
 
     def _judge(self, exchange: Exchange, now: float) -> None:
         error = exchange.error

@@ -1,25 +1,16 @@
-"""The host's IPv4 interfaces, without packages: Linux by ioctl, elsewhere by host name."""
+"""The host's IPv4 interfaces, as psutil reports them on every system."""
 
 from __future__ import annotations
 
 import ipaddress
 import os
 import socket
-import struct
-import sys
 from dataclasses import dataclass
 
-SIOCGIFCONF = 0x8912
-SIOCGIFFLAGS = 0x8913
-SIOCGIFNETMASK = 0x891B
-SIOCGIFMTU = 0x8921
-IFF_UP = 0x1
-IFF_LOOPBACK = 0x8
-IFREQ = struct.Struct("16s24s")
-"A name and a union, on 64-bit Linux."
+import psutil
 
 DEFAULT_MTU = 1500
-"Where the system does not tell."
+"Of an interface whose MTU the system does not report."
 
 
 @dataclass(frozen=True)
@@ -53,54 +44,32 @@ ONLY = "GRABBERGUI_INTERFACES"
 
 
 def interfaces() -> list[Interface]:
-    """Every IPv4 address of every interface that is up, or of those that the user allows (`ONLY`)."""
-    linux = sys.platform == "linux" and struct.calcsize("P") == 8
-    found = _linux_interfaces() if linux else _portable_interfaces()
+    """Return every IPv4 address of every interface that is up, or of those that the user allows (`ONLY`)."""
     allowed = {name.strip() for name in os.environ.get(ONLY, "").split(",")} - {""}
-    return [interface for interface in found if not allowed or interface.name in allowed]
+    return [interface for interface in _all_interfaces() if not allowed or interface.name in allowed]
 
 
 def interface_of(ip: str) -> Interface:
-    """The interface that has a local address; a guess with usual figures where the system does not tell."""
+    """Return the interface that has a local address, or one with usual values if none is reported."""
     for interface in interfaces():
         if interface.ip == ip or (interface.loopback and interface.reaches(ip)):
             return interface
     return Interface("", ip, loopback=ip.startswith("127."))
 
 
-def _linux_interfaces() -> list[Interface]:
-    import array
-    import fcntl
-
+def _all_interfaces() -> list[Interface]:
     found = []
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        room = array.array("B", bytes(256 * IFREQ.size))
-        address, _ = room.buffer_info()
-        answer = fcntl.ioctl(probe, SIOCGIFCONF, struct.pack("iP", len(room), address))
-        used = struct.unpack("iP", answer)[0]
-        for name, sockaddr in IFREQ.iter_unpack(room.tobytes()[: used - used % IFREQ.size]):
-
-            def ask(code: int, name: bytes = name, sockaddr: bytes = sockaddr) -> bytes:
-                return fcntl.ioctl(probe, code, IFREQ.pack(name, sockaddr))[16:]
-
-            try:
-                (flags,) = struct.unpack_from("h", ask(SIOCGIFFLAGS))
-                netmask = socket.inet_ntoa(ask(SIOCGIFNETMASK)[4:8])
-                (mtu,) = struct.unpack_from("i", ask(SIOCGIFMTU))
-            except OSError:
-                continue  # the interface went away while we asked
-            if flags & IFF_UP:
-                label = name.split(b"\0", 1)[0].decode("utf-8", "replace")
-                ip = socket.inet_ntoa(sockaddr[4:8])
-                found.append(Interface(label, ip, netmask, mtu, bool(flags & IFF_LOOPBACK)))
+    links = psutil.net_if_stats()
+    for name, addresses in psutil.net_if_addrs().items():
+        link = links.get(name.partition(":")[0])  # an alias (`eth0:1`) is on the link of the first name
+        if link is None:
+            continue  # it was removed between the two calls
+        flags = link.flags.split(",") if link.flags else []  # Windows reports none
+        if not ("up" in flags if flags else link.isup):
+            continue
+        for each in addresses:
+            if each.family == socket.AF_INET:
+                loopback = "loopback" in flags or each.address.startswith("127.")
+                netmask = each.netmask or "255.255.255.255"
+                found.append(Interface(name, each.address, netmask, link.mtu or DEFAULT_MTU, loopback))
     return found
-
-
-def _portable_interfaces() -> list[Interface]:
-    try:
-        rows = socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET, socket.SOCK_DGRAM)
-    except OSError:
-        rows = []
-    addresses = dict.fromkeys(str(row[4][0]) for row in rows)
-    addresses.pop("127.0.0.1", None)
-    return [Interface("lo", "127.0.0.1", "255.0.0.0", 65535, True)] + [Interface(ip, ip) for ip in addresses]

@@ -24,6 +24,8 @@ SHRINK_AFTER = 512
 "Datagrams shorter than a slot, in a row, after which slots are made smaller."
 UDP_GRO = 104
 "Linux 5.0: option of a socket, and type of the control message that tells the length of joined packets."
+DONT_WAIT = 0x40
+"Linux's MSG_DONTWAIT; the socket module of some other systems lacks it."
 SOCKADDR_BYTES = 16
 FOREIGN = -1
 "Kind of a datagram that is not from our device. Other kinds: its length, and above that of joined packets."
@@ -117,7 +119,7 @@ class MessageSlots:
         """Take datagrams that wait at a socket, without waiting for any; how many came. Raises OSError."""
         self._control_lengths[: self.count] = CONTROL.itemsize
         messages = ctypes.c_void_p(self._messages.ctypes.data)
-        received: int = self._call(descriptor, messages, self.count, socket.MSG_DONTWAIT, None)
+        received: int = self._call(descriptor, messages, self.count, DONT_WAIT, None)
         if received >= 0:
             return received
         code = ctypes.get_errno()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import select
 import socket
 import time
 from collections.abc import Iterable, Iterator
@@ -23,6 +22,7 @@ from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
 from grabbergui.driver.gige.gvcp_device import ForceIp
 from grabbergui.driver.gige.gvcp_messages import Action
 from grabbergui.driver.gige.interfaces import interfaces
+from grabbergui.driver.gige.readiness import readable
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +67,7 @@ def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) 
             sender.sendto(datagram, (ip, GVCP_PORT))
         deadline = time.monotonic() + timeout
         while waiting and (left := deadline - time.monotonic()) > 0:
-            if not select.select([sender], [], [], left)[0]:
+            if not readable([sender], left):
                 break
             answer = _ack(sender, CommandCode.ACTION)
             if answer is not None:
@@ -99,7 +99,7 @@ def _broadcasters() -> Iterator[list[tuple[socket.socket, str]]]:
 def _first_ack(senders: list[socket.socket], command: CommandCode, timeout: float) -> str | None:
     deadline = time.monotonic() + timeout
     while (left := deadline - time.monotonic()) > 0:
-        for sender in select.select(senders, [], [], left)[0]:
+        for sender in readable(senders, left):
             answer = _ack(sender, command)
             if answer is not None:
                 return answer

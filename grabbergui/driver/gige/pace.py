@@ -6,8 +6,8 @@ import math
 
 from grabbergui.driver.gige.stream_socket import kernel_bytes
 
-LONGEST_PAUSE = 0.01
-"Seconds."
+LONGEST_PAUSE = 0.03
+"Seconds. Each wake-up costs about as much as a hundred packets; what was lost is asked for after it."
 SHORTEST_PAUSE = 0.0002
 "Seconds; less is not worth the wake-up."
 LAST_PAUSE = 0.001
@@ -15,7 +15,8 @@ LAST_PAUSE = 0.001
 MOST_USUALLY_LATE = 0.0003
 "Seconds by which the last pause is cut short at most: packets that come meanwhile are taken one by one."
 FASTEST = 600e6
-"Bytes a second, as the kernel counts: packets that come faster gather by themselves while others are taken."
+"""Bytes a second, as the kernel counts: packets that always come faster gather by themselves while others are
+taken. A burst is waited for all the same if the camera rests after it."""
 BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile, with how late a pause may end, and"
 PAUSE_SHARE = 1 / 16
@@ -46,6 +47,12 @@ class Pace:
         "Packets a second within a block, bursts and all: what the buffer must hold."
         self._rate = 0.0
         "The same over longer: what tells when the block ends."
+        self._mean = 0.0
+        "The same with the time between blocks; 0 while that is not known."
+        self._ended = 0.0
+        "When the last block had ended, and"
+        self._since_end = 0
+        "how many packets came since."
         self._since: float | None = None
         "From when on `_packets` of a block are counted; None between blocks."
         self._packets = 0
@@ -72,6 +79,10 @@ class Pace:
             if self._packets and span >= (STEADY_SPAN if more else LEAST_SPAN):
                 self._rate = _followed(self._rate, self._packets / span, STEADY_FALL)
                 self._since = None
+        self._since_end += packets
+        if packets and not more:
+            self._mean = self._since_end / (now - self._ended) if self._ended else 0.0
+            self._ended, self._since_end = now, 0
         if self._since is None or not more:
             self._packets, self._since = 0, now if more else None
         self._late *= 0.5 ** ((now - self._looked_at) / HALF_LIFE)
@@ -84,9 +95,10 @@ class Pace:
         """
         if not expected or not self._rate or not self._peak:
             return 0.0
-        filling = self._peak * kernel_bytes(packet_bytes)
-        if filling > FASTEST:
+        in_kernel = kernel_bytes(packet_bytes)
+        if (self._mean or self._peak) * in_kernel > FASTEST:
             return 0.0
+        filling = self._peak * in_kernel
         since = now - self._looked_at
         buffer = self._buffer_bytes / filling
         longest = min(

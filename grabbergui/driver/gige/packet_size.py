@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import select
 import socket
 import time
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from grabbergui.core.errors import DeviceStatusError, UsageError
 from grabbergui.driver.gige.bootstrap import PACKET_SIZE_MASK, PacketSizeFlag, StreamChannel
 from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 from grabbergui.driver.gige.interfaces import Interface
+from grabbergui.driver.gige.readiness import readable
 
 log = logging.getLogger(__name__)
 
@@ -105,7 +105,7 @@ class PacketSizer:
                 return False
             deadline = time.monotonic() + TEST_WAIT
             while (left := deadline - time.monotonic()) > 0:
-                if not select.select([receiver], [], [], left)[0]:
+                if not readable([receiver], left):
                     break
                 datagram, (source, _) = receiver.recvfrom(65536)
                 if source == device_ip and len(datagram) == size - IP_UDP_BYTES:

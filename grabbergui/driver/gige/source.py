@@ -3,7 +3,7 @@
 Options: `packet_size=auto|keep|BYTES`, `incomplete=1` (deliver frames with missing packets), `resend=0`
 (never ask for lost packets), `packet_delay=10us` or `bandwidth=60MB` (pauses between packets),
 `multicast=239.192.0.1` (send to a group, so that others can listen in), `plain=1` (a system call for each
-datagram).
+datagram), `packet_ring=1` (no system calls, which needs CAP_NET_RAW).
 """
 
 from __future__ import annotations
@@ -21,7 +21,16 @@ from grabbergui.driver.gige.packet_delay import PacketDelayPolicy
 from grabbergui.driver.gige.packet_size import PacketSizePolicy
 from grabbergui.driver.gige.resend import ResendPolicy
 
-_OPTIONS = ("packet_size", "incomplete", "resend", "packet_delay", "bandwidth", "multicast", "plain")
+_OPTIONS = (
+    "packet_size",
+    "incomplete",
+    "resend",
+    "packet_delay",
+    "bandwidth",
+    "multicast",
+    "plain",
+    "packet_ring",
+)
 
 
 def create(uri: SourceUri) -> FrameGrabber:
@@ -34,6 +43,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         resend=ResendPolicy(enabled=_switch(uri, "resend", default=True)),
         packet_delay=PacketDelayPolicy.parse(uri.option("packet_delay"), uri.option("bandwidth")),
         multicast=_group(uri),
+        packet_ring=_switch(uri, "packet_ring", default=False),
         batched=not _switch(uri, "plain", default=False),
     )
     device = GigeDevice(uri.name, options)

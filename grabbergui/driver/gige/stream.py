@@ -25,6 +25,7 @@ from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.frame_builder import FrameBuilder
 from grabbergui.driver.gige.interfaces import Interface
 from grabbergui.driver.gige.memory import DeviceMemory
+from grabbergui.driver.gige.packet_ring import PacketRing, usable
 from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
 from grabbergui.driver.gige.resend import ResendPolicy
 from grabbergui.driver.gige.socket_group import widen
@@ -61,6 +62,7 @@ class Stream:
         packet_size: PacketSizePolicy,
         resend: ResendPolicy,
         batched: bool = True,
+        packet_ring: bool = False,
         multicast: str = "",
     ) -> None:
         """`interface` is the host's towards the device. Nothing happens before `open`.
@@ -73,6 +75,7 @@ class Stream:
         self._packet_size_policy = packet_size
         self._resend = resend
         self._batched = batched
+        self._packet_ring = packet_ring
         self._multicast = multicast
         self._channel = StreamChannel(0)
         self._receiver: StreamReceiver | None = None
@@ -188,10 +191,30 @@ class Stream:
     def _open_source(self, receiver: socket.socket, payload_size: int) -> DatagramSource:
         if not self._batched or not recvmmsg.available():
             return PlainSource(receiver, self._device_ip)
+        if self._packet_ring and (ring := self._open_ring(receiver, payload_size)):
+            return ring
         # What is sent to a group comes to each of its sockets.
         alone = self._memory.writable and not self._multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
         return recvmmsg.BatchSource(receiver, self._device_ip, more)
+
+    def _open_ring(self, receiver: socket.socket, payload_size: int) -> PacketRing | None:
+        """None, with a warning, if this process or this machine cannot have one."""
+        wanted = wanted_bytes(payload_size)
+        try:
+            if usable(self._interface, self.packet_size):
+                return PacketRing(
+                    receiver,
+                    self._device_ip,
+                    self._interface,
+                    packet_size=self.packet_size,
+                    wanted=wanted,
+                )
+            reason = "it needs Linux on x86-64 and packets no larger than the interface's"
+        except OSError as error:
+            reason = f"{error.strerror}; it needs CAP_NET_RAW"
+        log.warning("packets are received by system calls, not through a packet ring: %s", reason)
+        return None
 
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
         """What was asked for, as far as the camera can and the memory reaches."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from grabbergui.core.errors import SourceNotFoundError, UsageError
+from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.driver.playback.recording import Recording
 from grabbergui.driver.playback.stored import RecordingError
 
@@ -12,7 +12,7 @@ VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
 
 
 def open_recording(path: Path) -> Recording:
-    """The recording in a folder or file. Raises SourceNotFoundError, UsageError, RecordingError."""
+    """The recording in a folder or file. Raises MissingFileError, UsageError, RecordingError."""
     try:
         return _opened(path)
     except OSError as error:
@@ -22,9 +22,7 @@ def open_recording(path: Path) -> Recording:
 def _opened(path: Path) -> Recording:
     # On demand: each kind needs another library.
     if not path.exists():
-        raise SourceNotFoundError(
-            f"there is no recording {path}; write file: and a folder, a movie or an .mcap"
-        )
+        raise MissingFileError(f"there is no recording {path}; write file: and a folder, a movie or an .mcap")
     if path.is_dir():
         from grabbergui.driver.playback.folder import FolderRecording
 

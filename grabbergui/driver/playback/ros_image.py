@@ -30,6 +30,7 @@ TIME_DEFINITION = f"{_HEADER}builtin_interfaces/Time time_ref\nstring source\n" 
 
 _BAYER = {"RG": "rggb", "BG": "bggr", "GB": "gbrg", "GR": "grbg"}
 _ENCODINGS = {
+    "Coord3D_C16": "16UC1",
     "RGB8": "rgb8",
     "BGR8": "bgr8",
     "RGBa8": "rgba8",
@@ -43,7 +44,7 @@ _FORMATS = {
     "mono8": "Mono8",
     "8UC1": "Mono8",
     "mono16": "Mono16",
-    "16UC1": "Mono16",
+    "16UC1": "Coord3D_C16",
     "rgb8": "RGB8",
     "8UC3": "BGR8",
     "bgr8": "BGR8",

@@ -30,7 +30,9 @@ def create(uri: SourceUri) -> FrameGrabber:
         path = Path(uri.name).expanduser()
     except RuntimeError as error:
         raise UsageError(f"{uri}: there is no such home directory; write the whole path") from error
-    info = DeviceInfo(uri=str(uri), vendor="Recording", model=path.name, bus="File", address=str(path))
+    info = DeviceInfo(
+        str(uri), "Recording", model=path.name, bus="File", address=str(path), user_name=path.name
+    )
     return PlaybackGrabber(
         info, path, loop=_loop(uri.option("loop", "1")), speed=_speed(uri.option("speed", "1"))
     )

@@ -1,7 +1,7 @@
 """Many UDP datagrams in few system calls: `sendmmsg`, and segmentation by the kernel where it can.
 
 A block's packets are described once, by arrays laid out as the kernel's structures; a header and a piece of
-the payload stay where they are. On Linux with 64 bits only; elsewhere one `sendmsg` a packet does.
+the payload stay where they are. On Linux with 64 bits only; elsewhere one `sendto` a packet does.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ SUPPORTED = sys.platform == "linux" and struct.calcsize("P") == 8
 class DatagramBatch:
     """Sends packets of (header, data) to one destination from one socket."""
 
-    def __init__(self, sender: socket.socket, to: tuple[str, int], *, segmentation: bool = True) -> None:
+    def __init__(self, sender: socket.socket, to: tuple[str, int], *, segmentation: bool) -> None:
         self._socket = sender
         self._to = to
         self._segment = 0
@@ -123,9 +123,8 @@ class DatagramBatch:
         sizes: NDArray[np.int64],
     ) -> None:
         for header, start, size in zip(headers, starts, sizes, strict=True):
-            data = payload[start : start + size].tobytes()
             try:
-                self._socket.sendmsg([header.tobytes(), data], [], 0, self._to)
+                self._socket.sendto(header.tobytes() + payload[start : start + size].tobytes(), self._to)
             except OSError as error:
                 if error.errno not in (errno.ECONNREFUSED, errno.EPERM, errno.ENOBUFS, errno.EMSGSIZE):
                     raise

@@ -7,6 +7,8 @@ the same registers; a test holds the two together.
 
 from __future__ import annotations
 
+import ipaddress
+import zlib
 from enum import IntEnum
 
 from grabbergui.core.pfnc import CONVERTIBLE, by_name
@@ -263,8 +265,13 @@ BINNING_HORIZONTAL_MODE = _choice("BinningHorizontalMode", 0x100228, BinningMode
 BINNING_VERTICAL_MODE = _choice("BinningVerticalMode", 0x10022C, BinningMode.AVERAGE)
 REVERSE_X = _switch("ReverseX", 0x100230)
 REVERSE_Y = _switch("ReverseY", 0x100234)
+SENSOR_FORMATS = tuple(known for known in CONVERTIBLE if not known.name.startswith("Coord3D"))
+"What the sensor can send: it sees no distances."
 PIXEL_FORMAT = _uint32(
-    "PixelFormat", 0x100238, by_name("Mono8").code, choices=frozenset(format_.code for format_ in CONVERTIBLE)
+    "PixelFormat",
+    0x100238,
+    by_name("Mono8").code,
+    choices=frozenset(pixel_format.code for pixel_format in SENSOR_FORMATS),
 )
 PIXEL_COLOR_FILTER = _choice("PixelColorFilter", 0x10023C, ColorFilter.NONE, writable=False)
 IS_COLOR = _uint32("IsColor", 0x100240, 0, writable=False)
@@ -359,3 +366,16 @@ PTP_OFFSET_FROM_MASTER = _int64("PtpOffsetFromMaster", 0x100A10)
 
 ALL: tuple[Register, ...] = tuple(_all)
 "Every register, in the order of their addresses."
+
+
+def serial_at(place: str) -> str:
+    """Return the serial number of a camera that is given none, which follows from where it answers.
+
+    The cameras of several programs so differ, and one that is restarted is the same camera. `place` is an IP
+    address, a port's name or the like.
+    """
+    try:
+        key = int(ipaddress.IPv4Address(place))
+    except ValueError:
+        key = zlib.crc32(place.encode())
+    return f"SIM{key:08X}"

@@ -8,6 +8,7 @@ in `sim:board` that person shows a board to calibrate by.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from grabbergui.core import pfnc
 from grabbergui.core.errors import SourceNotFoundError, UsageError
@@ -26,6 +27,7 @@ BOARD_NAME = "board"
 COLOUR_NAME = "colour"
 _SCENES: dict[str, Callable[[], Scene]] = {SCENE_NAME: RenderedScene, BOARD_NAME: BoardScene}
 _KINDS: dict[str, dict[Register, RegisterValue]] = {
+    SCENE_NAME: {reg.DEVICE_SERIAL_NUMBER: "SIM003"},
     COLOUR_NAME: {
         reg.DEVICE_MODEL_NAME: "Simulated colour camera",
         reg.DEVICE_SERIAL_NUMBER: "SIM002",
@@ -33,6 +35,7 @@ _KINDS: dict[str, dict[Register, RegisterValue]] = {
     },
     # Half of the resolution, so that a board in motion is drawn as fast as it moves.
     BOARD_NAME: {
+        reg.DEVICE_SERIAL_NUMBER: "SIM004",
         reg.BINNING_HORIZONTAL: 2,
         reg.BINNING_VERTICAL: 2,
         reg.WIDTH: 1216,
@@ -70,6 +73,11 @@ def create_device(uri: SourceUri) -> SimulatedDevice:
     scene = _SCENES[uri.name]() if uri.name in _SCENES else None
     power_on = _power_on(uri)
     return SimulatedDevice(_info(uri, power_on), CameraModel(scene=scene, power_on=power_on))
+
+
+def served_at(uri: SourceUri, place: str) -> SourceUri:
+    """Return the URI of a simulated camera that others reach at `place`, with a serial number of its own."""
+    return replace(uri, options={"serial": reg.serial_at(place), **uri.options})
 
 
 def _power_on(uri: SourceUri) -> dict[Register, RegisterValue]:

@@ -10,7 +10,7 @@ BRACKETS = 3
 
 
 class DeviceClock:
-    """Maps device time to host time (`time.time_ns`), by one reading of both at the same moment.
+    """Maps device time to host time (`time.monotonic_ns`), by one reading of both at the same moment.
 
     Any thread may map; a new reading corrects the drift between the two crystals.
     """
@@ -25,9 +25,9 @@ class DeviceClock:
         """
         best: tuple[int, int] | None = None
         for _ in range(BRACKETS):
-            before = time.time_ns()
+            before = time.monotonic_ns()
             latch()
-            after = time.time_ns()
+            after = time.monotonic_ns()
             reading = (after - before, (before + after) // 2 - read_ns())
             best = min(best, reading) if best else reading
         if best is not None:

@@ -21,15 +21,15 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.identity import require_same
+from grabbergui.driver.bootstrap_identity import with_identity
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.u3v.bootstrap import (
-    STRING_SIZE,
     Abrm,
     Eirm,
     Sbrm,
     Sirm,
     StreamRequirements,
-    string,
 )
 from grabbergui.driver.u3v.clock import DeviceClock
 from grabbergui.driver.u3v.description import read_description
@@ -63,8 +63,13 @@ class U3vDevice(Device):
         largest_transfer: int = LARGEST_TRANSFER,
         transfers_in_flight: int = TRANSFERS_IN_FLIGHT,
     ) -> None:
-        """`name` is a serial number, GUID or place on the bus; empty means the first camera found."""
+        """`name` is a serial number, GUID or place on the bus; empty means the first camera found.
+
+        The name is only the way to the camera met first: opened again, it is the same unit or an error.
+        """
         self.info = DeviceInfo(uri=f"u3v:{name}", bus="USB3 Vision")
+        self._met = False
+        "Whether `info` is what a camera said of itself."
         self._name = name
         self._backend = backend
         self._largest_transfer = largest_transfer
@@ -92,7 +97,7 @@ class U3vDevice(Device):
         """See Device. The claim is exclusive, so MONITOR also keeps others out."""
         if self._handle is not None:
             return self._access
-        camera = find_camera(self._name, self._backend)
+        camera = find_camera(self._name, self._backend, self.info if self._met else None)
         self._lost = ""
         handle = UsbHandle(camera.backend, camera.device_id, camera.info.title)
         try:
@@ -102,9 +107,13 @@ class U3vDevice(Device):
             registers.clear_halts()
             self._camera, self._handle, self._registers = camera, handle, registers
             self._read_bootstrap(registers)
-            self.info = camera.info
+            uri = self.info.uri if self._name else camera.info.uri
+            info = replace(camera.info, uri=uri)
             with contextlib.suppress(DeviceStatusError):
-                self.info = replace(self.info, **self._names(registers))
+                info = with_identity(info, DataLayout.USB3_VISION, registers.read)
+            if self._met:
+                require_same(self.info, info)
+            self.info, self._met = info, True
             # Last: a thread that would have to be ended where anything after it fails.
             self._start_watching(camera, handle, registers)
         except BaseException:
@@ -115,8 +124,6 @@ class U3vDevice(Device):
         self._at_exit = partial(_close_at_exit, weakref.ref(self))
         atexit.register(self._at_exit)
         self._access = access
-        # The same camera again after a replug, whatever was asked for the first time.
-        self._name = self._name or camera.info.serial
         return access
 
     def close(self) -> None:
@@ -148,17 +155,6 @@ class U3vDevice(Device):
         has_sirm, has_eirm = technology & Sbrm.CAPABILITY_SIRM, technology & Sbrm.CAPABILITY_EIRM
         self._sirm_address = registers.read_u64(sbrm + Sbrm.SIRM_ADDRESS) if has_sirm else 0
         self._eirm_address = registers.read_u64(sbrm + Sbrm.EIRM_ADDRESS) if has_eirm else 0
-
-    def _names(self, registers: RegisterAccess) -> dict[str, str]:
-        """What the registers know better than the USB strings."""
-        places = {
-            "vendor": Abrm.MANUFACTURER_NAME,
-            "model": Abrm.MODEL_NAME,
-            "version": Abrm.DEVICE_VERSION,
-            "user_name": Abrm.USER_DEFINED_NAME,
-        }
-        names = {name: string(registers.read(address, STRING_SIZE)) for name, address in places.items()}
-        return {name: text for name, text in names.items() if text}
 
     # -- watching --------------------------------------------------------------------------------
     def _start_watching(self, camera: UsbCamera, handle: UsbHandle, registers: RegisterAccess) -> None:

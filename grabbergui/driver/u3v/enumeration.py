@@ -6,7 +6,7 @@ import contextlib
 import errno
 import logging
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import usb.util
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import differs, require_one, require_same
 from grabbergui.driver.u3v import descriptors
 from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor
 from grabbergui.driver.u3v.libusb_backend import default_backend
@@ -87,12 +88,24 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
     return sorted(found, key=lambda camera: (camera.bus, camera.address))
 
 
-def find_camera(name: str, backend: Any | None = None) -> UsbCamera:
-    """The camera that a URI names; any where it names none. Raises SourceNotFoundError."""
+def find_camera(name: str, backend: Any | None = None, wanted: DeviceInfo | None = None) -> UsbCamera:
+    """Return the camera that a URI names, or the first if it names none; if one is `wanted`, that unit.
+
+    Raises SourceNotFoundError; OtherCameraError if another camera answers to the name, or several do.
+    """
     cameras = find_cameras(backend)
-    for camera in cameras:
-        if not name or camera.answers_to(name):
-            return camera
+    answering = [camera for camera in cameras if not name or camera.answers_to(name)]
+    if answering and wanted is not None:
+        # Pulled out of one port and put into another, it has another place on the bus.
+        matching = [camera for camera in answering if not differs(camera.info, wanted)]
+        if not matching and name:
+            require_same(wanted, answering[0].info)
+        answering = matching
+    if name:
+        by_place = [replace(camera.info, uri=f"u3v:{camera.info.address}") for camera in answering]
+        require_one(name, by_place)
+    if answering:
+        return answering[0]
     if not cameras:
         raise SourceNotFoundError("no USB3 Vision camera is plugged in")
     known = ", ".join(camera.info.uri for camera in cameras)
@@ -182,6 +195,7 @@ def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[Devi
         address=place,
         interface=f"USB bus {device.bus}" + (f", {speed}" if speed else ""),
         note=note,
+        hardware_id=guid.lower(),
         **texts,
     )
     return info, guid

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
@@ -21,7 +23,9 @@ def create(uri: SourceUri) -> FrameGrabber:
     """
     size = _number(uri, "transfer_size", LARGEST_TRANSFER, SMALLEST_TRANSFER, LARGEST_TRANSFER * 16)
     in_flight = _number(uri, "transfers", TRANSFERS_IN_FLIGHT, 1, MOST_IN_FLIGHT)
-    return Camera(U3vDevice(uri.name, largest_transfer=size, transfers_in_flight=in_flight))
+    device = U3vDevice(uri.name, largest_transfer=size, transfers_in_flight=in_flight)
+    device.info = replace(device.info, uri=str(uri))
+    return Camera(device)
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

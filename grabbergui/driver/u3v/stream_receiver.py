@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import DeviceLostError, GrabberError
-from grabbergui.core.frame import Frame, FrameStatus
+from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
@@ -172,6 +172,7 @@ class StreamReceiver:
         if leader.has_geometry:
             # Line-scan cameras and those with a variable height tell it at the end.
             width, height = leader.size_x, leader.size_y if trailer.size_y is None else trailer.size_y
+        captured_ns = self._clock.host_time(leader.timestamp, time.monotonic_ns())
         return Frame(
             payload=block.buffer[:valid],
             width=width,
@@ -179,7 +180,8 @@ class StreamReceiver:
             pixel_format=pfnc.by_code(leader.pixel_format),
             frame_id=leader.block_id,
             timestamp_ns=leader.timestamp,
-            received_ns=self._clock.host_time(leader.timestamp, time.time_ns()),
+            received_ns=time_of_day(captured_ns),
+            captured=captured_ns / 1e9,
             status=FrameStatus.COMPLETE if complete else FrameStatus.INCOMPLETE,
             missing_bytes=block.missing,
             offset_x=leader.offset_x,

@@ -107,9 +107,10 @@ def test_frames_that_are_kept_stay_as_they_are(opened: FrameGrabber) -> None:
 
 
 def test_a_held_camera_is_refused_and_can_be_read(simulated: GigeCamera) -> None:
-    with closing(sources.create(f"gige:{ADDRESS}")) as holder, closing(
-        sources.create(f"aravis:{ADDRESS}")
-    ) as grabber:
+    with (
+        closing(sources.create(f"gige:{ADDRESS}")) as holder,
+        closing(sources.create(f"aravis:{ADDRESS}")) as grabber,
+    ):
         holder.open()
         with pytest.raises(AccessDeniedError, match="another application controls"):
             grabber.open()
@@ -120,9 +121,10 @@ def test_a_held_camera_is_refused_and_can_be_read(simulated: GigeCamera) -> None
 
 
 def test_reading_only_leaves_control_to_others(simulated: GigeCamera) -> None:
-    with closing(sources.create(f"aravis:{ADDRESS}")) as looker, closing(
-        sources.create(f"gige:{ADDRESS}")
-    ) as operator:
+    with (
+        closing(sources.create(f"aravis:{ADDRESS}")) as looker,
+        closing(sources.create(f"gige:{ADDRESS}")) as operator,
+    ):
         looker.open(Access.MONITOR)
         operator.open()
         assert operator.write_feature("Width", 80).value == 80

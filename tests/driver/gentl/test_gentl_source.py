@@ -16,6 +16,8 @@ from grabbergui.core.errors import (
     AccessDeniedError,
     DeviceLostError,
     DeviceStatusError,
+    MissingFileError,
+    OtherCameraError,
     SourceNotFoundError,
     SourceUnavailableError,
     UsageError,
@@ -85,9 +87,39 @@ def test_a_camera_is_named_by_its_id_or_serial_number(monkeypatch, name):
         camera.close()
 
 
+def test_a_producer_that_opens_another_camera_than_the_named_one_is_found_out(monkeypatch):
+    """As one was seen to do: the list says blue, what is opened under it is red."""
+    cameras = producer.Producer.cameras
+
+    def confused(self, *arguments):
+        red, green, blue = cameras(self, *arguments)
+        return [red, green, producer.FoundCamera(red.info, blue.device)]
+
+    monkeypatch.setattr(producer.Producer, "cameras", confused)
+    monkeypatch.setattr(producer.FoundCamera, "answers_to", lambda self, name: self.device.serial == name)
+    with pytest.raises(OtherCameraError, match=r"VikyTL_DEV_red instead of .*serial 2.*VikyTL_DEV_blue"):
+        sources.create(f"gentl:{VIKY}#2").open()
+    assert not producer.Producer._open, "the other camera was closed again"
+
+
+def test_a_name_that_two_cameras_have_opens_neither_and_names_both(monkeypatch):
+    monkeypatch.setattr(producer.FoundCamera, "answers_to", lambda self, name: True)
+    with pytest.raises(OtherCameraError, match=r"#VikyTL_DEV_red.*#VikyTL_DEV_green.*#VikyTL_DEV_blue"):
+        sources.create(f"gentl:{VIKY}#twin").open()
+
+
+def test_another_camera_listed_under_the_name_of_the_one_met_is_refused(monkeypatch):
+    camera = sources.create(f"gentl:{VIKY}#2")
+    camera.open()
+    camera.close()
+    monkeypatch.setattr(producer.FoundCamera, "answers_to", lambda self, name: self.device.serial == "1")
+    with pytest.raises(OtherCameraError, match=r"VikyTL_DEV_green.*serial 1.*serial 2"):
+        camera.open()
+
+
 def test_wrong_names_say_what_there_is(monkeypatch):
     monkeypatch.delenv(producer.SEARCH_PATH, raising=False)
-    with pytest.raises(SourceNotFoundError, match=r"nix\.cti.*GENICAM_GENTL64_PATH"):
+    with pytest.raises(MissingFileError, match=r"nix\.cti.*GENICAM_GENTL64_PATH"):
         sources.create("gentl:nix.cti")
     with pytest.raises(UsageError, match="no options"):
         sources.create(f"gentl:{VIKY}?fps=3")

@@ -264,6 +264,25 @@ def test_lost_blocks_are_counted_across_the_wrap_of_ids() -> None:
     assert distance(0xFFFF, 0x10000, True) == 1
 
 
+def test_a_large_jump_ahead_is_a_new_stream_and_a_smaller_one_a_loss() -> None:
+    for jump, lost in ((10_000, 9_999), (10_001, 0)):
+        bench = Bench()
+        assert ids(bench.feed(block(1))) == [1]
+        assert ids(bench.feed(block(1 + jump))) == [1 + jump]
+        assert bench.statistics.lost == lost
+
+
+def test_a_packet_id_that_no_block_can_have_takes_no_memory() -> None:
+    bench = Bench()
+    leader, first = block(1)[:2]
+    bench.feed([leader, first])
+    allowed = SIZE // 16 + 64
+    for packet_id, ignored in ((allowed, 0), (allowed + 1, 1), (0xFFFFFF, 2)):
+        bench.feed([PacketHeader(PacketFormat.TRAILER, 1, packet_id).encode() + Trailer(1, HEIGHT).encode()])
+        assert bench.statistics.packets_ignored == ignored
+        assert len(bench.assembler._open[0].received) <= 2 * allowed
+
+
 @pytest.mark.parametrize("restart", [1, 4950, 3])
 def test_ids_that_start_again_are_a_new_stream(restart: int) -> None:
     bench = Bench()
@@ -286,6 +305,28 @@ def test_a_camera_that_lies_about_its_size_is_refused() -> None:
     bench = Bench(payload_size=SIZE // 2)
     assert bench.feed(block(1)) == bench.wait(1.0) == []
     assert bench.statistics.incomplete == 1 and bench.pool.in_use == 0
+
+
+@pytest.mark.parametrize("deliver_incomplete", [False, True])
+def test_padding_beyond_the_end_of_the_payload_is_clipped_counted_and_the_frame_kept(
+    deliver_incomplete: bool,
+) -> None:
+    bench = Bench(deliver_incomplete=deliver_incomplete)
+    padded = picture(1) + bytes(-SIZE % STRIDE)
+    (done,) = bench.feed(block(1, data=padded))
+    assert is_picture(done) and done.complete
+    assert bench.statistics.packets_clipped == 1
+    assert bench.statistics.packets_ignored == bench.statistics.incomplete == 0
+
+
+def test_a_payload_type_without_picture_is_named_and_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
+    bench = Bench()
+    for block_id in (1, 2):
+        _leader, *rest = block(block_id)
+        jpeg = PacketHeader(PacketFormat.LEADER, block_id, 0).encode() + bytes((0, 0, 0, 6)) + bytes(8)
+        assert bench.feed([jpeg, *rest[:3], *rest[6:8]]) == []
+    assert bench.wait(1.0) == [] and bench.requests == []
+    assert caplog.text.count("the camera sends JPEG images (payload type 0x0006)") == 1
 
 
 def test_test_packets_and_foreign_formats_are_dropped() -> None:

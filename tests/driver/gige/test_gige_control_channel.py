@@ -41,7 +41,7 @@ def run_until(
         due = channel.timer()
         if due is None or due > end:
             return sent
-        now = due
+        now = max(now, due)
         channel.handle_timer(now)
 
 
@@ -119,7 +119,7 @@ def test_pending_ack_moves_the_deadline_and_stops_the_retries() -> None:
     assert list(channel.datagrams()) == [command.data]
     channel.receive(pending.data, 0.0)
     assert channel.patient and channel.timer() == pytest.approx(1.8 + 0.4)
-    heartbeat = channel.start(READ, 0.75)
+    heartbeat = channel.start(READ, 0.75, urgent=True)
     (beat,) = channel.datagrams()
     channel.receive(ack_of(beat), 0.76)
     assert heartbeat.done and not exchange.done
@@ -159,6 +159,40 @@ def test_no_datagram_crashes_the_channel(datagrams: list[bytes]) -> None:
         channel.receive(datagram, 0.0)
         channel.receive(b"\0\0\0\x81\0\4\0\1" + datagram, 0.0)
     assert isinstance(exchange, Exchange)
+
+
+def test_commands_are_sent_one_after_another_in_their_order() -> None:
+    channel = ControlChannel()
+    first, second, third = (channel.start(request, 0.0) for request in (READ, WRITE, READ))
+    (datagram,) = channel.datagrams()
+    channel.receive(ack_of(datagram), 0.1)
+    assert first.done and not second.done
+    channel.cancel(second)
+    channel.handle_timer(0.1)
+    (datagram,) = channel.datagrams()
+    assert gvcp.split_command(datagram)[0].req_id == third.req_id
+
+
+def test_the_wait_for_its_turn_does_not_count_as_silence() -> None:
+    channel = ControlChannel(ControlTiming(ack_timeout=0.5, tries=2))
+    channel.start(READ, 0.0)
+    second = channel.start(WRITE, 0.0)
+    assert not channel.waiting_since(0.9), "the write has not been sent"
+    sent = run_until(channel, 10.0, lambda now, data: None)
+    assert sent == [0.0, 0.5, 1.0, 1.5]
+    assert isinstance(second.error, AckTimeoutError) and "within 1.0 s" in str(second.error)
+
+
+def test_an_urgent_command_is_sent_at_once_and_delays_none() -> None:
+    channel = ControlChannel()
+    slow = channel.start(WRITE, 0.0)
+    beat = channel.start(READ, 0.0, urgent=True)
+    assert len(list(channel.datagrams())) == 2
+    channel.cancel(slow)
+    after = channel.start(WRITE, 0.1)
+    (datagram,) = channel.datagrams()
+    channel.receive(ack_of(datagram, bytes(4)), 0.2)
+    assert after.done and not beat.done
 
 
 # -- heartbeat ---------------------------------------------------------------------------------------

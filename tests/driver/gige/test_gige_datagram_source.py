@@ -10,7 +10,7 @@ from contextlib import ExitStack
 import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
-from grabbergui.driver.gige import message_slots, recvmmsg
+from grabbergui.driver.gige import message_slots, paced_source, recvmmsg
 from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
 from patience import attempts
 
@@ -155,7 +155,7 @@ def test_behind_packets_that_never_end_what_waits_is_skipped(
 ) -> None:
     monkeypatch.setattr(message_slots, "SLOTS", 4)
     monkeypatch.setattr(recvmmsg, "BATCHES", 1)
-    monkeypatch.setattr(recvmmsg, "OVERRUN", 0.0)
+    monkeypatch.setattr(paced_source, "OVERRUN", 0.0)
     bench = Bench(max_blocks=1)
     with ExitStack() as stack:
         wire = Wire(stack, recvmmsg.BatchSource)
@@ -166,6 +166,7 @@ def test_behind_packets_that_never_end_what_waits_is_skipped(
         for _ in range(2):
             wire.source.receive(bench.assembler, 0.0)
         assert bench.statistics.packets < 12 and "faster than this machine" in caplog.text
+        assert bench.statistics.overruns > 0
         monkeypatch.undo()
         wire.send([*block(9), *block(10)])
         done = wire.drain(bench, bench.statistics.packets + 2 * (LAST + 1))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import zipfile
 from pathlib import Path
 
@@ -13,7 +14,8 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
 from grabbergui.driver import stored_description
-from grabbergui.driver.gige.description import LocalFile, fetch_description, parse_url
+from grabbergui.driver.gige import description
+from grabbergui.driver.gige.description import FOLDER_VARIABLE, LocalFile, fetch_description, parse_url
 from grabbergui.driver.gige.gvcp import Ack
 from grabbergui.driver.stored_description import unpack
 
@@ -68,7 +70,8 @@ def test_a_captured_device_gives_its_description(name: str) -> None:
     assert xml.startswith(b"<?xml") and xml.rstrip().endswith(b"</RegisterDescription>")
 
 
-def test_the_second_url_is_the_way_out(tmp_path: Path) -> None:
+def test_the_second_url_is_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
     (tmp_path / "camera.zip").write_bytes(zipped(XML))
     urls = ["http://vendor/camera.xml", (tmp_path / "camera.zip").as_uri()]
     assert fetch_description(urls, lambda address, length: b"") == XML
@@ -76,6 +79,43 @@ def test_the_second_url_is_the_way_out(tmp_path: Path) -> None:
         fetch_description(urls[:1], lambda address, length: b"")
     with pytest.raises(TransportError, match="empty"):
         fetch_description(["", ""], lambda address, length: b"")
+
+
+def fetched(path: Path) -> bytes:
+    return fetch_description([path.as_uri()], lambda address, length: b"")
+
+
+def test_a_camera_reads_no_file_unless_the_user_named_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "camera.xml").write_bytes(XML)
+    monkeypatch.delenv(FOLDER_VARIABLE, raising=False)
+    with pytest.raises(TransportError, match=f"set {FOLDER_VARIABLE} to its folder"):
+        fetched(tmp_path / "camera.xml")
+
+
+def test_a_camera_reads_only_regular_files_below_that_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    allowed, private = tmp_path / "allowed", tmp_path / "private.xml"
+    allowed.mkdir()
+    private.write_bytes(XML)
+    (allowed / "link.xml").symlink_to(private)
+    os.mkfifo(allowed / "fifo.xml")
+    (allowed / "large.xml").write_bytes(bytes(101))
+    monkeypatch.setattr(description, "MAX_STORED_BYTES", 100)
+    monkeypatch.setenv(FOLDER_VARIABLE, str(allowed))
+
+    for path in (private, allowed / ".." / "private.xml", allowed / "link.xml", Path("/dev/zero")):
+        with pytest.raises(TransportError, match="is not below"):
+            fetched(path)
+    with pytest.raises(TransportError, match="no regular file"):
+        fetched(allowed / "fifo.xml")
+    with pytest.raises(TransportError, match="more than 100 bytes"):
+        fetched(allowed / "large.xml")
+    monkeypatch.setenv(FOLDER_VARIABLE, "/dev")
+    with pytest.raises(TransportError, match="no regular file"):
+        fetched(Path("/dev/zero"))
 
 
 def test_plain_and_zipped_are_told_apart_by_content() -> None:

@@ -42,7 +42,9 @@ def test_an_address_is_kept_and_forgotten(camera: GigeCamera, capsys: pytest.Cap
     assert "at power-on: DHCP, then a link-local address\n" in capsys.readouterr().out
     assert memory.integer(gev.IP_CONFIGURATION) == 6
     assert main(["persistent-ip", source]) == 0
-    assert capsys.readouterr().out.startswith("grabbergui Simulated camera (SIM001): ")
+    assert capsys.readouterr().out.startswith(
+        f"grabbergui Simulated camera (serial {camera.serial}, {camera.mac.hex(':')}): "
+    )
 
 
 def test_the_same_is_in_the_cameras_features(camera: GigeCamera) -> None:

@@ -69,7 +69,7 @@ def opened(name: str = "127.0.0.1", access: Access = Access.CONTROL, **options: 
 def test_is_found_by_every_name(aravis_camera: Any, name: str) -> None:
     with closing(opened(name, Access.MONITOR)) as device:
         assert (device.info.vendor, device.info.model, device.info.serial) == ("Aravis", "Fake", "GV01")
-        assert device.info.uri == "gige:GV01"
+        assert device.info.uri == f"gige:{name or 'GV01'}"
         assert device.local_address == "127.0.0.1"
 
 

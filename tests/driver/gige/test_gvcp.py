@@ -103,6 +103,16 @@ def test_truncated_messages_are_refused_at_every_length(name: str) -> None:
                     Ack.decode(line.data[:length])
 
 
+def test_bytes_beyond_the_announced_length_are_refused_in_commands_and_cut_off_in_acks() -> None:
+    command = gvcp.encode_command(CommandCode.READREG, bytes(4), 7)
+    assert gvcp.split_command(command)[1] == bytes(4)
+    with pytest.raises(RemoteProtocolError, match="announces 4 bytes, 8 came"):
+        gvcp.split_command(command + bytes(4))
+    ack = Ack(0, CommandCode.READREG + 1, 7, b"\x01\x02\x03\x04")
+    # Some devices pad to the shortest Ethernet frame.
+    assert Ack.decode(ack.encode() + b"\xff" * 6) == ack
+
+
 @pytest.mark.parametrize("message", [ReadReg((4,)), ReadMem(0, 8)])
 def test_acks_of_the_wrong_size_are_refused(message: ReadReg | ReadMem) -> None:
     for length in (0, 1, 3, 5, 8, 16):

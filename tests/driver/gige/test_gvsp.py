@@ -79,7 +79,17 @@ def test_sizes() -> None:
     assert packed.image_bytes == (65 * 3 * 12 + 7) // 8
     padded = Leader(1, 0, 0x01080001, 65, 3, padding_x=3, padding_y=10)
     assert padded.image_bytes == 68 * 3 + 10
+    padded_and_packed = Leader(1, 0, 0x010C0006, 65, 3, padding_x=2)
+    assert padded_and_packed.image_bytes == (98 + 2) * 3  # a line of 97.5 bytes begins its padding at a byte
     assert Leader(0x4001, 0, 0x01080001, 8, 8).payload_bytes is None
+
+
+def test_the_bytes_of_a_leader_with_padding() -> None:
+    padded = Leader(1, 5, 0x01080001, 640, 480, offset_x=16, offset_y=8, padding_x=3, padding_y=10)
+    body = bytes.fromhex("0000 0001 0000000000000005 01080001 00000280 000001e0 00000010 00000008 0003 000a")
+    assert padded.encode() == body
+    assert Leader.decode(body) == padded
+    assert Leader.decode(body).payload_bytes == 643 * 480 + 10
 
 
 @given(st.binary(max_size=300))

@@ -14,7 +14,7 @@ from grabbergui.core.errors import (
     FeatureValueError,
     FrameTimeoutError,
     GrabberError,
-    SourceNotFoundError,
+    MissingFileError,
     UsageError,
 )
 from grabbergui.core.uri import SourceUri
@@ -255,7 +255,7 @@ def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(UsageError, match="no pictures"):
         open_recording(tmp_path / "empty")
-    with pytest.raises(SourceNotFoundError):
+    with pytest.raises(MissingFileError):
         open_recording(tmp_path / "nothing")
     for uri in ("file:", "file:x?loop=maybe", "file:x?speed=fast", "file:x?volume=11"):
         with pytest.raises(UsageError):

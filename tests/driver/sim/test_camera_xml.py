@@ -8,7 +8,6 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.pfnc import CONVERTIBLE
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.description import camera_xml, with_transport
 from grabbergui.driver.sim.memory import Kind
@@ -59,7 +58,7 @@ def test_pixel_formats_have_their_own_codes():
         entry.get("Name"): int(text(entry, "Value"), 0)
         for entry in NODES["PixelFormat"].iter(NAMESPACE + "EnumEntry")
     }
-    assert entries == {pixel_format.name: pixel_format.code for pixel_format in CONVERTIBLE}
+    assert entries == {pixel_format.name: pixel_format.code for pixel_format in reg.SENSOR_FORMATS}
 
 
 def test_every_feature_explains_itself():

@@ -86,7 +86,10 @@ def test_test_packets_have_their_size():
 
 @pytest.mark.parametrize("segmentation", [True, False])
 @pytest.mark.parametrize("packet_size", [576, 8192])
-def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size):
+@pytest.mark.parametrize("supported", [True, False], ids=["here", "elsewhere"])
+def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size, supported, monkeypatch):
+    if not supported:
+        monkeypatch.setattr("grabbergui.driver.sim.datagram_batch.SUPPORTED", False)
     block = make_block(60_001, packet_size)
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,

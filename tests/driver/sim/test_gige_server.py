@@ -6,7 +6,7 @@ import socket
 import struct
 import threading
 import time
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 
 import numpy as np
 import pytest
@@ -161,6 +161,28 @@ def test_lost_packets_come_again(stage):
     assert any(header.status == 0x0100 for header, _ in packets)
 
 
+@pytest.mark.skipif(not hasattr(socket, "AF_PACKET"), reason="packet sockets are Linux's")
+def test_a_packet_socket_sees_every_packet_as_it_leaves(stage):
+    camera, host = stage()
+    try:
+        capture = socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, socket.htons(0x0800))
+    except PermissionError:
+        pytest.skip("a packet socket needs CAP_NET_RAW")
+    with capture:
+        capture.bind(("lo", 0))
+        capture.settimeout(PATIENCE)
+        host.start()
+        list(host.packets())
+        ours = socket.inet_aton(camera.address)
+        sizes = []
+        deadline = time.monotonic() + PATIENCE
+        while sum(sizes) < 256 * 64 and time.monotonic() < deadline:  # until the first frame has passed
+            datagram = capture.recv(65535)
+            if datagram[12:16] == ours and datagram[9] == socket.IPPROTO_UDP:
+                sizes.append(len(datagram))
+    assert max(sizes) == 1500
+
+
 def test_packets_that_did_not_leave_yet_are_not_sent_early(stage):
     _, host = stage(bandwidth=16_384.0)
     host.start()
@@ -252,8 +274,7 @@ def test_broadcasts_are_heard(stage):
 def test_force_ip_moves_the_camera(stage):
     camera, host = stage()
     target = free_address()
-    mac = (b"\x02GB" + socket.inet_aton(camera.address)[1:]).hex(":")
-    host.control.sendto(ForceIp(mac, target, "255.0.0.0").encode(3), (camera.address, 3956))
+    host.control.sendto(ForceIp(camera.mac.hex(":"), target, "255.0.0.0").encode(3), (camera.address, 3956))
     answer, source = host.control.recvfrom(2048)
     assert Ack.decode(answer).status == 0 and source[0] == target
     host.address = target
@@ -314,6 +335,16 @@ def test_serving_several_cameras():
     server.join(10)
     assert not server.is_alive()
     assert told == [f"GigE Vision camera {s} is at {a}" for s, a in zip(("A7", "A8"), addresses, strict=True)]
+
+
+def test_without_a_serial_number_each_camera_has_one_of_its_address_and_keeps_it():
+    first, second = free_address(), free_address()
+    identities = []
+    for address in (first, second, first):
+        with closing(GigeCamera(address)) as camera:
+            identities.append((camera.serial, camera.mac))
+    assert identities[0] == identities[2], "a restarted camera is the same"
+    assert identities[0][0] != identities[1][0] and identities[0][1] != identities[1][1]
 
 
 def test_serving_leaves_nothing_behind_when_an_address_cannot_be_had():

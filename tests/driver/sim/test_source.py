@@ -14,7 +14,7 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.source import create, create_device, discover
+from grabbergui.driver.sim.source import create, create_device, discover, served_at
 from patience import PATIENCE
 
 
@@ -33,6 +33,15 @@ def test_the_built_in_camera_is_always_found():
         "SIM001",
         "Simulated",
     )
+
+
+def test_every_simulated_camera_has_a_serial_number_of_its_own():
+    serials = [create_device(uri(f"sim:{name}")).info.serial for name in ("", "colour", "scene", "board")]
+    assert len(set(serials)) == len(serials)
+    left, right = served_at(uri("sim:?fps=5"), "/left"), served_at(uri("sim:?fps=5"), "/right")
+    assert create_device(left).info.serial != create_device(right).info.serial
+    assert left == served_at(uri("sim:?fps=5"), "/left"), "a restarted server's camera is the same"
+    assert served_at(uri("sim:?serial=X7"), "/left") == uri("sim:?serial=X7")
 
 
 def test_options_are_power_on_values():

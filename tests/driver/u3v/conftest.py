@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 import pytest
 from guest import Guest
 
+import isolation
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.u3v.device import U3vDevice
 
-GUEST = pytest.StashKey[Guest]()
 CameraMaker = Callable[..., tuple[SimulatedU3vDevice, U3vDevice]]
 
 
@@ -28,20 +28,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_collection_finish(session: pytest.Session) -> None:
     """The virtual machine works while the other tests run."""
     wanted = any(item.get_closest_marker("usb") for item in session.items)
-    if wanted and os.name == "posix" and not session.config.option.collectonly:
-        session.config.stash[GUEST] = Guest()
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    if guest := session.config.stash.get(GUEST, None):
-        guest.end()
+    if wanted and os.name == "posix" and not session.config.option.collectonly and isolation.FIRST_WORKER:
+        Guest(isolation.run_folder()).start()
 
 
 @pytest.fixture(scope="session")
-def guest(pytestconfig: pytest.Config) -> Guest:
-    if GUEST not in pytestconfig.stash:
+def guest() -> Guest:
+    if os.name != "posix":
         pytest.skip("the virtual machine is made by programs of Unix")
-    return pytestconfig.stash[GUEST]
+    return Guest(isolation.run_folder())
 
 
 @pytest.fixture

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-import signal
-import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+import isolation
+from patience import until
 
 HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[2]
@@ -23,38 +22,38 @@ NO_GUEST = 77
 
 
 class Guest:
-    """One boot that runs `in_guest.py` for every way of being a USB device."""
+    """One boot that runs `in_guest.py` for every way of being a USB device.
 
-    def __init__(self) -> None:
-        """Start it, behind everything else that wants the machine's cores."""
-        self._said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115 (closed by `end`)
-        self._process = subprocess.Popen(
+    Tests may be spread over several processes: one of them starts it, and all can ask for the result.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """`folder` is common to all processes of this run of the tests."""
+        self._said = folder / "guest.txt"
+        self._status = folder / "guest.status"
+
+    def start(self) -> None:
+        """Start it, behind everything else that wants the machine's cores. Once in a run."""
+        part = f"{self._status}.part"
+        command = f'"$@" >"{self._said}" 2>&1; echo $? >"{part}"; mv "{part}" "{self._status}"'
+        isolation.start_for_the_run(
             [
-                *("nice", "-n", "5", HERE / "usbvm", "-t", str(GUEST_SECONDS), "--"),
+                *("nice", "-n", "5", "sh", "-c", command, "sh"),
+                *(HERE / "usbvm", "-t", str(GUEST_SECONDS), "--"),
                 *(sys.executable, HERE / "in_guest.py", "vhci", "gadget"),
             ],
             cwd=REPOSITORY,
-            stdin=subprocess.DEVNULL,
-            stdout=self._said,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
         )
 
     def result(self) -> dict[str, Any]:
         """Wait for what the hosts in the guest saw, by the way the camera is a USB device there."""
-        status = self._process.wait(GUEST_SECONDS + 400)  # a kernel may have to be fetched first
-        self._said.seek(0)
-        said = self._said.read()
+        # A kernel may have to be fetched first.
+        until(self._status.exists, "the virtual machine's end", GUEST_SECONDS + 400)
+        status = int(self._status.read_text())
+        said = self._said.read_text(errors="replace")
         if status == NO_GUEST:
             pytest.skip(said.strip())
         results = [line for line in said.splitlines() if line.startswith("RESULT ")]
         assert results, f"the guest said:\n{said[-4000:]}"
         result: dict[str, Any] = json.loads(results[0].removeprefix("RESULT "))
         return result
-
-    def end(self) -> None:
-        """Nothing of it is left, however far it has come."""
-        if self._process.poll() is None:
-            os.killpg(self._process.pid, signal.SIGTERM)
-            self._process.wait()
-        self._said.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from grabbergui.core.errors import (
     DeviceLostError,
     DeviceStatusError,
     GrabberError,
+    OtherCameraError,
     PixelFormatError,
     SourceNotFoundError,
     UsageError,
@@ -25,6 +27,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
 from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, STREAM_IN
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
@@ -143,7 +146,7 @@ def test_the_cameras_clock_is_in_nanoseconds_however_coarse_it_is(plug_in, monke
     monkeypatch.setattr(simulated.registers, "read", coarse)
     device.open(Access.CONTROL)
     device.open_stream(StreamRequest(64 * 48), lambda frame: None)
-    now = time.time_ns()
+    now = time.monotonic_ns()
     mapped = device._clock.host_time(simulated.model.timestamp(), arrival_ns=now + 50 * 10**9)
     assert mapped < now + 10 * 10**9, "the arrival stands where the clock is not believed"
     device.close()
@@ -293,6 +296,52 @@ def test_a_camera_is_found_by_serial_guid_or_place() -> None:
         assert find_camera(name, bus).info.serial == "SIM001"
     with pytest.raises(SourceNotFoundError, match="there is u3v:SIM001"):
         find_camera("OTHER", bus)
+    assert bus.opened == 0
+
+
+class TwoPorts(SimulatedBus):
+    """Two cameras, at 1-1 and 1-2."""
+
+    def __init__(self, *cameras: SimulatedU3vDevice) -> None:
+        super().__init__(cameras[0])
+        self.cameras = cameras
+
+    def enumerate_devices(self) -> list[SimulatedU3vDevice]:
+        return list(self.cameras)
+
+    def get_device_descriptor(self, dev: SimulatedU3vDevice) -> SimpleNamespace:
+        port = self.cameras.index(dev) + 1
+        descriptor = super().get_device_descriptor(dev)
+        descriptor.address, descriptor.port_numbers = port, (port,)
+        return descriptor
+
+
+def camera_of(model: str) -> SimulatedU3vDevice:
+    return SimulatedU3vDevice(CameraModel(power_on={reg.DEVICE_MODEL_NAME: model}))
+
+
+def test_a_serial_number_that_two_cameras_have_opens_neither_and_names_both() -> None:
+    bus = TwoPorts(SimulatedU3vDevice(), SimulatedU3vDevice())
+    with pytest.raises(OtherCameraError, match=r"u3v:1-1, .* and u3v:1-2, "):
+        find_camera("SIM001", bus)
+    assert find_camera("1-2", bus).info.address == "1-2"
+
+
+@pytest.mark.parametrize("name", ["", "SIM001", "1-1"])
+def test_another_camera_of_the_same_serial_number_is_refused_in_its_place(name: str) -> None:
+    first, other = camera_of("First"), camera_of("Other")
+    bus = SimulatedBus(first)
+    device = U3vDevice(name, backend=bus)
+    device.open(Access.CONTROL)
+    assert device.info.uri == f"u3v:{name or 'SIM001'}"
+    device.close()
+    bus.camera = other
+    with pytest.raises((OtherCameraError, SourceNotFoundError), match=r"Other|SIM001"):
+        device.open(Access.CONTROL)
+    bus.camera = first
+    device.open(Access.CONTROL)
+    assert device.info.model == "First"
+    device.close()
     assert bus.opened == 0
 
 

@@ -12,10 +12,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.driver.sim.registers import serial_at
 from grabbergui.driver.sim.u3v import usbip
 from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, EVENT_IN
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
-from grabbergui.driver.sim.u3v.serve import serve
+from grabbergui.driver.sim.u3v.serve import Via, place_of, serve
 from grabbergui.driver.sim.u3v.usbip import UsbIpServer, _free_port
 from grabbergui.driver.u3v import gencp
 from grabbergui.driver.u3v.gencp import CommandId, Packet
@@ -211,3 +212,9 @@ def test_closing_while_a_host_is_just_being_greeted_ends_the_server(monkeypatch)
         closed.set()
         thread.join(PATIENCE)
         assert not thread.is_alive(), "it serves a host on, though it was closed"
+
+
+def test_cameras_on_two_ports_have_two_serial_numbers() -> None:
+    places = [place_of(Via.TCP, "127.0.0.1", port, "") for port in (3240, 3241, 3240)]
+    first, second, again = map(serial_at, places)
+    assert first == again != second

@@ -15,5 +15,3 @@ def records(name: str, kind: str) -> list[bytes]:
 
 def transcripts() -> list[str]:
     return sorted(path.name for path in DATA.glob("*.txt") if "descriptors" not in path.name)
-
-

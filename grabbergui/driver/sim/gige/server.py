@@ -47,18 +47,21 @@ class GigeCamera:
         scene: Scene | None = None,
         faults: Faults | None = None,
         bandwidth: float = GIGABIT,
-        segmentation: bool = True,
+        segmentation: bool = False,
         on_sent: Callable[[int], None] = lambda block_id: None,
     ) -> None:
         """Take the address and begin to answer. Raises SourceUnavailableError where it cannot be had.
 
         `bandwidth` (bytes per second) is what the camera's link carries: packets are spread over time and
-        the frame rate is bounded as on such a link; 0 sends as fast as this machine can. Without
-        `segmentation` every packet is a send of its own. `on_sent` is called with a block's id when its last
-        payload packet has left, on the stream's thread.
+        the frame rate is bounded as on such a link; 0 sends as fast as this machine can. With
+        `segmentation` the kernel cuts packets out of large sends, which is faster; packet sockets and
+        captures on this machine then see the large sends instead of the packets. `on_sent` is called with a
+        block's id when its last payload packet has left, on the stream's thread.
         """
         self.address = address
-        self._power_on = dict(power_on or {})
+        # Locally administered; both stay the camera's own when it moves to another address.
+        self.mac = b"\x02G" + socket.inet_aton(address)
+        self._power_on = {reg.DEVICE_SERIAL_NUMBER: reg.serial_at(address), **(power_on or {})}
         self._power_on[reg.DEVICE_TL_TYPE] = int(reg.TransportLayer.GIGE_VISION)
         if bandwidth:
             self._power_on[reg.DEVICE_LINK_SPEED] = int(bandwidth)
@@ -111,8 +114,7 @@ class GigeCamera:
             ) from error
         self.model = CameraModel(scene=self._scene, power_on=self._power_on)
         self.model.sensor.scene.view(0)
-        mac = b"\x02GB" + socket.inet_aton(self.address)[1:]
-        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, mac)
+        memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac)
         for register, value in self._flash.items():
             memory.set(register, value)
         if self._bandwidth:
@@ -302,13 +304,15 @@ def serve(
     scene: Callable[[], Scene] | None = None,
     faults: Faults | None = None,
     bandwidth: float = GIGABIT,
+    segmentation: bool = False,
     stop: threading.Event | None = None,
     ready: Callable[[str], None] = print,
 ) -> None:
     """Run a camera at each address until `stop` is set.
 
-    The first has the serial number `serial` (SIM001 without one), the others count on from it. `power_on`
-    is what `source.power_on_values` makes of options. `ready` is told, for people, where each camera is.
+    The first has the serial number `serial`, the others count on from it; without one, each has that of its
+    address (`registers.serial_at`). `power_on` is what `source.power_on_values` makes of options. `ready` is
+    called with a sentence that says where each camera is.
     Raises SourceUnavailableError where an address cannot be had.
     """
     stop = stop or threading.Event()
@@ -316,14 +320,15 @@ def serve(
     try:
         for index, address in enumerate(addresses):
             values = dict(power_on or {})
-            first = serial or str(values.get(reg.DEVICE_SERIAL_NUMBER, reg.DEVICE_SERIAL_NUMBER.default))
-            values[reg.DEVICE_SERIAL_NUMBER] = counted(first, index)
+            if first := serial or str(values.get(reg.DEVICE_SERIAL_NUMBER, "")):
+                values[reg.DEVICE_SERIAL_NUMBER] = counted(first, index)
             camera = GigeCamera(
                 address,
                 power_on=values,
                 scene=scene() if scene else None,
                 faults=faults,
                 bandwidth=bandwidth,
+                segmentation=segmentation,
             )
             cameras.append(camera)
             ready(f"GigE Vision camera {camera.serial} is at {address}")

@@ -54,7 +54,7 @@ class StreamSender:
         faults: Faults,
         bandwidth: float = 0.0,
         *,
-        segmentation: bool = True,
+        segmentation: bool = False,
         on_sent: Callable[[int], None] = lambda block_id: None,
     ) -> None:
         """`segmentation`: let the kernel cut packets out of large sends, where it can.

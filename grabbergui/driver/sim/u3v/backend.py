@@ -46,7 +46,7 @@ _ENDPOINT_FIELDS = (
 )  # fmt: skip
 
 
-class SimulatedBus(usb.backend.IBackend):
+class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library has no types
     """A bus with one camera. Interfaces are claimed exclusively, as in Linux."""
 
     def __init__(self, camera: SimulatedU3vDevice, *, forbidden: bool = False) -> None:

@@ -14,6 +14,7 @@ import logging
 import os
 import signal
 import struct
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -158,6 +159,8 @@ class Gadget:
 
     def __enter__(self) -> Gadget:
         """Make the gadget and plug it in. Raises SourceUnavailableError."""
+        if sys.platform == "win32":
+            raise SourceUnavailableError("a USB gadget needs Linux: use --via tcp")
         # Interrupts a blocked read or write; the handler itself has nothing to do.
         signal.signal(signal.SIGUSR1, lambda *_: None)
         try:
@@ -333,6 +336,6 @@ def _transient(error: OSError) -> bool:
 
 
 def _interrupt(thread: threading.Thread) -> None:
-    if thread.ident is not None and thread.is_alive():
+    if sys.platform != "win32" and thread.ident is not None and thread.is_alive():
         with contextlib.suppress(ProcessLookupError):
             signal.pthread_kill(thread.ident, signal.SIGUSR1)

@@ -9,7 +9,7 @@ from enum import Enum
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
-from grabbergui.driver.sim.u3v.usbip import UsbIpServer, attach_to_kernel
+from grabbergui.driver.sim.u3v.usbip import UsbIpServer, attach_to_kernel, free_vhci_port
 
 GADGET_LEADER_SPACE = 72
 "Some controllers take up to 64 bytes that no host fetches, and deliver them at the next start."
@@ -24,6 +24,18 @@ class Via(Enum):
     "USB/IP on a TCP port, for `usbip attach` on this or another machine."
     GADGET = "gadget"
     "Linux FunctionFS on a USB device controller; the camera appears at the other end of the cable."
+
+
+def place_of(via: Via | str, host: str, port: int, udc: str) -> str:
+    """Where a camera is plugged in: what its serial number follows from if it is given none.
+
+    Raises SourceUnavailableError without a virtual host controller.
+    """
+    return {
+        Via.VHCI: lambda: f"vhci port {free_vhci_port()}",
+        Via.TCP: lambda: f"{host}:{port}",
+        Via.GADGET: lambda: f"gadget {udc}",
+    }[Via(via)]()
 
 
 def serve(

@@ -9,12 +9,14 @@ import contextlib
 import logging
 import socket
 import struct
+import sys
 import threading
+import time
 from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from grabbergui.core.errors import GrabberError, SourceUnavailableError
+from grabbergui.core.errors import GrabberError, ResourceExhaustedError, SourceUnavailableError
 from grabbergui.driver.sim.u3v.descriptors import PRODUCT_ID, VENDOR_ID
 from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
 from grabbergui.driver.sim.u3v.pipe import (
@@ -42,6 +44,8 @@ _SUBMIT, _UNLINK, _SUBMIT_REPLY, _UNLINK_REPLY = 1, 2, 3, 4
 _DIRECTION_IN = 1
 LONGEST_REQUEST = 64 << 20
 "Bytes; a longer one is a broken peer."
+_PAUSE_SECONDS = 0.5
+"Before the next host when descriptors were used up."
 MOST_REQUESTS = 4096
 "Waiting on one endpoint; so is one that sends more."
 
@@ -208,8 +212,8 @@ class UsbIpConnection:
     def _send(self, header: bytes, *data: memoryview) -> None:
         """Send, with `_sending` held; a host that is gone is noticed by the reader."""
         with contextlib.suppress(OSError):
-            if not data:
-                self._socket.sendall(header)
+            if sys.platform == "win32" or not data:
+                self._socket.sendall(b"".join((header, *data)))
                 return
             # One call for all where the socket takes it; a stream socket may take less.
             sent = self._socket.sendmsg([header, *data])
@@ -228,8 +232,10 @@ def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
 
     Raises SourceUnavailableError where there is no vhci-hcd or no right to use it.
     """
+    if sys.platform == "win32":
+        raise SourceUnavailableError("a virtual USB host controller needs Linux: use --via tcp")
+    port = free_vhci_port()
     try:
-        port = _free_port((_VHCI / "status").read_text())
         ours, kernels = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         with kernels:
             try:
@@ -238,10 +244,6 @@ def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
             except OSError:
                 ours.close()
                 raise
-    except FileNotFoundError as error:
-        raise SourceUnavailableError(
-            "this system has no virtual USB host controller: run `modprobe vhci-hcd` as root"
-        ) from error
     except PermissionError as error:
         raise SourceUnavailableError(
             f"no permission to attach a virtual USB device ({_VHCI}/attach): run it as root"
@@ -249,6 +251,20 @@ def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
     except OSError as error:
         raise SourceUnavailableError(f"the virtual USB host controller took no device: {error}") from error
     return UsbIpConnection(ours, camera)
+
+
+def free_vhci_port() -> int:
+    """Return the port of the virtual host controller that the next camera is attached to.
+
+    Raises SourceUnavailableError.
+    """
+    try:
+        status = (_VHCI / "status").read_text()
+    except OSError as error:
+        raise SourceUnavailableError(
+            "this system has no virtual USB host controller: run `modprobe vhci-hcd` as root"
+        ) from error
+    return _free_port(status)
 
 
 def _free_port(status: str) -> int:
@@ -285,8 +301,13 @@ class UsbIpServer:
         while not self._closed:
             try:
                 connection, peer = self._listener.accept()
-            except OSError:
-                return
+            except OSError as error:
+                failure = ResourceExhaustedError.of(error)
+                if failure is None or self._closed:
+                    return
+                log.warning("USB/IP: no host can connect: %s", failure)
+                time.sleep(_PAUSE_SECONDS)
+                continue
             log.info("USB/IP: %s is here", peer)
             with self._lock:
                 if self._closed:

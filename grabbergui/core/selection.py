@@ -1,0 +1,196 @@
+"""Settings: features together with where their selectors stand.
+
+A selector (GenICam standard, `pSelected`) decides which of several values a feature shows: `Gain` is
+the gain of the channel that `GainSelector` selects. A setting names such a value whatever is selected at the
+moment: `Gain[GainSelector=Red]`. `FrameGrabber.read_setting` and `write_setting` select, read or write, and
+select back as one step.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.features import (
+    Category,
+    Feature,
+    FeatureDescription,
+    FeatureKind,
+    FeatureValue,
+    format_value,
+)
+
+if TYPE_CHECKING:
+    from grabbergui.core.grabber import FrameGrabber
+
+MAX_INSTANCES = 4096
+"Of one feature under its selectors: a look-up table of 12 bits. More is left out and reported."
+_TOLERANCE = 1e-6
+"Relative: other programs print seven digits of a float, and a camera rounds to its register."
+_NAME = r"[^\s\[\]=,]+"  # GenICam allows letters, digits and _; parameters of ROS nodes have dots too
+_KEY = re.compile(rf"({_NAME})(?:\[([^\]]*)\])?")
+_ASSIGNMENT = re.compile(r"([^=\[]+(?:\[[^\]]*\]\s*)?)=(.*)", re.DOTALL)
+
+Selected = tuple[tuple[str, str], ...]
+"Pairs of selector and entry, outermost selector first."
+
+
+@dataclass(frozen=True)
+class SettingKey:
+    """The name of a setting: a feature, and where its selectors stand."""
+
+    name: str
+    selected: Selected = ()
+    "Empty for a feature without selectors, or for whatever they select at the moment."
+
+    @classmethod
+    def parse(cls, text: str) -> SettingKey:
+        """Read `Width` or `Gain[GainSelector=Red]`. Raises UsageError."""
+        match = _KEY.fullmatch(text)
+        if match is None:
+            raise UsageError(f"'{text[:60]}' is no feature's name")
+        selected = []
+        for part in (match[2] or "").split(",") if match[2] else ():
+            selector, equals, entry = part.partition("=")
+            if not equals or not re.fullmatch(_NAME, selector.strip()):
+                raise UsageError(f"'[{match[2][:60]}]' is not [Selector=Entry]")
+            selected.append((selector.strip(), entry.strip()))
+        return cls(match[1], tuple(selected))
+
+    @classmethod
+    def parse_assignment(cls, text: str) -> tuple[SettingKey, str] | None:
+        """Read `Gain=3` or `Gain[GainSelector=Red]=3`; None where there is no value. Raises UsageError."""
+        match = _ASSIGNMENT.fullmatch(text)
+        return (cls.parse(match[1].strip()), match[2]) if match is not None else None
+
+    def __str__(self) -> str:
+        """`Width`, `BalanceRatio[BalanceRatioSelector=Red]`."""
+        if not self.selected:
+            return self.name
+        return f"{self.name}[{','.join(f'{selector}={entry}' for selector, entry in self.selected)}]"
+
+
+class ValueChange(NamedTuple):
+    """A setting, its value before and after a write; None where it could not be read."""
+
+    key: SettingKey
+    before: FeatureValue | None
+    after: FeatureValue | None
+
+
+@dataclass(frozen=True)
+class WriteResult:
+    """Everything that one write changed."""
+
+    feature: Feature
+    "The feature that was written, as the camera reports it afterwards."
+    written: tuple[ValueChange, ...]
+    "What was written, in order: companions that had to be switched, and at last the setting itself."
+    consequences: tuple[ValueChange, ...] = ()
+    "Settings that the camera changed because of it (Height after BinningVertical)."
+
+
+@dataclass(frozen=True)
+class Selectors:
+    """What selects what in a camera's feature tree. Asks no camera."""
+
+    tree: Category
+    descriptions: Mapping[str, FeatureDescription] = field(init=False)
+    "Every feature of the tree by name, in the tree's order."
+    names: frozenset[str] = field(init=False)
+    "Every feature that selects another."
+
+    def __post_init__(self) -> None:
+        descriptions = {d.name: d for d in self.tree.descriptions()}
+        object.__setattr__(self, "descriptions", descriptions)
+        names = frozenset(selector for d in descriptions.values() for selector in d.selectors)
+        object.__setattr__(self, "names", names)
+
+    def of(self, name: str) -> tuple[str, ...]:
+        """Return what selects a feature, and what selects that: outermost first, each once."""
+        found: list[str] = []
+        description = self.descriptions.get(name)
+        for selector in description.selectors if description is not None else ():
+            # A description that selects itself in a circle must not be followed for ever.
+            if selector not in found and selector != name and selector in self.descriptions:
+                found.append(selector)
+                above: list[str] = []
+                self._collect_above(selector, above, {name, *found})
+                found[-1:-1] = above
+        return tuple(found)
+
+    def _collect_above(self, name: str, above: list[str], seen: set[str]) -> None:
+        for selector in self.descriptions[name].selectors:
+            if selector not in seen and selector in self.descriptions:
+                seen.add(selector)
+                self._collect_above(selector, above, seen)
+                above.append(selector)
+
+
+def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
+    """Return every combination of the selectors' entries, and why some are left out where that is so.
+
+    Reads the selectors, writes nothing. Where they cannot be moved, only what they select is returned.
+    """
+    features = [grabber.feature(name) for name in path]
+    standing = tuple((f.name, format_value(f.value)) for f in features if f.value is not None)
+    if len(standing) < len(features):
+        return [], ""  # the camera hides its selector at the moment, and the feature with it
+    if not all(f.access.writable for f in features if len(selector_entries(f)) > 1):
+        return [standing], "only what its selector stands at, which cannot be moved"
+    choices = [selector_entries(feature) for feature in features]
+    if math.prod(len(entries) for entries in choices) > MAX_INSTANCES:
+        return [standing], f"more than {MAX_INSTANCES} instances; only the selected one is kept"
+    return [tuple(zip(path, entries, strict=True)) for entries in itertools.product(*choices)], ""
+
+
+def selector_entries(selector: Feature) -> Sequence[str]:
+    """Return the values that a selector can take, as text."""
+    if selector.kind is FeatureKind.ENUMERATION:
+        return [entry.name for entry in selector.entries if entry.available]
+    if selector.kind is FeatureKind.BOOLEAN:
+        return ["false", "true"]
+    low, high = selector.minimum, selector.maximum
+    if selector.kind is FeatureKind.INTEGER and isinstance(low, int) and isinstance(high, int):
+        numbers = range(low, high + 1, int(selector.increment or 1))
+        # Only the beginning is made, enough to tell that it is too many.
+        return [str(number) for number in itertools.islice(numbers, MAX_INSTANCES + 1)]
+    return [format_value(selector.value)]
+
+
+def same_value(first: FeatureValue, second: FeatureValue) -> bool:
+    """Whether two values mean the same, also where one is text from a file."""
+    if str(first) == str(second):
+        return True
+    one, other = _number(first), _number(second)
+    if one is None or other is None:
+        return False
+    if isinstance(one, int) and isinstance(other, int):
+        return one == other
+    return math.isclose(one, other, rel_tol=_TOLERANCE)
+
+
+def is_number(value: FeatureValue) -> bool:
+    """Whether a value is a number, or text that means one."""
+    return _number(value) is not None
+
+
+def _number(value: FeatureValue) -> int | float | None:
+    if isinstance(value, int | float):
+        return int(value) if isinstance(value, bool) else value
+    text = value.strip().lower()
+    if text in ("true", "false"):
+        return int(text == "true")
+    try:
+        return int(text, 0)
+    except ValueError:
+        pass
+    try:
+        return float(text)
+    except ValueError:
+        return None

@@ -1,0 +1,232 @@
+"""A large description parsed by a process of its own, and the result handed over through GenApi's cache.
+
+GenApi can keep what it parsed in a folder that an environment variable names (GENICAM_CACHE_V…, GenICam
+Package documentation). While that variable is set, each load takes a named semaphore of the machine, whose
+name is a hash of the XML: a process that is killed meanwhile leaves it taken for ever, and every later load
+of this description waits for it, in this program and in others. Therefore
+
+- the variable is hidden except while a large description is loaded;
+- each description that is parsed gets a comment of its own. So it has a semaphore of its own, which nobody
+  else will ever wait for, and the process that parses may be killed at any moment.
+
+The results are kept (`known_descriptions`), and one program at a time loads from such a result, so that a
+semaphore that is found then was left by a process that is gone, and is removed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import fcntl
+import logging
+import os
+import re
+import secrets
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+
+import genicam
+
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver.genapi import known_descriptions
+from grabbergui.driver.genapi.known_descriptions import Known
+from grabbergui.driver.genapi.vetting import vetted
+
+if sys.platform != "linux":
+    raise ImportError("only Linux has the semaphores that this module is about")
+
+PATIENCE = 30.0
+"Seconds that the other process gets before this one parses for itself."
+MOST_CPU = 10
+"Seconds of computing; the largest known description takes 0.2."
+ABANDONED = 60.0
+"Seconds after which the folder of a process that is gone is removed."
+
+_PREFIX = "grabbergui-description-"
+_SEMAPHORES = Path("/dev/shm")
+_PARSE = f"""
+import resource, sys
+resource.setrlimit(resource.RLIMIT_CPU, ({MOST_CPU}, {MOST_CPU} + 2))
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+sys.path.append(sys.argv[1])
+from genicam import genapi
+genapi.NodeMap().load_xml_from_string(sys.stdin.buffer.read().decode())
+"""
+_CRASHES = frozenset({signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT})
+log = logging.getLogger(__name__)
+
+
+class _Variable:
+    """The variable in which the GenApi that is installed looks for its cache; it names the version.
+
+    The environment must not change while other threads run. So it is set once, to a fixed folder and with a
+    wrong first letter; switching it on and off changes that one byte.
+    """
+
+    def __init__(self) -> None:
+        self.folder = Path(tempfile.gettempdir()) / f"{_PREFIX}{secrets.token_hex(8)}"
+        self.name = _variable_name()
+        # A vendor's cache would bring the semaphores back that all programs share.
+        os.environ.pop(self.name, None)
+        self._entry = ctypes.create_string_buffer(f"{self.name}={self.folder}".encode())
+        self._entry[0] = b"_"
+        if self.name:
+            ctypes.CDLL(None).putenv(self._entry)
+
+    @contextlib.contextmanager
+    def visible(self) -> Iterator[None]:
+        self._entry[0] = self.name[0].encode()
+        try:
+            yield
+        finally:
+            self._entry[0] = b"_"
+
+
+def _variable_name() -> str:
+    for library in Path(genicam.__file__).parent.glob("*GenApi_*"):
+        if version := re.search(r"_v(\d+_\d+)\.", library.name):
+            return f"GENICAM_CACHE_V{version[1]}"
+    return ""
+
+
+_cache = _Variable()
+
+
+@contextlib.contextmanager
+def parsed(xml: str) -> Iterator[str]:
+    """Vet a description and parse it in another process; give its text, quick to load inside the block.
+
+    If it was loaded before, neither is done again. If that process cannot do it, loading takes its full time.
+    Raises RemoteProtocolError for a description that `vetting` refuses, or that makes GenApi crash or compute
+    for more than `MOST_CPU` seconds. One caller at a time.
+    """
+    remove_abandoned()
+    with _own_folder() as ready, known_descriptions.known(xml) if ready else nullcontext() as known:
+        if known is not None:
+            result = _cache.folder / known.result_name
+            result.write_bytes(known.result)
+            _semaphore_of(result).unlink(missing_ok=True)
+            try:
+                with _cache.visible():
+                    yield known.text
+            except BaseException:
+                known_descriptions.forget(xml)
+                raise
+            return
+        with _Parser() if ready else nullcontext() as parser:  # which starts while this process vets
+            text = f"{vetted(xml)}<!--{secrets.token_hex(16)}-->"
+            filled = parser is not None and parser.parse(text)
+        if not filled:
+            shutil.rmtree(_cache.folder, ignore_errors=True)  # GenApi takes half a result for a broken one
+            yield text
+            return
+        with _cache.visible():
+            yield text
+        for result in _cache.folder.glob("0x*.bin"):
+            known_descriptions.keep(xml, Known(text, result.name, result.read_bytes()))
+
+
+def remove_abandoned() -> None:
+    """Remove what processes left behind that were killed while they loaded a description."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+        with contextlib.suppress(OSError):
+            if time.time() - folder.stat().st_mtime > ABANDONED:
+                handle = os.open(folder, os.O_RDONLY)
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    _remove(folder)
+                finally:
+                    os.close(handle)
+
+
+@contextlib.contextmanager
+def _own_folder() -> Iterator[bool]:
+    """Make the cache's folder, locked while this process lives; whether that worked."""
+    handle = -1
+    try:
+        if not _cache.name or not os.access(_SEMAPHORES, os.W_OK):
+            raise FileNotFoundError(f"{_SEMAPHORES} cannot be written, where GenApi keeps semaphores")
+        _cache.folder.mkdir(mode=0o700)
+        handle = os.open(_cache.folder, os.O_RDONLY)
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        log.info("a large description is parsed by this process: %s", error)
+        yield False
+    else:
+        yield True
+    finally:
+        if handle >= 0:
+            os.close(handle)
+        _remove(_cache.folder)
+
+
+class _Parser:
+    """The other process. It imports GenApi while nothing is said to it, and ends with the block."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        packages = str(Path(genicam.__file__).parents[1])
+        try:
+            self._process = subprocess.Popen(
+                # Without the site's start, which takes longer than all else it does.
+                [sys.executable, "-I", "-S", "-c", _PARSE, packages],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,  # its end says that the process has ended; `wait` looks every 50 ms
+                stderr=subprocess.DEVNULL,
+                env={**os.environ, _cache.name: str(_cache.folder)},
+            )
+        except OSError as error:
+            log.info("a large description is parsed by this process: %s", error)
+
+    def __enter__(self) -> _Parser:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+
+    def parse(self, text: str) -> bool:
+        """Whether the result is there. Raises RemoteProtocolError."""
+        if self._process is None:
+            return False
+        try:
+            self._process.communicate(text.encode(), timeout=PATIENCE)
+        except (OSError, subprocess.SubprocessError) as error:
+            log.info("a large description is parsed by this process: %s", error)
+            return False
+        ended_by = -self._process.returncode
+        if ended_by in _CRASHES:
+            raise RemoteProtocolError(
+                "the camera's description cannot be used: GenApi crashes on it "
+                f"({signal.Signals(ended_by).name})"
+            )
+        if ended_by == signal.SIGXCPU:
+            raise RemoteProtocolError(
+                f"the camera's description cannot be used: GenApi needs more than {MOST_CPU} s to load it"
+            )
+        return ended_by == 0
+
+
+def _remove(folder: Path) -> None:
+    for result in folder.glob("0x*.bin"):
+        with contextlib.suppress(OSError, ValueError):
+            _semaphore_of(result).unlink(missing_ok=True)
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _semaphore_of(result: Path) -> Path:
+    """The semaphore that guarded a file of the cache (GenApi 3.5: CGlobalLock::HashSemName)."""
+    content = int.from_bytes(bytes.fromhex(result.stem[2:10]), "little")
+    name = f"GenICam_XML_{content}"
+    digest = 5381
+    for letter in name.encode():
+        digest = (digest * 33 ^ letter) & 0xFFFF_FFFF_FFFF_FFFF
+    return _SEMAPHORES / f"sem.{len(name):02X}{digest:x}{name[:11]}"

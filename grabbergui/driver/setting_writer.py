@@ -1,0 +1,143 @@
+"""Writes to a camera with everything that belongs to them: companions before, consequences after, memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from grabbergui.core.companions import Companions, is_on, regulated_by_mode, switched_off, switched_on
+from grabbergui.core.errors import FeatureError
+from grabbergui.core.features import Feature, FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey, ValueChange, WriteResult, instances
+from grabbergui.core.sfnc import AUTO_OFF
+from grabbergui.driver.genapi import preparation
+from grabbergui.driver.genapi.node_map import CameraNodeMap
+from grabbergui.driver.settings_memory import SettingsMemory
+
+
+class SettingWriter:
+    """Writes features of one open camera, and keeps its memory true. The caller holds the camera's lock."""
+
+    def __init__(self, grabber: FrameGrabber, nodes: CameraNodeMap, memory: SettingsMemory) -> None:
+        self.memory = memory
+        self._grabber = grabber
+        self._nodes = nodes
+        names = (description.name for description in nodes.root.descriptions())
+        self._regulated_by = regulated_by_mode(names, nodes.has)
+        "Each automatic mode, and the features it regulates."
+        self._companions_of: dict[str, Companions] = {}
+        self._followers_of: dict[tuple[str, ...], tuple[str, ...]] = {}
+        "Both are fixed by the description; kept because a slider asks for them sixty times a second."
+
+    def write(self, feature: Feature, value: FeatureValue) -> WriteResult:
+        """Write a feature, and before it what makes it writable.
+
+        All that was written and what followed is remembered. A refusal leaves the companions as they were,
+        and raises what the node map raises. `feature` is what `CameraNodeMap.feature_taking` returned.
+        """
+        nodes, name = self._nodes, feature.name
+        switched = list(self._to_switch(name))
+        candidates = self._may_follow(*(change.key.name for change in switched), name)
+        stood, before = nodes.value(name), nodes.values(candidates)
+        try:
+            for change in switched:
+                assert change.after is not None
+                nodes.write(change.key.name, change.after)
+            if switched or not feature.access.writable:  # by a switch or a stream that were on until now
+                feature = nodes.feature(name)
+            accepted = feature.validated(value)
+            nodes.write(name, accepted)
+        except FeatureError:
+            for change in switched:
+                if change.before is not None:
+                    nodes.write(change.key.name, change.before)
+            raise
+        written = nodes.feature(name)
+        became = accepted if written.value is None else written.value
+        changes = (*switched, ValueChange(self._key(name), stood, became))
+        after = nodes.values(candidates)
+        moved = tuple(self._moved(before, after))
+        self.memory.note_changes((*moved, *changes))
+        self._note_visibility(before, after, changes[-1])
+        for change in changes:
+            if change.key.name in self._regulated_by and is_on(change.before) and not is_on(change.after):
+                self._note_regulated(change.key.name)
+        return WriteResult(written, changes, tuple(change for change in moved if change.before is not None))
+
+    def regulated_now(self) -> Iterator[str]:
+        """Give the automatic modes that are on, and the features they regulate: these move by themselves."""
+        for mode, names in self._regulated_by.items():
+            if is_on(self._nodes.value(mode)):
+                yield mode  # Once falls back to Off by itself
+                yield from names
+
+    def notice_regulated_once(self) -> None:
+        """Remember what a mode found that was told to regulate once, and has gone off by itself."""
+        for mode in self.memory.regulated_once:
+            self._nodes.invalidate(frozenset({mode}))
+            if self._nodes.value(mode) == AUTO_OFF:
+                self.memory.note(self._key(mode), AUTO_OFF)
+                self._note_regulated(mode)
+
+    def _key(self, name: str) -> SettingKey:
+        return self._grabber.setting(name)
+
+    def _to_switch(self, name: str) -> Iterator[ValueChange]:
+        """Give what must be written so that a feature can be written and has an effect."""
+        nodes, companions = self._nodes, self._companions(name)
+        if companions.mode and is_on(nodes.value(companions.mode)):
+            yield from self._switch(switched_off(nodes.feature(companions.mode)))
+        if companions.enabler and nodes.value(companions.enabler) is False:
+            yield from self._switch(switched_on(nodes.feature(companions.enabler)))
+
+    def _switch(self, write: tuple[str, FeatureValue] | None) -> Iterator[ValueChange]:
+        if write is not None:
+            name, wanted = write
+            yield ValueChange(self._key(name), self._nodes.value(name), wanted)
+
+    def _companions(self, name: str) -> Companions:
+        if name not in self._companions_of:
+            self._companions_of[name] = Companions.of(name, self._nodes.has)
+        return self._companions_of[name]
+
+    def _may_follow(self, *names: str) -> tuple[str, ...]:
+        """Return the features that the camera may change when these are written."""
+        if names not in self._followers_of:
+            selectors = self._grabber.selectors
+            found: set[str] = set()
+            for name in names:
+                # Under a selector other instances appear; nothing has changed.
+                dependents = self._nodes.dependents(name)
+                found.update(other for other in dependents if name not in selectors.of(other))
+            self._followers_of[names] = tuple(sorted(found.difference(names, preparation.NOT_SETTINGS)))
+        return self._followers_of[names]
+
+    def _moved(
+        self, before: dict[str, FeatureValue], after: dict[str, FeatureValue]
+    ) -> Iterator[ValueChange]:
+        """Give the settings that a write changed in the camera, other than by an automatic mode."""
+        for name, value in after.items():
+            if before.get(name) == value:
+                continue
+            key = self._key(name)
+            remembered = key in self.memory.settings  # perhaps it is only locked at the moment
+            if (remembered or self._nodes.feature(name).access.writable) and not self._is_regulated(name):
+                yield ValueChange(key, before.get(name), value)
+
+    def _is_regulated(self, name: str) -> bool:
+        mode = self._companions(name).mode
+        return mode is not None and is_on(self._nodes.value(mode))
+
+    def _note_visibility(self, before: Iterable[str], after: Iterable[str], by: ValueChange) -> None:
+        self.memory.note_visible(after)
+        for name in set(before).difference(after):
+            self.memory.note_hidden(name, by)
+
+    def _note_regulated(self, mode: str) -> None:
+        """Remember the values that an automatic mode found, which stay when it goes off."""
+        self._nodes.invalidate(frozenset(self._regulated_by[mode]))
+        for name in self._regulated_by[mode]:
+            for selected in instances(self._grabber, self._grabber.selectors.of(name))[0]:
+                key = SettingKey(name, selected)
+                if (value := self._grabber.read_setting(key).value) is not None:
+                    self.memory.note(key, value)

@@ -1,0 +1,55 @@
+"""Telling cameras apart by all that they say of themselves."""
+
+from dataclasses import replace
+
+import pytest
+
+from grabbergui.core.errors import OtherCameraError
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import describe, is_same, require_one, require_same
+
+CAMERA = DeviceInfo(
+    "gige:7", "Acme", "One", "7", "GigE Vision", "10.0.0.7", "left", hardware_id="00:30:53:0a:0b:0c"
+)
+
+
+@pytest.mark.parametrize("field", ["vendor", "model", "serial", "hardware_id"])
+def test_a_camera_that_differs_in_anything_that_identifies_it_is_refused_and_named(field):
+    other = replace(CAMERA, address="10.0.0.9", **{field: "other"})
+    with pytest.raises(OtherCameraError, match=r"10\.0\.0\.9.*other.*00:30:53:0a:0b:0c.* is wanted"):
+        require_same(CAMERA, other)
+
+
+def test_a_camera_that_was_moved_and_renamed_is_the_same():
+    require_same(
+        CAMERA, replace(CAMERA, uri="gige:right", address="10.0.0.9", user_name="right", version="2")
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "same"),
+    [
+        (DeviceInfo("aravis:x", "ACME Corp.", "One", "7", "GigE Vision by Aravis"), True),
+        (replace(CAMERA, uri="aravis:x", bus="Aravis", serial=""), True),
+        (replace(CAMERA, hardware_id="00:30:53:0a:0b:0d"), False),
+        (DeviceInfo("gige:10.0.0.7", bus="GigE Vision", address="10.0.0.7"), True),
+        (DeviceInfo("gige:10.0.0.8", bus="GigE Vision", address="10.0.0.8"), False),
+        (DeviceInfo("gige:8", "Acme", "One", "8", "GigE Vision", "10.0.0.7"), False),
+        (DeviceInfo("yarp:/grabber", "Acme", "Two", "7", "YARP"), False),
+    ],
+)
+def test_sources_of_other_kinds_lead_to_the_same_camera_or_not(other, same):
+    assert is_same(CAMERA, other) is same and is_same(other, CAMERA) is same
+
+
+def test_a_name_of_several_cameras_is_refused_and_one_listed_twice_is_one():
+    twin = replace(CAMERA, uri="gige:10.0.0.8", hardware_id="00:30:53:0a:0b:0d")
+    require_one("7", [CAMERA, CAMERA])
+    require_one("7", [])
+    with pytest.raises(OtherCameraError, match=r"'7' names 2 cameras: gige:7, .* and gige:10\.0\.0\.8, "):
+        require_one("7", [CAMERA, twin])
+
+
+def test_a_description_has_everything_that_tells_a_camera_from_others():
+    assert describe(CAMERA) == "Acme One ('left', serial 7, 00:30:53:0a:0b:0c)"
+    assert describe(DeviceInfo("gige:10.0.0.7")) == "gige:10.0.0.7"

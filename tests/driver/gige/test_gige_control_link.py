@@ -1,0 +1,148 @@
+"""The control link's threads: a camera of a few lines at the other end decides what it answers, and when."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
+
+import pytest
+
+from grabbergui.core.errors import DeviceLostError
+from grabbergui.driver.gige import gvcp
+from grabbergui.driver.gige.bootstrap import Control, Register
+from grabbergui.driver.gige.control_channel import ControlTiming
+from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.gvcp import Ack
+from grabbergui.driver.gige.heartbeat import Pulse
+from patience import PATIENCE, until
+
+FEATURE = 0x20030
+PATIENT = ControlTiming(ack_timeout=PATIENCE, tries=1)
+"For what must be answered by the first acknowledge."
+
+
+class ScriptedCamera:
+    """Answers reads of one register; `answers` says for each command, by its address, whether to."""
+
+    def __init__(self, address: str) -> None:
+        self.answers: Callable[[int], bool] = lambda address: True
+        self.reads: list[int] = []
+        "Addresses of all commands in the order in which they came."
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind((address, 0))
+        self.ip, self.port = self._socket.getsockname()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._socket.sendto(b"", (self.ip, self.port))
+        self._thread.join()
+        self._socket.close()
+
+    def _run(self) -> None:
+        while True:
+            datagram, client = self._socket.recvfrom(2048)
+            if not datagram:
+                return
+            header, payload = gvcp.split_command(datagram)
+            (address, *_) = gvcp.ReadReg.decode(payload).addresses
+            self.reads.append(address)
+            if self.answers(address):
+                value = Control.CONTROL.to_bytes(4, "big")
+                self._socket.sendto(Ack(0, header.command + 1, header.req_id, value).encode(), client)
+
+    def beats(self) -> int:
+        return self.reads.count(Register.CCP)
+
+
+@pytest.fixture
+def camera() -> Iterator[ScriptedCamera]:
+    with closing(ScriptedCamera(f"127.11.{os.getpid() % 250 + 1}.1")) as camera:
+        yield camera
+
+
+@pytest.fixture
+def link(camera: ScriptedCamera) -> Iterator[ControlLink]:
+    with closing(ControlLink(camera.ip, camera.port, PATIENT)) as link:
+        yield link
+
+
+def test_commands_go_on_between_two_beats(camera: ScriptedCamera, link: ControlLink) -> None:
+    """The heartbeat's thread once kept the link from one beat to the next: one command a beat got through."""
+    link.start_heartbeat(Pulse(period=0.2), controlling=True)
+    until(camera.beats, "the first beat")
+    while camera.beats() < 3:
+        link.read_register(FEATURE)
+    first, *others = (at for at, address in enumerate(camera.reads) if address == Register.CCP)
+    assert others[-1] - first > 10
+
+
+def test_a_beat_without_an_answer_does_not_delay_commands(camera: ScriptedCamera, link: ControlLink) -> None:
+    camera.answers = lambda address: address != Register.CCP
+    link.start_heartbeat(Pulse(period=0.01, timing=PATIENT), controlling=True)
+    until(camera.beats, "the first beat")
+    for _ in range(20):
+        assert link.read_register(FEATURE) == Control.CONTROL
+    assert camera.beats() == 1
+
+
+def test_the_heart_beats_while_a_command_waits_for_its_answer(
+    camera: ScriptedCamera, link: ControlLink
+) -> None:
+    camera.answers = lambda address: address != FEATURE or camera.beats() >= 3
+    link.start_heartbeat(Pulse(period=0.01), controlling=True)
+    slow = ControlTiming(ack_timeout=0.05, tries=600)
+    link.execute(gvcp.ReadReg((FEATURE,)), slow)
+    assert camera.beats() >= 3 and link.lost is None
+
+
+def test_threads_have_equal_shares(camera: ScriptedCamera, link: ControlLink) -> None:
+    """A thread that reads register after register leaves room for one command of another between any two."""
+    counts = [0, 0, 0]
+    enough = threading.Event()
+
+    def read(number: int) -> None:
+        while not enough.is_set():
+            link.read_register(FEATURE + 4 * number)
+            counts[number] += 1
+
+    with ExitStack() as stack:
+        stack.callback(enough.set)
+        for number in range(len(counts)):
+            thread = threading.Thread(target=read, args=(number,))
+            thread.start()
+            stack.callback(thread.join)
+            stack.callback(enough.set)
+        until(lambda: sum(counts) > 300, "300 commands")
+    assert min(counts) > 50
+
+
+def test_closing_ends_a_command_that_waits(camera: ScriptedCamera) -> None:
+    camera.answers = lambda address: False
+    errors: list[Exception] = []
+    link = ControlLink(camera.ip, camera.port, ControlTiming(ack_timeout=0.1, tries=1000))
+
+    def read() -> None:
+        try:
+            link.read_register(FEATURE)
+        except DeviceLostError as error:
+            errors.append(error)
+
+    threads = [threading.Thread(target=read) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    until(lambda: camera.reads, "the command")
+    link.close()
+    for thread in threads:
+        thread.join(PATIENCE)
+    assert [str(error) for error in errors] == ["the camera is closed"] * 2
+
+
+def test_loss_ends_a_command_that_waits(camera: ScriptedCamera, link: ControlLink) -> None:
+    camera.answers = lambda address: False
+    link.start_heartbeat(Pulse(period=0.01, timing=ControlTiming(0.02, 3)), controlling=True)
+    with pytest.raises(DeviceLostError, match="has not answered"):
+        link.read_register(FEATURE)

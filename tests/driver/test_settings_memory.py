@@ -1,0 +1,203 @@
+"""A camera that lost its power is set as it was, compared, and says what is not."""
+
+import os
+import queue as queue_module
+import random
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.core.errors import FeatureError
+from grabbergui.core.grabber import ConnectionState
+from grabbergui.core.selection import SettingKey
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
+from patience import PATIENCE, until
+from random_settings import any_write, capture_all, differences
+
+URI = "sim:?width=64&height=48&fps=100"
+ADDRESS = "127.13.1.1"
+SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.FRAME_RATE: 50.0, reg.EXPOSURE_TIME: 1000.0}
+ROUNDS = int(os.environ.get("GRABBERGUI_POWER_CYCLES", "2"))
+"Random settings that are tried on each kind of camera; fifty take some minutes."
+
+
+class InProcess:
+    """The simulated camera in this process, and the switch of its power."""
+
+    def __init__(self):
+        self.camera = sources.create(URI)
+        self.camera.open()
+
+    def lose_power(self):
+        self.camera.device.on_lost("the power is off")
+        self.camera.device.model = sources.create(URI).device.model
+
+    def close(self):
+        self.camera.close()
+
+
+class OnTheNetwork:
+    """A simulated GigE Vision camera, and the switch of its power."""
+
+    def __init__(self):
+        self.simulated = GigeCamera(ADDRESS, power_on=SMALL)
+        self.camera = sources.create(f"gige:{ADDRESS}")
+        self.camera.open()
+
+    def lose_power(self):
+        self.simulated.close()
+        until(lambda: self.camera._reconnecting is not None, "the loss")
+        self.simulated = GigeCamera(ADDRESS, power_on=SMALL)
+
+    def close(self):
+        self.camera.close()
+        self.simulated.close()
+
+
+@pytest.fixture(params=[InProcess, OnTheNetwork])
+def bench(request):
+    bench = request.param()
+    yield bench
+    bench.close()
+
+
+@pytest.fixture
+def sim():
+    bench = InProcess()
+    yield bench
+    bench.close()
+
+
+def power_cycle(bench):
+    """Take the camera's power away and wait until it is back; what the camera says of its return."""
+    states = queue_module.Queue()
+    listener = bench.camera.connection_changed.connect(lambda state, why: states.put((state, why)))
+    bench.lose_power()
+    assert states.get(timeout=PATIENCE)[0] is ConnectionState.LOST
+    state, why = states.get(timeout=PATIENCE)
+    bench.camera.connection_changed.disconnect(listener)
+    assert state is ConnectionState.OPEN
+    return why
+
+
+@pytest.mark.parametrize("seed", range(ROUNDS))
+def test_random_settings_are_equal_before_and_after_a_power_loss(bench, seed):
+    print(f"seed {seed}")
+    camera, chance = bench.camera, random.Random(seed)
+    streams = seed % 2 == 0
+    if streams:
+        camera.start()
+    for _ in range(60):
+        any_write(camera, chance)
+    before = capture_all(camera)
+
+    assert power_cycle(bench) == "set as before"
+
+    assert differences(before, capture_all(camera)) == []
+    assert camera.streaming == streams
+
+
+def test_a_mode_that_a_write_switched_off_stays_off(sim):
+    sim.camera.write_feature("ExposureAuto", "Continuous")
+    sim.camera.write_feature("ExposureTime", 5000.0)
+
+    assert power_cycle(sim) == "set as before"
+
+    assert sim.camera.feature("ExposureAuto").value == "Off"
+    assert sim.camera.feature("ExposureTime").value == 5000.0
+
+
+def test_what_the_camera_found_by_itself_stays_when_its_mode_goes_off(sim):
+    sim.camera.start()
+    sim.camera.write_feature("GainAuto", "Off")
+    sim.camera.write_feature("ExposureTime", 100.0)
+    sim.camera.write_feature("ExposureAuto", "Once")
+    until(lambda: not sim.camera._writes().memory.regulated_once, "the end of the exposure's regulation")
+    found = sim.camera.feature("ExposureTime").value
+    assert found != 100.0
+
+    assert power_cycle(sim) == "set as before"
+
+    assert sim.camera.feature("ExposureAuto").value == "Off"
+    assert sim.camera.feature("ExposureTime").value == pytest.approx(found)
+
+
+def test_what_is_hidden_at_the_moment_is_set_too(sim):
+    sim.camera.write_feature("AcquisitionMode", "MultiFrame")
+    sim.camera.write_feature("AcquisitionFrameCount", 7)
+    sim.camera.write_feature("AcquisitionMode", "Continuous")
+
+    assert power_cycle(sim) == "set as before"
+
+    sim.camera.write_feature("AcquisitionMode", "MultiFrame")
+    assert sim.camera.feature("AcquisitionFrameCount").value == 7
+
+
+def test_triggers_that_were_switched_on_while_streaming_stay_on(sim):
+    sim.camera.start()
+    sim.camera.write_feature("TriggerMode", "On")
+
+    assert power_cycle(sim) == "set as before"
+
+    assert sim.camera.feature("TriggerMode").value == "On"
+    assert sim.camera.streaming
+
+
+def test_a_mode_of_acquisition_that_was_chosen_while_streaming_stays(sim):
+    sim.camera.start()
+    sim.camera.write_feature("AcquisitionMode", "MultiFrame")
+    sim.camera.write_feature("AcquisitionFrameCount", 7)
+
+    assert power_cycle(sim) == "set as before"
+
+    assert sim.camera.streaming
+    assert sim.camera.feature("AcquisitionMode").value == "MultiFrame"
+    assert sim.camera.feature("AcquisitionFrameCount").value == 7
+
+
+def test_a_set_that_was_loaded_is_loaded_again_and_what_came_before_it_is_not_set(sim):
+    sim.camera.write_feature("Gain", 6.0)
+    sim.camera.execute_setting(SettingKey("UserSetLoad", (("UserSetSelector", "Default"),)))
+    sim.camera.write_feature("ExposureTime", 5000.0)
+
+    assert power_cycle(sim) == "set as before"
+
+    assert sim.camera.feature("Gain").value == 0.0
+    assert sim.camera.feature("ExposureTime").value == 5000.0
+
+
+def test_what_cannot_be_set_again_is_said(sim, monkeypatch):
+    sim.camera.write_feature("Gain", 6.0)
+    really = sim.camera.write_setting
+
+    def refuse(key, value):
+        if key.name == "Gain":
+            raise FeatureError("Gain=6: the camera answered: busy", "Gain")
+        return really(key, value)
+
+    monkeypatch.setattr(sim.camera, "write_setting", refuse)
+    assert power_cycle(sim) == "but not as before: Gain=6: the camera answered: busy"
+    assert sim.camera.unlike_before == ("Gain=6: the camera answered: busy",)
+
+
+def test_a_value_that_comes_out_other_than_it_was_is_said(sim):
+    sim.camera.write_feature("Gain", 6.0)
+    sim.camera._writes().memory.note(SettingKey("Gain"), 6.004)
+    assert power_cycle(sim) == "but not as before: Gain is 6 instead of 6.004"
+
+
+def test_a_refused_write_leaves_the_automatic_mode_as_it_was(sim, monkeypatch):
+    sim.camera.write_feature("ExposureAuto", "Continuous")
+    nodes = sim.camera._opened()
+    really = nodes.write
+
+    def refuse(name, value):
+        if name == "ExposureTime":
+            raise FeatureError("ExposureTime: the camera answered: busy", name)
+        really(name, value)
+
+    monkeypatch.setattr(nodes, "write", refuse)
+    with pytest.raises(FeatureError, match="busy"):
+        sim.camera.write_feature("ExposureTime", 5000.0)
+    assert sim.camera.feature("ExposureAuto").value == "Continuous"
