@@ -7,12 +7,14 @@ import threading
 
 from grabbergui.core.errors import (
     GrabberError,
+    OtherCameraError,
     SourceNotFoundError,
     SourceUnavailableError,
     TransportError,
 )
 from grabbergui.core.features import Feature, FeatureValue
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
+from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.yarp.client_link import Features, GrabberLink
 from grabbergui.net.yarp.client_stream import PictureStream
@@ -103,6 +105,13 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         self.features_changed.emit(frozenset({name}))
         return feature
 
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """See FrameGrabber."""
+        result = super().write_setting(key, value)
+        changes = (*result.written, *result.consequences)
+        self.features_changed.emit(frozenset(change.key.name for change in changes))
+        return result
+
     def _known(self) -> Features:
         features = self._features
         if features is None:
@@ -134,7 +143,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         names.query(self._name)
         link = GrabberLink(self._name, names)
         try:
-            self.info = link.info(self.info)
+            self._recognise(link.info(self.info))
             self._features = link.features()
         except BaseException:
             link.close()
@@ -153,6 +162,8 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                     self._return()
                 else:
                     self._look()
+            except OtherCameraError as error:
+                self._report_other(error)
             except _GONE as error:
                 self._lose(str(error))
             except GrabberError as error:
@@ -177,6 +188,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
                 changed = features.changes()
             else:
                 link.check()
+            self._forget_seen(changed)
             if stream is not None and not stream.connected:
                 stream.connect()
         if changed and late:  # a server may answer before it has its camera
@@ -189,10 +201,13 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         assert self._names
         with self._lock:
             self._connect(self._names)
-            if self._stream is not None and not self._stream.connected:
-                self._stream.connect()
-        log.info("%s is back", self._name)
-        self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} is back")
+            self._compare_with_seen()
+            if self._stream is not None:
+                # Even if it seems connected: a machine that lost its power closes no connection.
+                self._stream.reconnect()
+        text = return_text(self.unlike_before)
+        log.info("%s is back, %s", self._name, text)
+        self.connection_changed.emit(ConnectionState.OPEN, text)
         self.features_changed.emit(frozenset(d.name for d in self.feature_tree().descriptions()))
 
     def _lose(self, reason: str) -> None:

@@ -147,5 +147,6 @@ def _merged(info: DeviceInfo, camera: DeviceInfo) -> DeviceInfo:
         address=info.address,
         user_name=camera.user_name,
         version=camera.version,
+        hardware_id=camera.hardware_id,
         interface=info.interface,
     )

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
+from grabbergui.core.companions import automatic_mode_of, switched_off
 from grabbergui.core.errors import FeatureAccessError, FeatureError
 from grabbergui.core.features import (
     AccessMode,
@@ -17,7 +18,7 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.net.yarp.dev.grabber_features import BALANCE_SELECTOR, BLUE, RED, ROLES
 from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
 from grabbergui.net.yarp.dev.grabber_rpc import Operation, Reply
@@ -100,8 +101,8 @@ class NumberFeatures:
         if write is None:
             raise FeatureAccessError(f"{name} {feature.access_problem()}", name)
         accepted = feature.validated(value)
-        if feature.auto is not None and self.read(feature.auto).value != AUTO_OFF:
-            self.write(feature.auto, AUTO_OFF)
+        if feature.auto is not None and (off := switched_off(self.read(feature.auto))) is not None:
+            self.write(*off)
         write(accepted)
         return self.read(name)
 

@@ -110,6 +110,11 @@ class PictureStream:
         """Connect again. Raises as `open`."""
         self._port.connect(self._source, self._carrier)
 
+    def reconnect(self) -> None:
+        """Drop what is left of the connection and connect again. Raises as `open`."""
+        self._port.remove_input(self._source)
+        self.connect()
+
     def statistics(self) -> StreamStatistics:
         """A snapshot of the counters."""
         rate, bandwidth = self._rate.rates()

@@ -6,10 +6,12 @@ import logging
 import threading
 import time
 
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
 from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.tree_service import Terminal, no_terminal
 from grabbergui.net.yarp.dev.grabber_pictures import Capability
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
@@ -45,24 +47,30 @@ class YarpGrabberServer:
         period: float = 0.0,
         normalised: bool = False,
         bind: str = "",
+        allowed: AllowedAddresses = EVERYBODY,
         terminal: Terminal = no_terminal,
+        calibration: FittedCalibration | None = None,
     ) -> None:
         """Get ready to share an open grabber.
 
         `period` is the least time between two pictures in seconds, 0 for all. With `normalised` the values
         of features go from 0 to 1. Without `names` the ports are reached as ``tcp://HOST:PORT/`` only.
-        `terminal` runs what is typed at NAME/terminal.
+        `terminal` runs what is typed at NAME/terminal. Peers that are not `allowed` are not answered.
+        Intrinsics and field of view are those of `calibration`, without it those that the source itself
+        reports.
         """
         self.name = name
         self._grabber = grabber
-        self._service = GrabberService(grabber, normalised=normalised, terminal=terminal)
+        self._service = GrabberService(
+            grabber, normalised=normalised, terminal=terminal, calibration=calibration
+        )
         self._run_line = terminal
-        self._rpc = RpcServer(f"{name}/rpc", self._answer, names, bind=bind)
-        self._terminal = RpcServer(f"{name}/terminal", self._answer_line, names, bind=bind)
-        images = OutputPort(name, names, handler=self._answer, bind=bind)
+        self._rpc = RpcServer(f"{name}/rpc", self._answer, names, bind=bind, allowed=allowed)
+        self._terminal = RpcServer(f"{name}/terminal", self._answer_line, names, bind=bind, allowed=allowed)
+        images = OutputPort(name, names, handler=self._answer, bind=bind, allowed=allowed)
         self._publishers = [_Publisher(grabber, images, capabilities, period)]
         if also_raw:
-            raw = OutputPort(f"{name}/raw", names, handler=self._answer, bind=bind)
+            raw = OutputPort(f"{name}/raw", names, handler=self._answer, bind=bind, allowed=allowed)
             self._publishers.append(_Publisher(grabber, raw, Capability.RAW, period))
         self._started_stream = False
 

@@ -58,5 +58,3 @@ def stage() -> Iterator[Stage]:
     finally:
         grabber.close()
         name_server.close()
-
-

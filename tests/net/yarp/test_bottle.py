@@ -1,3 +1,5 @@
+import time
+from contextlib import suppress
 from itertools import pairwise
 
 import pytest
@@ -7,11 +9,20 @@ from yarp_transcripts import read, streams
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle, Properties
-from grabbergui.net.yarp.os.bottle_scan import BottleScanner
 from grabbergui.net.yarp.os.bottle_text import is_complete
 from grabbergui.net.yarp.os.carrier import MAGIC_BASE, TCP, decode_name_size, encode_number
-from grabbergui.net.yarp.os.receiver import Receiver
-from grabbergui.net.yarp.os.values import Dialect, Float32, Int8, Int16, Int64, Vocab, Vocab64
+from grabbergui.net.yarp.os.framing import LINE_LIMIT, BottleScanner, LineReader, Receiver, TextBottle
+from grabbergui.net.yarp.os.values import (
+    MAX_ITEMS,
+    Dialect,
+    Float32,
+    Int8,
+    Int16,
+    Int64,
+    Vocab,
+    Vocab64,
+)
+from patience import attempts
 
 TCP_GREETING = encode_number(MAGIC_BASE + TCP.code)
 
@@ -20,7 +31,7 @@ def bodies(name):
     for conversation in streams(name, TCP_GREETING):
         start = 12 + decode_name_size(conversation.client[8:12])
         for message in Receiver().feed(conversation.client[start:]):
-            if message.letter == "D":
+            if message.code == "D":
                 yield bytes(message.body)
 
 
@@ -184,3 +195,60 @@ def test_dictionaries_and_long_vocabs():
     with pytest.raises(LocalProtocolError, match="four letters"):
         bottle.encode(Dialect.YARP3)
     assert Bottle([["w", 640], "h", 480]).find("w") == 640 and Bottle(["h", 480]).find("h") == 480
+
+
+HOSTILE_LINES = {
+    "lists in lists around a long text": "(" * 60 + "a " * (MAX_ITEMS - 100) + ")" * 60,
+    "900 kB of lists in lists": "(" * 60 + "a " * 450_000 + ")" * 60,
+    "brackets in a word": "a" + "(" * (LINE_LIMIT // 2 - 1) + ")" * (LINE_LIMIT // 2),
+    "empty lists": "() " * MAX_ITEMS,
+    "numbers": "1.5 " * MAX_ITEMS,
+    "a blob": "{" + "1 " * (MAX_ITEMS - 1) + "}",
+    "escapes": '"' + "\\a" * (LINE_LIMIT // 2 - 1) + '"',
+    "one number": "1" * LINE_LIMIT,
+}
+
+
+@pytest.mark.parametrize("line", HOSTILE_LINES.values(), ids=HOSTILE_LINES)
+def test_no_line_takes_long(line):
+    for watch in attempts(0.05, clock=time.thread_time):
+        with watch, suppress(RemoteProtocolError):
+            Bottle.from_text(line)
+
+
+def test_a_bottle_over_many_lines_takes_no_longer_than_on_one():
+    lines = ["("] + ["a " * 200] * 40 + [")"]
+    for watch in attempts(0.05, clock=time.thread_time):
+        with watch:
+            joined = TextBottle()
+            (text,) = [text for line in lines if (text := joined.add(line)) is not None]
+            (found,) = Bottle.from_text(text)
+    assert found == ["a"] * 8000
+
+
+@pytest.mark.parametrize("end", ["", "\n"])
+def test_a_line_longer_than_the_limit_is_refused(end):
+    with pytest.raises(RemoteProtocolError, match=f"more than {LINE_LIMIT} bytes"):
+        LineReader().take(bytearray(b"a" * (LINE_LIMIT + 1) + end.encode()))
+    bottle = TextBottle()
+    with pytest.raises(RemoteProtocolError, match="without an end"):
+        for _ in range(100):
+            assert bottle.add("(" + "a" * (LINE_LIMIT // 10)) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "items"),
+    [
+        ("f(a b) (c (d)) {1 (2) x 300}", ["f(a b)", ["c", ["d"]], bytes((1, 0, 0, 44))]),
+        (r"a\ b \( c", ["a b", "(", "c"]),
+        ('a"b c"d ",(" ()', ['a"b c"d', ",(", []]),
+    ],
+)
+def test_brackets_and_quotes_in_words(text, items):
+    assert Bottle.from_text(text) == items
+
+
+@pytest.mark.parametrize("text", ["(a", "a)", "(a}", "{(1}", "f(a", "f(a})", '"a', 'a"', '(")', ")("])
+def test_brackets_and_quotes_that_do_not_match(text):
+    with pytest.raises(RemoteProtocolError, match="do not match"):
+        Bottle.from_text(text)

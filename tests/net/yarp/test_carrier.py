@@ -6,10 +6,10 @@ from yarp_transcripts import read, streams
 from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import datagrams, mjpeg
+from grabbergui.net.yarp.os import datagrams, mjpeg, web_page
 from grabbergui.net.yarp.os.auth import Handshake
 from grabbergui.net.yarp.os.envelope import Stamp
-from grabbergui.net.yarp.os.receiver import Receiver
+from grabbergui.net.yarp.os.framing import Receiver
 
 
 def fresh(size):
@@ -49,7 +49,7 @@ def test_real_image_streams(name, carrier, step):
             messages = feed(receiver, data, step)
             assert sender.startswith("/") and receiver.idle
             for message in messages:
-                if message.letter == "D" and len(message.body):
+                if message.code == "D" and len(message.body):
                     seen += 1
                     header, pixels = image.decode(message.body)
                     assert pixels.shape[:2] == (header.height, header.width)
@@ -66,21 +66,21 @@ def test_our_message_is_byte_for_byte_that_of_yarp():
     body = bytes(message.body)
     ours = b"".join(wire.encode_message(message.command, [body[:60], body[60:]]))
     assert recorded[start:].startswith(ours)
-    assert wire.encode_greeting(wire.TCP, "/grabber") == conversation.client[: 8 + 4 + 9]
+    assert wire.encode_header(wire.TCP, "/grabber") == conversation.client[: 8 + 4 + 9]
 
 
 def test_real_datagrams_are_joined_and_ours_are_cut_alike():
     for name in ("stream_udp_312", "stream_udp_multidatagram_312"):
         count = 0
         for conversation in read(name):
-            joiner = datagrams.Joiner(fresh, 1 << 24)
+            joiner = datagrams.Reassembler(fresh, 1 << 24)
             recorded = []
             for side, data in conversation.turns:
                 if side != "U" or data[4:8] == b"\xff\xff\xff\xff":
                     continue
                 recorded.append(data)
                 message = joiner.datagram(data)
-                if message is None or message.letter != "D":
+                if message is None or message.code != "D":
                     continue
                 count += 1
                 body = bytes(message.body)
@@ -92,7 +92,7 @@ def test_real_datagrams_are_joined_and_ours_are_cut_alike():
 
 @given(st.binary(min_size=0, max_size=300), st.integers(20, 60), st.sets(st.integers(0, 40)))
 def test_lost_datagrams_cost_their_message_only(body, limit, lost):
-    joiner = datagrams.Joiner(fresh, 1 << 16)
+    joiner = datagrams.Reassembler(fresh, 1 << 16)
     first = [b"".join(parts) for parts in datagrams.split(wire.encode_message("D 1 2", [body]), limit)]
     for number, datagram in enumerate(first):
         if number not in lost:
@@ -110,7 +110,7 @@ def test_random_bytes_never_break_the_receivers(data):
         feed(Receiver(limit=1 << 16), data)
     except RemoteProtocolError as error:
         assert str(error)
-    datagrams.Joiner(fresh, 1 << 16).datagram(data)
+    datagrams.Reassembler(fresh, 1 << 16).datagram(data)
     try:
         wire.identify(data)
     except RemoteProtocolError as error:
@@ -145,8 +145,8 @@ def test_unknown_carriers_are_named():
 
 def test_real_mjpeg_stream_in_pieces():
     conversation = next(c for c in read("stream_mjpeg_312") if c.client.startswith(b"GET /?ac"))
-    assert conversation.client == mjpeg.REQUEST % b"127.0.0.1"
-    assert conversation.server.startswith(mjpeg.RESPONSE)
+    assert conversation.client == web_page.STREAM_REQUEST % b"127.0.0.1"
+    assert conversation.server.startswith(web_page.STREAM_RESPONSE)
     whole = mjpeg.StreamReader().feed(conversation.server)
     reader = mjpeg.StreamReader()
     assert [

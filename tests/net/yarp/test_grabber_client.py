@@ -6,6 +6,7 @@ import itertools
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,12 +23,16 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
+from grabbergui.net import tree_service
 from grabbergui.net.yarp import client_link, image, source
+from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
 from grabbergui.net.yarp.dev import grabber_service, grabber_tree
-from grabbergui.net.yarp.os import configuration
+from grabbergui.net.yarp.os import carrier, configuration
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.outputs import connect as connect_output
 from grabbergui.net.yarp.os.ports import OutputPort
 from grabbergui.net.yarp.os.values import Vocab
 from patience import PATIENCE, attempts, until
@@ -61,6 +66,16 @@ def remote(
         grabber.open()
         yield grabber
         grabber.close()
+
+
+@pytest.fixture
+def coloured(scene: Stage) -> Iterator[Stage]:
+    """The camera in a format with colours, so that it has balance ratios; as it was behind the test."""
+    before = scene.grabber.feature("PixelFormat").value
+    assert before is not None
+    scene.grabber.write_feature("PixelFormat", "RGB8")
+    yield scene
+    scene.grabber.write_feature("PixelFormat", before)
 
 
 def connect(scene: Stage, uri: str = "yarp:/grabber") -> FrameGrabber:
@@ -152,6 +167,99 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     ]
 
 
+def test_a_server_that_is_back_with_other_values_says_so(
+    coloured: Stage, caplog: pytest.LogCaptureFixture
+) -> None:
+    told: list[tuple[ConnectionState, str]] = []
+    with coloured.share():
+        remote = connect(coloured)
+        remote.connection_changed.connect(lambda state, why: told.append((state, why)))
+        remote.open()
+        before = remote.write_feature("Gain", 3.0).value
+        red = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Red"),))
+        remote.write_setting(red, 1.5)
+        remote.read_setting(red)
+    until(lambda: told[-1][0] is ConnectionState.LOST, "the loss")
+    coloured.grabber.write_feature("Gain", 0.0)
+    coloured.grabber.write_setting(red, 1.25)
+    with coloured.share():
+        until(lambda: told[-1][0] is ConnectionState.OPEN, "the return")
+        assert before == 3.0
+        expected = ("Gain is 0 instead of 3", f"{red} is 1.25 instead of 1.5")
+        assert remote.unlike_before == expected
+        assert all(difference in caplog.text for difference in expected), "for commands, which show the log"
+        assert told[-1][1] == f"but not as before: {'; '.join(expected)}"
+        remote.close()
+
+
+def test_a_server_selects_and_writes_in_one_step(coloured: Stage) -> None:
+    """What a client writes under a selector moves nobody's selector, also with many at work."""
+    red, blue = (SettingKey("BalanceRatio", (("BalanceRatioSelector", entry),)) for entry in ("Red", "Blue"))
+    wrong = []
+    with coloured.share():
+        coloured.grabber.write_feature("BalanceRatioSelector", "Green")
+        remotes = [connect(coloured), connect(coloured)]
+        for remote in remotes:
+            remote.open()
+
+        def write(remote: FrameGrabber, key: SettingKey, base: float) -> None:
+            for number in range(20):
+                value = base + number / 100
+                result = remote.write_setting(key, value)
+                if abs(float(result.feature.value or 0) - value) > 1e-3 or result.written[-1].key != key:
+                    wrong.append(result)
+
+        work = [
+            threading.Thread(target=write, args=arguments)
+            for arguments in ((remotes[0], red, 1.0), (remotes[1], blue, 2.0))
+        ]
+        for thread in work:
+            thread.start()
+        seen = {coloured.grabber.feature("BalanceRatioSelector").value for _ in range(100)}
+        for thread in work:
+            thread.join()
+        for remote in remotes:
+            remote.close()
+    assert wrong == [] and seen == {"Green"}
+
+
+def test_a_server_of_an_older_version_is_asked_step_by_step(
+    coloured: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tree_service, "VERSION", 1)
+    blue = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Blue"),))
+    with coloured.share():
+        coloured.grabber.write_feature("BalanceRatioSelector", "Green")
+        remote = connect(coloured)
+        remote.open()
+        assert remote.write_setting(blue, 1.75).feature.value == pytest.approx(1.75)
+        assert remote.feature("BalanceRatioSelector").value == "Green"
+        assert coloured.grabber.read_setting(blue).value == pytest.approx(1.75)
+        remote.close()
+
+
+def test_a_server_that_vanished_without_closing_its_connections_is_read_again(scene: Stage) -> None:
+    lost = threading.Event()
+    remote = connect(scene)
+    with scene.share():
+        remote.connection_changed.connect(lambda state, why: state is ConnectionState.LOST and lost.set())
+        remote.open()
+        queue = remote.open_queue(1)
+        remote.start()
+        queue.get(PATIENCE)
+    assert lost.wait(PATIENCE)
+    ours = next(contact for contact in scene.names.list("/grabbergui/") if contact.name.endswith("/grabber"))
+    # What a server's machine that loses its power leaves behind: a connection that says nothing any more.
+    dead = connect_output("/grabber", "/grabber", ours.name, ours.address, carrier.FAST_TCP, None)
+    assert isinstance(remote, YarpGrabber) and remote._stream is not None
+    until(lambda: remote._stream.connected, "the dead connection")
+    queue.clear()
+    with scene.share():
+        assert queue.get(PATIENCE).complete
+        remote.close()
+    dead.close()
+
+
 def test_ours_has_every_feature(scene: Stage) -> None:
     with scene.share():
         remote = connect(scene)
@@ -240,6 +348,28 @@ def test_a_server_that_has_no_camera_yet(scene: Stage, monkeypatch: pytest.Monke
         monkeypatch.setattr(grabber_service.GrabberService, "answer", attached)
         until(lambda: states, "the camera's arrival")
         assert remote.has_feature("Gain")
+        remote.close()
+
+
+def test_another_camera_on_the_port_is_refused_and_named_until_the_same_is_back(
+    scene: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read_hello = grabber_tree.read_hello
+    told: list[tuple[ConnectionState, str]] = []
+    with scene.share():
+        remote = connect(scene)
+        remote.open()
+        remote.connection_changed.connect(lambda state, reason: told.append((state, reason)))
+    until(lambda: told)
+    other = replace(scene.grabber.info, serial="OTHER")
+    monkeypatch.setattr(grabber_tree, "read_hello", lambda reply: other)
+    with scene.share():
+        until(lambda: "OTHER" in told[-1][1])
+        assert told[-1][0] is ConnectionState.LOST
+        monkeypatch.setattr(grabber_tree, "read_hello", read_hello)
+        until(lambda: told[-1][0] is ConnectionState.OPEN)
+        assert sum("OTHER" in reason for _, reason in told) == 1, "said once, not at every attempt"
+        assert remote.info.serial == scene.grabber.info.serial
         remote.close()
 
 

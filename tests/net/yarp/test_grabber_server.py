@@ -111,7 +111,7 @@ def test_a_stuck_reader_slows_nobody(scene: Stage, server: YarpGrabberServer) ->
 def _reverse_reader(scene: Stage, name: str) -> socket.socket:
     """Asks for the stream over tcp and then neither reads nor acknowledges."""
     sock = socket.create_connection(scene.names.query("/grabber").address, 5)
-    sock.sendall(carrier.encode_greeting(carrier.TCP, name))
+    sock.sendall(carrier.encode_header(carrier.TCP, name))
     sock.sendall(b"".join(carrier.encode_message("r")))
     return sock
 
@@ -142,7 +142,7 @@ def test_malformed_requests_are_refused(scene: Stage, server: YarpGrabberServer)
     for body in (claims, b"\xff" * 40, struct.pack("<ii", 256 + 1, -1)):
         with socket.create_connection(address, 5) as sock:
             sock.settimeout(5)
-            sock.sendall(carrier.encode_greeting(carrier.FAST_TCP, "/bad"))
+            sock.sendall(carrier.encode_header(carrier.FAST_TCP, "/bad"))
             sock.sendall(b"".join(carrier.encode_message("d", [body])))
             assert len(sock.recv(8)) == 8  # the greeting's answer
             assert b"fail" in sock.recv(4096)

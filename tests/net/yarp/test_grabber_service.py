@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pytest
 
 from grabbergui import sources
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureValueError, UsageError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net import feature_json
+from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
 from grabbergui.net.yarp.dev import grabber_tree
@@ -84,6 +87,35 @@ def test_a_camera_is_described(wire: Wire, grabber: FrameGrabber) -> None:
     (configurations,) = wire.ask(Operation.CONFIGURATIONS).values
     assert [c[:2] for c in configurations] == [(168, 100)]  # type: ignore[union-attr, index]
     assert not wire.ask(Operation.INTRINSICS).ok
+    assert not wire.ask(Operation.GET_FIELD_OF_VIEW).ok
+
+
+def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber, dialect: Dialect) -> None:
+    calibration = FittedCalibration(grabber)
+    matrix = np.array([[200.0, 0, 83.5], [0, 250.0, 49.5], [0, 0, 1]])
+    calibration.calibration = Calibration(168, 100, matrix, np.array([-0.2, 0.1, 0.01, 0.02, 0.3]))
+    service = GrabberService(grabber, calibration=calibration)
+    wire = Wire(service, dialect)
+
+    (told,) = wire.ask(Operation.INTRINSICS).values
+    assert isinstance(told, Mapping)
+    names = (
+        "focalLengthX",
+        "focalLengthY",
+        "principalPointX",
+        "principalPointY",
+        "k1",
+        "k2",
+        "t1",
+        "t2",
+        "k3",
+    )
+    assert [told[name] for name in names] == [200, 250, 83.5, 49.5, -0.2, 0.1, 0.01, 0.02, 0.3]
+    assert told["distortionModel"] == "plumb_bob"
+    angles = [2 * math.degrees(math.atan(half)) for half in (84 / 200, 50 / 250)]
+    assert wire.ask(Operation.GET_FIELD_OF_VIEW).values == pytest.approx(angles)
+    assert not wire.ask(Operation.SET_FIELD_OF_VIEW, 30.0, 20.0).ok
+    service.close()
 
 
 def test_pictures(wire: Wire) -> None:

@@ -4,7 +4,7 @@ from yarp_transcripts import read
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
 from grabbergui.net.yarp.os import configuration, name_client
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.name_database import NAME_LIMIT, NameDatabase
+from grabbergui.net.yarp.os.name_database import ASKER_LIMIT, PORTS_LIMIT, PROPERTY_BYTES, NameDatabase
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 
@@ -40,10 +40,28 @@ def test_lists_are_alphabetic_and_prefixes_whole_words():
 
 def test_the_books_are_bounded():
     books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
-    for number in range(NAME_LIMIT + 5):
-        books.answer(f"register /n{number} tcp h 5", "")
-    assert books.answer("list", "").count("\r\n") <= NAME_LIMIT + 1
-    assert books.answer("register bad tcp h 5", "") == "*** end of message\r\n"
+    for number in range(PORTS_LIMIT + 5):
+        books.answer(f"register /n{number} tcp h 5", "10.0.0.1")
+    assert books.answer("list", "").count("/n") == ASKER_LIMIT
+    refused = "*** end of message\r\n"
+    assert books.answer("register /mine", "10.0.0.1") == refused
+    assert books.answer("register /mine", "10.0.0.2") != refused, "others find names left"
+    assert books.answer("register bad tcp h 5", "10.0.0.2") == refused
+    assert books.answer(f"register /{'n' * 1000}", "10.0.0.2") == refused
+    assert books.answer(f"register /mine tcp {'h' * 1000}", "10.0.0.2") == refused
+    for number in range(PROPERTY_BYTES):
+        books.answer(f"set /mine key{number} value", "10.0.0.2")
+    kept = [books.answer(f"get /mine key{number}", "") for number in range(PROPERTY_BYTES)]
+    assert sum("= value" in answer for answer in kept) < PROPERTY_BYTES / len("key0value")
+
+
+@pytest.mark.parametrize(
+    "command", ["register /root tcp 10.6.6.6 666", "bot register /root", "unregister /root"]
+)
+def test_the_name_servers_own_name_stays_its_own(command):
+    books = NameDatabase(Contact("/root", "127.0.0.1", 10000))
+    books.answer(command, "10.6.6.6")
+    assert books.answer("query /root", "").startswith("registration name /root ip 127.0.0.1 port 10000 ")
 
 
 def test_client_and_server():
@@ -89,7 +107,7 @@ def test_without_a_configuration_one_on_this_machine_is_used(monkeypatch):
         monkeypatch.setattr(name_client, "DEFAULT_PORT", server.port_number)
         names = NameClient.find()
         assert names.register("/here", ip="127.0.0.5", port=1234) == names.query("/here")
-    with pytest.raises(SourceUnavailableError, match="yarp-server`, or say where it is"):
+    with pytest.raises(SourceUnavailableError, match="--with-name-server, or say where it is"):
         names.query("/here")
 
 

@@ -10,12 +10,14 @@ import pytest
 from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import port, ports, registration
+from grabbergui.net.yarp.os import ports, registration
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.envelope import Stamp
+from grabbergui.net.yarp.os.link import administer, ping
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer, administer, ping
+from grabbergui.net.yarp.os.names import Contact
+from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Dialect, Vocab
 from patience import PATIENCE, until
@@ -24,9 +26,7 @@ from patience import PATIENCE, until
 @pytest.fixture(autouse=True)
 def no_thread_is_left():
     yield
-    until(
-        lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads"
-    )
+    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("yarp ")], "end of the threads")
 
 
 @pytest.fixture
@@ -116,6 +116,17 @@ def test_a_broken_request_hurts_its_own_connection_only():
         assert client.call(Bottle([1])) == [Vocab("ok"), 1]
 
 
+def test_a_carrier_or_plug_in_that_is_refused_is_named_in_the_log_once(names, caplog):
+    with OutputPort("/out", names) as output, InputPort("/in", names):
+        for target in ("shmem://in", "tcp+send.portmonitor+type.lua://in", "shmem://in", "/nosuch"):
+            administer(output.contact.address, Bottle([Vocab("add"), target]))
+
+    warned = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert len(warned) == 2
+    assert "/out: no connection to shmem://in: carrier shmem is not supported" in warned[0]
+    assert "portmonitor must run at the other end" in warned[1]
+
+
 def test_administration(names):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         ask = lambda *items: administer(output.contact.address, Bottle(items))  # noqa: E731
@@ -172,7 +183,7 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
         output.add(Target.parse(f"tcp://127.0.0.1:{reader.port_number}/"))
         for number in range(5):
             output.write_bottle(Bottle([number]))
-            until(lambda sent=number + 1: output._outputs[0].sent == sent)
+            until(lambda sent=number + 1: output._registry.outputs[0].sent == sent)
         assert Bottle.decode(reader.read(PATIENCE)[0]) == [4] and reader.overwritten == 4
         with pytest.raises(FrameTimeoutError):
             reader.read(0.01)
@@ -181,7 +192,7 @@ def test_only_the_newest_is_kept_for_a_slow_owner():
 def test_reading_in_reverse_without_a_name():
     with OutputPort("/out") as output, socket.create_connection(output.contact.address) as sock:
         sock.settimeout(PATIENCE)
-        sock.sendall(wire.encode_greeting(wire.FAST_TCP, "/me"))
+        sock.sendall(wire.encode_header(wire.FAST_TCP, "/me"))
         assert wire.decode_number(sock.recv(8)) == output.port_number
         sock.sendall(b"".join(wire.encode_message("r")))
         until(lambda: output.connections)
@@ -202,7 +213,7 @@ def test_a_browser_finds_its_way_from_the_name_server_to_the_pictures(names):
         status, page = browse(names.server.address)
         assert status == 200 and f'/out at <a href="http://127.0.0.1:{output.port_number}/">' in page
         status, page = browse(output.contact.address)
-        assert status == 200 and f"This is /out at <a href=\"http://127.0.0.1:{output.port_number}/" in page
+        assert status == 200 and f'This is /out at <a href="http://127.0.0.1:{output.port_number}/' in page
         assert '<img src="/?action=stream" alt="/out">' in page
         _, page = browse(server.contact.address)
         assert "/rpc&lt;b&gt;" in page and "<b>" not in page and "<img" not in page
@@ -212,8 +223,8 @@ def test_a_browser_finds_its_way_from_the_name_server_to_the_pictures(names):
 GARBAGE = [
     b"\xff" * 64,
     b"YA\xe4\x1e\x00\x00RP\xff\xff\xff\x7f",
-    wire.encode_greeting(wire.TCP, "/x") + b"".join(wire.encode_message("d"))[:20],
-    wire.encode_greeting(wire.TCP, "/x")
+    wire.encode_header(wire.TCP, "/x") + b"".join(wire.encode_message("d"))[:20],
+    wire.encode_header(wire.TCP, "/x")
     + wire.encode_number(10)
     + b"\x01\x01"
     + b"\xff" * 8
@@ -245,19 +256,6 @@ def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
         assert client.call(Bottle([1])) == [Vocab("ok"), 1]
 
 
-def test_a_hundred_connections_at_once_and_too_many(monkeypatch):
-    monkeypatch.setattr(port, "INPUT_LIMIT", 110)
-    with RpcServer("/rpc", echo) as server, RpcClient(server.place()) as client:
-        assert client.call(Bottle([1]))
-        crowd = [socket.create_connection(server.contact.address) for _ in range(130)]
-        assert client.call(Bottle([2])) == [Vocab("ok"), 2]
-        until(lambda: len(server._inputs) >= 110)
-        assert len(server._inputs) <= 110
-        for sock in crowd:
-            sock.close()
-        until(lambda: len(server._inputs) == 1, "the end of the crowd")
-
-
 def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
     monkeypatch.setattr(registration, "KEEP_SECONDS", 0.05)
     server = NameServer(port=0)
@@ -270,6 +268,34 @@ def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
         with NameServer(port=number):
             until(lambda: any(known.name == "/out" for known in names.list()), "the name")
             assert names.query("/out").address == output.contact.address
+
+
+def test_a_name_that_is_overwritten_is_announced_again_ever_more_rarely(caplog):
+    waits = []
+    with NameServer(port=0) as server:
+        names = NameClient(server.contact)
+        contact = Contact("/out", "127.0.0.1", 12345)
+
+        class Overwritten(threading.Event):
+            """Somebody takes the name whenever the registration waits, nine times."""
+
+            def wait(self, timeout=None):
+                known = names.query("/out")
+                assert known.address == contact.address, "back by itself"
+                waits.append(timeout)
+                if len(waits) < 10:
+                    names.register("/out", "tcp", "10.6.6.6", 666)
+                return len(waits) == 20
+
+        ours = registration.Registration(contact, names)
+        ours._closing = Overwritten()
+        ours.open()
+        until(lambda: len(waits) == 20, "the end")
+        ours.close()
+    assert waits[:10] == [5, 10, 20, 40, 80, 160, 300, 300, 300, 300]
+    assert waits[-1] == 5, "soon again once nobody takes it"
+    warnings = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert len(warnings) == 9 and "10.6.6.6:666 took this name" in warnings[0]
 
 
 def test_authentication_keeps_strangers_out(monkeypatch):

@@ -6,16 +6,13 @@ switch (`AcquisitionFrameRateEnable`). White balance is two instances of one fea
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from weakref import WeakKeyDictionary
-
+from grabbergui.core.companions import offers
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
-from grabbergui.net.feature_modes import FeatureModes, offers
+from grabbergui.net.feature_modes import FeatureModes
 from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode, label
 
 ROLES: dict[FeatureId, Role] = {
@@ -52,9 +49,6 @@ RED, BLUE = "Red", "Blue"
 
 _NUMBERS = (FeatureKind.INTEGER, FeatureKind.FLOAT)
 
-_selecting: WeakKeyDictionary[FrameGrabber, threading.RLock] = WeakKeyDictionary()
-"""Held over what must not interleave: selecting a channel and using it. One a grabber, whoever serves it."""
-
 
 class NumberedFeatures:
     """A grabber's features under YARP's numbers.
@@ -68,7 +62,6 @@ class NumberedFeatures:
         self.normalised = normalised
         self._grabber = grabber
         self._modes = FeatureModes(grabber)
-        self._lock = _selecting.setdefault(grabber, threading.RLock())
 
     def name(self, number: int) -> str | None:
         """The GenICam feature that a YARP number stands for, or None."""
@@ -127,10 +120,9 @@ class NumberedFeatures:
         are normalised: clients take a range for the sign of a camera's own units.
         """
         if number == FeatureId.WHITE_BALANCE:
-            with self._balance(RED) as ratio:
-                red = self._to_yarp(ratio)
-            with self._balance(BLUE) as ratio:
-                return red, self._to_yarp(ratio)
+            with self._grabber.exclusive([BALANCE_SELECTOR]):
+                red, blue = (self._grabber.read_setting(self._balance(channel)) for channel in (RED, BLUE))
+            return self._to_yarp(red), self._to_yarp(blue)
         feature = self._feature(number)
         span = _span(feature)
         if self.normalised or span is None:
@@ -142,9 +134,9 @@ class NumberedFeatures:
         if number != FeatureId.WHITE_BALANCE:
             name = self._feature(number).name
             raise FeatureAccessError(f"{name} has one value, set it with one", name)
-        for channel, value in ((RED, first), (BLUE, second)):
-            with self._balance(channel) as ratio:
-                self._write(ratio, value)
+        with self._grabber.exclusive([BALANCE_SELECTOR]):
+            for key, value in ((self._balance(RED), first), (self._balance(BLUE), second)):
+                self._write(self._grabber.read_setting(key), value, key)
 
     # -- modes -------------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:
@@ -180,19 +172,10 @@ class NumberedFeatures:
         selector = self._grabber.feature(BALANCE_SELECTOR)
         return offers(selector, RED) and offers(selector, BLUE)
 
-    @contextmanager
-    def _balance(self, channel: str) -> Iterator[Feature]:
-        """One channel's balance ratio; the selector is put back after."""
-        with self._lock:
-            name = self._feature(FeatureId.WHITE_BALANCE).name
-            before = self._grabber.feature(BALANCE_SELECTOR).value
-            if before != channel:
-                self._grabber.write_feature(BALANCE_SELECTOR, channel)
-            try:
-                yield self._grabber.feature(name)
-            finally:
-                if before is not None and before != channel:
-                    self._grabber.write_feature(BALANCE_SELECTOR, before)
+    def _balance(self, channel: str) -> SettingKey:
+        """The balance ratio of one channel."""
+        name = self._feature(FeatureId.WHITE_BALANCE).name
+        return SettingKey(name, ((BALANCE_SELECTOR, channel),))
 
     def _refuse_two_values(self, number: int) -> None:
         if number == FeatureId.WHITE_BALANCE and self.has(number):
@@ -214,7 +197,7 @@ class NumberedFeatures:
         low, high = span
         return min(1.0, max(0.0, (number - low) / (high - low)))
 
-    def _write(self, feature: Feature, value: float) -> None:
+    def _write(self, feature: Feature, value: float, key: SettingKey | None = None) -> None:
         span = _span(feature)
         if self.normalised and span is not None:
             if not 0 <= value <= 1:
@@ -222,7 +205,7 @@ class NumberedFeatures:
                     f"{feature.name}={value:g}: out of range, allowed is 0 … 1", feature.name
                 )
             value = span[0] + value * (span[1] - span[0])
-        self._grabber.write_feature(feature.name, _from_yarp(feature, value))
+        self._grabber.write_setting(key or SettingKey(feature.name), _from_yarp(feature, value))
 
 
 def _from_yarp(feature: Feature, value: float) -> FeatureValue:

@@ -245,12 +245,18 @@ def _read_thrift(method: str, request: Bottle) -> Call | Refusal:
         return Refusal(b"".join(_thrift_reply(_DC1394[method], reply)))
     operation = _BY_METHOD.get(method)
     if operation is None:
-        # Whoever says a word of ours that is no thrift method learns as much from either dialect.
-        return Refusal(_single(VOCAB_FAIL))
+        # A word that is typed is a string too, and 3.x says [nak] to it.
+        thrift = method.endswith("RPC") or _written_by_thrift(request)
+        return Refusal(_single(VOCAB_FAIL if thrift else NAK))
     try:
         return Call(operation, read_values(operation.arguments, request[1:], Dialect.YARP4), Dialect.YARP4)
     except RemoteProtocolError:
         return Refusal(_single(VOCAB_FAIL))
+
+
+def _written_by_thrift(request: Bottle) -> bool:
+    """Whether items of one type each carry its code; programs of 3.x leave it out."""
+    return request.specialised is False and len({type(item) for item in request}) == 1
 
 
 def _thrift_reply(kinds: tuple[Kind, ...], reply: Reply) -> list[Buffer]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -20,6 +21,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
+from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.tree_service import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp.dev import grabber_tree
 from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
@@ -35,6 +37,7 @@ from grabbergui.net.yarp.dev.grabber_rpc import (
     read_request,
 )
 from grabbergui.net.yarp.dev.grabber_values import Configuration, Value, Vertices
+from grabbergui.net.yarp.dev.visual_parameters import intrinsics
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 
 log = logging.getLogger(__name__)
@@ -59,9 +62,16 @@ class GrabberService:
     """Answers requests about one grabber. Any thread may call; each call may take as long as the camera."""
 
     def __init__(
-        self, grabber: FrameGrabber, *, normalised: bool = False, terminal: Terminal = no_terminal
+        self,
+        grabber: FrameGrabber,
+        *,
+        normalised: bool = False,
+        terminal: Terminal = no_terminal,
+        calibration: FittedCalibration | None = None,
     ) -> None:
+        """Without `calibration` the visual parameters are those that the source itself reports."""
         self._grabber = grabber
+        self._calibration = calibration or FittedCalibration(grabber)
         self._features = NumberedFeatures(grabber, normalised=normalised)
         self._tree = TreeService(grabber, terminal)
         self._queue: FrameQueue | None = None
@@ -124,9 +134,9 @@ class GrabberService:
             Operation.GET_RESOLUTION: self._size,
             Operation.SET_RESOLUTION: _done(self._set_size),
             Operation.CONFIGURATIONS: self._configurations,
-            Operation.GET_FIELD_OF_VIEW: _lacking("field of view"),
-            Operation.SET_FIELD_OF_VIEW: _lacking("field of view"),
-            Operation.INTRINSICS: _lacking("intrinsic parameters"),
+            Operation.GET_FIELD_OF_VIEW: lambda: self._calibration.now().field_of_view,
+            Operation.SET_FIELD_OF_VIEW: _no_zoom,
+            Operation.INTRINSICS: lambda: (intrinsics(self._calibration.now(), time.time()),),
             Operation.GET_MIRROR: lambda: (bool(self._number(Role.MIRROR)),),
             Operation.SET_MIRROR: _done(
                 lambda on: self._grabber.write_feature(self._name(Role.MIRROR), bool(on))
@@ -206,8 +216,5 @@ def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:
     return run
 
 
-def _lacking(what: str) -> Callable[..., tuple[Value, ...]]:
-    def refuse(*_: Value) -> tuple[Value, ...]:
-        raise FeatureNotFoundError(f"GenICam cameras do not tell their {what}", what)
-
-    return refuse
+def _no_zoom(*_: Value) -> tuple[Value, ...]:
+    raise FeatureNotFoundError("the field of view follows from the lens and the region; set those", "Zoom")

@@ -19,6 +19,7 @@ from grabbergui.net.yarp.os.values import Item, word
 
 WORD = "genicam"
 
+
 def request(verb: str, *arguments: str) -> Bottle:
     """The message that asks for `verb`."""
     return Bottle([WORD, verb, *arguments])

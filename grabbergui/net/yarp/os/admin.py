@@ -62,6 +62,9 @@ class Administered(Protocol):
     def add(self, target: Target) -> None:
         """Connect. Raises GrabberError."""
 
+    def note_refusal(self, name: str, error: GrabberError) -> None:
+        """Note that no connection to `name` was made, and why."""
+
     def remove_output(self, name: str) -> bool:
         """Drop the connections to `name`; whether there were any."""
 
@@ -124,6 +127,7 @@ def _add(port: Administered, name: str, carrier: str) -> tuple[int, str]:
     try:
         port.add(Target.parse(name, carrier))
     except GrabberError as error:
+        port.note_refusal(name, error)
         known = type(error).__name__ != "SourceNotFoundError"
         return -1, f"Cannot connect to {name}: {error}" if known else f"Do not know how to connect to {name}"
     shown = f"{carrier}:/{name}" if carrier else name

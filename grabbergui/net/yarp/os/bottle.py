@@ -96,10 +96,12 @@ class Bottle(list[Item]):
     ) -> tuple[Bottle, int]:
         """Read one Bottle that begins at `offset`; returns it and where it ends.
 
-        For streams find the end first with `bottle_scan.BottleScanner`. Raises RemoteProtocolError.
+        In a stream, find the end first with `framing.BottleScanner`. Raises RemoteProtocolError.
         """
         reader = _Reader(memoryview(data).cast("B"), offset, dialect)
         bottle = cls(reader.whole())
+        # What it was, so that it is written again as it came.
+        bottle.specialised = bool(_I32.unpack_from(data, offset)[0] & ELEMENT)
         bottle.dialect = Dialect.YARP4 if dialect is Dialect.YARP4 or reader.codes_of_4 else None
         return bottle, reader.offset
 

@@ -26,6 +26,7 @@ from grabbergui.net.yarp.os.values import (
 _BLANKS = frozenset(" \t\r\n")
 _SEPARATORS = _BLANKS | {","}
 _CLOSING = {")": "(", "}": "{"}
+_OPENING = frozenset(_CLOSING.values())
 
 _PLAIN_STRING = re.compile(r"[A-Za-z_][A-Za-z_0-9.-]*", re.ASCII)
 _ESCAPES = {"\n": r"\n", "\r": r"\r", "\0": r"\0", "\\": r"\\", '"': r"\""}
@@ -39,55 +40,125 @@ _NUMBER_LIKE = re.compile(
 _C_INTEGER = re.compile(r"([+-]?)(?:0[xX]([0-9a-fA-F]+)|(0[0-7]*)|([1-9][0-9]*))", re.ASCII)
 _C_FLOAT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", re.ASCII)
 
+_Nested = Callable[[list[Item]], list[Item]]
 
-_List = Callable[[list[Item]], list[Item]]
+_BLANK = re.compile(r"[ \t\r\n,]*")
+_ORDINARY = re.compile(r"""[^ \t\r\n,(){}"\\]+""")
+_QUOTED = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
+_MARK = re.compile(r'\\.?|["(){}]', re.DOTALL)
+"An escaped character, a quote or a bracket: all that decides where a list ends."
 
 
-def parse(text: str, dialect: Dialect = Dialect.YARP3, nested: _List = list) -> list[Item]:
-    """The items of a line; lists among them are made by `nested`.
+def parse(text: str, dialect: Dialect = Dialect.YARP3, nested: _Nested = list) -> list[Item]:
+    """Return the items of a line; `nested` makes the lists among them.
 
-    Raises RemoteProtocolError where brackets or quotes do not match.
+    Reads every character once, whatever the depth. Raises RemoteProtocolError where brackets or quotes do not
+    match, and for more than `MAX_ITEMS` items or `MAX_DEPTH` lists within lists.
     """
-    return _parse(text, dialect, nested, 0)
+    return _Parser(text, dialect, nested).items()
 
 
-class _Nesting:
-    """Which brackets and quotes are open, as a text is read."""
+class Nesting:
+    """Follows brackets and quotes through a Bottle that goes on over several lines."""
 
     def __init__(self) -> None:
         self._depth = {"(": 0, "{": 0}
-        self._quoted = self._escaped = False
+        self._quoted = False
 
     @property
     def open(self) -> bool:
-        """Whether any is; one that was closed too often counts too."""
+        """Whether a bracket or quote is open; a bracket closed too often counts as well."""
         return self._quoted or any(self._depth.values())
 
-    def take(self, char: str) -> bool:
-        """Read on; whether the sign is neither bracket nor quote nor within quotes."""
-        if self._escaped:
-            self._escaped = False
-        elif char == "\\":
-            self._escaped = True
-        elif char == '"':
-            self._quoted = not self._quoted
-        elif self._quoted:
-            pass
-        elif char in self._depth:
-            self._depth[char] += 1
-        elif char in _CLOSING:
-            self._depth[_CLOSING[char]] -= 1
-        else:
-            return True
-        return False
+    def feed(self, line: str) -> None:
+        """Read on. A backslash escapes the character behind it."""
+        for mark in _MARK.findall(line):
+            if mark == '"':
+                self._quoted = not self._quoted
+            elif self._quoted or mark[0] == "\\":
+                continue
+            elif mark in _CLOSING:
+                self._depth[_CLOSING[mark]] -= 1
+            else:
+                self._depth[mark] += 1
 
 
 def is_complete(text: str) -> bool:
     """Whether no bracket or quote is left open, so that a Bottle does not go on in the next line."""
-    nesting = _Nesting()
-    for char in text:
-        nesting.take(char)
+    nesting = Nesting()
+    nesting.feed(text)
     return not nesting.open
+
+
+class _Parser:
+    """Walks through a text once, depth first."""
+
+    def __init__(self, text: str, dialect: Dialect, nested: _Nested) -> None:
+        self._text = text
+        self._dialect = dialect
+        self._nested = nested
+        self._at = 0
+        self._items_left = MAX_ITEMS
+
+    def items(self, closing: str = "", depth: int = 0) -> list[Item]:
+        """Read items up to the bracket that closes their list; the outermost list ends with the text."""
+        if depth > MAX_DEPTH:
+            raise RemoteProtocolError(f"a Bottle's lists are nested deeper than {MAX_DEPTH}")
+        found: list[Item] = []
+        while (first := self._next()) != closing:
+            if first in _CLOSING or not first:
+                raise _unbalanced()
+            self._items_left -= 1
+            if self._items_left < 0:
+                raise RemoteProtocolError(f"a Bottle has more than {MAX_ITEMS} items")
+            if first == "(":
+                self._at += 1
+                found.append(self._nested(self.items(")", depth + 1)))
+            elif first == "{":
+                self._at += 1
+                found.append(bytes(_byte(item) for item in self.items("}", depth + 1)))
+            else:
+                found.append(_item(self._token(), self._dialect))
+        self._at += len(closing)
+        return found
+
+    def _next(self) -> str:
+        """Skip separators; return the character at which the next item begins, empty at the end."""
+        self._at = _BLANK.match(self._text, self._at).end()  # type: ignore[union-attr]
+        return self._text[self._at : self._at + 1]
+
+    def _token(self) -> str:
+        """Read a word or quoted text, up to a separator or bracket that does not belong to it."""
+        start = self._at
+        within: list[str] = []  # brackets open in a word such as f(1 2)
+        while self._at < len(self._text):
+            char = self._text[self._at]
+            if char == '"':
+                quoted = _QUOTED.match(self._text, self._at)
+                if not quoted:
+                    raise _unbalanced()
+                self._at = quoted.end()
+            elif char == "\\":
+                self._at = min(self._at + 2, len(self._text))
+            elif char in _OPENING:
+                within.append(char)
+                self._at += 1
+            elif char in _CLOSING and within:
+                if within.pop() != _CLOSING[char]:
+                    raise _unbalanced()
+                self._at += 1
+            elif not within and (char in _CLOSING or char in _SEPARATORS):
+                break
+            else:
+                ordinary = _ORDINARY.match(self._text, self._at)
+                self._at = ordinary.end() if ordinary else self._at + 1
+        if within:
+            raise _unbalanced()
+        return self._text[start : self._at]
+
+
+def _unbalanced() -> RemoteProtocolError:
+    return RemoteProtocolError("a Bottle's brackets or quotes do not match")
 
 
 def render(items: list[Item]) -> str:
@@ -95,40 +166,8 @@ def render(items: list[Item]) -> str:
     return " ".join(_render_item(item) for item in items)
 
 
-def _parse(text: str, dialect: Dialect, nested: _List, level: int) -> list[Item]:
-    if level > MAX_DEPTH:
-        raise RemoteProtocolError(f"a Bottle's lists are nested deeper than {MAX_DEPTH}")
-    return [_item(token, dialect, nested, level) for token in _tokens(text)]
-
-
-def _tokens(text: str) -> list[str]:
-    """Split at blanks and commas that stand outside brackets and quotes."""
-    tokens: list[str] = []
-    nesting = _Nesting()
-    start: int | None = None
-    for index, char in enumerate(text):
-        if start is None:
-            if char in _SEPARATORS:
-                continue
-            start = index
-        if nesting.take(char) and char in _SEPARATORS and not nesting.open:
-            tokens.append(text[start:index])
-            start = None
-    if nesting.open:
-        raise RemoteProtocolError("a Bottle's brackets or quotes do not match")
-    if start is not None:
-        tokens.append(text[start:])
-    if len(tokens) > MAX_ITEMS:
-        raise RemoteProtocolError(f"a Bottle has more than {MAX_ITEMS} items")
-    return tokens
-
-
-def _item(token: str, dialect: Dialect, nested: _List, level: int) -> Item:
+def _item(token: str, dialect: Dialect) -> Item:
     match token[0]:
-        case "(":
-            return nested(_parse(token[1:-1], dialect, nested, level + 1))
-        case "{":
-            return bytes(_byte(part) for part in _tokens(token[1:-1]))
         case "[":
             return _vocab(token[1:-1], dialect)
         case '"':
@@ -146,10 +185,10 @@ def _item(token: str, dialect: Dialect, nested: _List, level: int) -> Item:
     return _c_integer(token)
 
 
-def _byte(token: str) -> int:
+def _byte(item: Item) -> int:
     # A blob holds numbers; anything else in it counts as 0, as in YARP.
-    number = 0 if token[0] in "({[" else _item(token, Dialect.YARP3, list, 0)
-    return int(number) & 0xFF if isinstance(number, (int, float)) and math.isfinite(number) else 0
+    number = item if isinstance(item, (int, float)) and not isinstance(item, (Vocab, Vocab64)) else 0
+    return int(number) & 0xFF if math.isfinite(number) else 0
 
 
 def _vocab(letters: str, dialect: Dialect) -> Vocab | Vocab64:

@@ -1,14 +1,15 @@
-"""How bytes travel between two ports: greetings, message framing, commands, acknowledgements; no I/O.
+"""Carriers, the events of a connection, and their binary form. No I/O.
 
-A connection begins with eight bytes that name its carrier, the sender's name and the receiver's answer.
-Messages follow: an index of block lengths, a port command, the body. All integers are little endian.
+A connection begins with a header, eight bytes that name its carrier and the sender's name, and the receiver's
+header reply. Messages follow: an index of block lengths, a port command, the body. All integers are little
+endian. `connection` says which event may follow which.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
@@ -17,27 +18,25 @@ from grabbergui.net.yarp.os.bottle import Buffer
 MAGIC_BASE: Final = 7777
 INDEX_MAGIC: Final = 10
 NAME_LIMIT: Final = 1000
-"""Bytes of a sender's name, its NUL included."""
+"""Size of a sender's name in bytes, its NUL included."""
 
 MESSAGE_LIMIT: Final = 1 << 28
-"""Bytes of one message that we receive: a 64-megapixel RGB picture fits."""
+"""Size of a message that we receive, in bytes: a 64-megapixel RGB image fits."""
 
 COMMAND_LIMIT: Final = 4000
-"""Bytes of a command in words, its NUL included."""
+"""Size of a textual port command in bytes, its NUL included."""
 
 _MAGIC = struct.Struct("<2si2s")
 _I32 = struct.Struct("<i")
 _COMMAND = struct.Struct("<icccc")
-_INDEX_HEAD: Final = 18
+_INDEX_START: Final = 18
 _MANY_BLOCKS: Final = 255
 
-HEAD_LIMIT: Final = _INDEX_HEAD + _I32.size * (_MANY_BLOCKS + 1) + _COMMAND.size + COMMAND_LIMIT
-"""Bytes before the body of a message."""
+INDEX_LIMIT: Final = _INDEX_START + _I32.size * (_MANY_BLOCKS + 1) + _COMMAND.size + COMMAND_LIMIT
+"""Size of index and command in bytes."""
 
 ACK: Final = _MAGIC.pack(b"YA", 0, b"RP")
 """Acknowledges one message on tcp."""
-
-QUIT: Final = b"q\0"
 
 
 @dataclass(frozen=True)
@@ -46,12 +45,17 @@ class Carrier:
 
     name: str
     code: int | None = None
-    "Added to 7777 in the greeting; None for carriers that greet with text."
+    "Added to 7777 in the header; None for carriers whose header is text."
     acknowledged: bool = False
     datagrams: bool = False
     text: bool = False
     pull: bool = False
     "The reader connects to the source."
+
+    @property
+    def switches(self) -> bool:
+        """Whether another protocol follows the header reply: datagrams, HTTP."""
+        return self.datagrams or self.pull
 
 
 TCP = Carrier("tcp", 3 + 128, acknowledged=True)
@@ -62,26 +66,29 @@ TEXT_ACK = Carrier("text_ack", text=True, acknowledged=True)
 MJPEG = Carrier("mjpeg", pull=True)
 
 CARRIERS: Final = {carrier.name: carrier for carrier in (TCP, FAST_TCP, UDP, TEXT, TEXT_ACK, MJPEG)}
-"""Those we speak."""
+"""Those that we offer, by name."""
 
-HTTP = Carrier("http", text=True)
-"""A browser's look at the port: no carrier of messages, so not among those offered."""
+HTTP = Carrier("http", pull=True)
+"""A browser's request for the port's page. It carries no messages, so it is not offered."""
+
+NAME_SER = Carrier("name_ser", text=True)
+"""A name server's line protocol: neither header nor header reply, one line a request."""
 
 _FOREIGN: Final = {1: "mcast", 14: "shmem"}
 
 
 def by_name(name: str) -> Carrier:
-    """The carrier of ``fast_tcp`` or ``udp+recv.bayer``. Raises LocalProtocolError for one we lack."""
+    """Return the carrier of ``fast_tcp`` or ``udp+recv.bayer``. Raises LocalProtocolError if we lack it."""
     base = name.partition("+")[0]
     if base not in CARRIERS:
         raise LocalProtocolError(f"carrier {base} is not supported, use one of {', '.join(CARRIERS)}")
     return CARRIERS[base]
 
 
-def identify(greeting: Buffer) -> Carrier:
-    """The carrier that a connection's first eight bytes announce. Raises RemoteProtocolError."""
-    first = bytes(greeting[:8])
-    texts = {b"CONNECT ": TEXT, b"CONNACK ": TEXT_ACK, b"GET /?ac": MJPEG}
+def identify(header: Buffer) -> Carrier:
+    """Return the carrier that the first eight bytes of a connection name. Raises RemoteProtocolError."""
+    first = bytes(header[:8])
+    texts = {b"CONNECT ": TEXT, b"CONNACK ": TEXT_ACK, b"GET /?ac": MJPEG, b"NAME_SER": NAME_SER}
     if first in texts:
         return texts[first]
     if first.startswith(b"GET /"):
@@ -98,12 +105,12 @@ def identify(greeting: Buffer) -> Carrier:
 
 
 def encode_number(number: int) -> bytes:
-    """Eight bytes with a number in them: greetings, their answers, acknowledgements."""
+    """Return the eight bytes that hold a number: in headers, header replies and acknowledgements."""
     return _MAGIC.pack(b"YA", number, b"RP")
 
 
 def decode_number(data: Buffer) -> int:
-    """The number in eight such bytes. Raises RemoteProtocolError."""
+    """Return the number in eight such bytes. Raises RemoteProtocolError."""
     if len(data) < _MAGIC.size:
         raise RemoteProtocolError(f"{len(data)} bytes where YA....RP was expected")
     start, number, end = _MAGIC.unpack_from(data)
@@ -112,8 +119,8 @@ def decode_number(data: Buffer) -> int:
     return int(number)
 
 
-def encode_greeting(carrier: Carrier, sender: str) -> bytes:
-    """What the side that opens a connection says first."""
+def encode_header(carrier: Carrier, sender: str) -> bytes:
+    """Return the first bytes from the side that opens a connection. Raises LocalProtocolError."""
     if carrier.code is None:
         word = "CONNACK" if carrier.acknowledged else "CONNECT"
         return f"{word} {sender}\r\n".encode("utf-8", "surrogateescape")
@@ -124,7 +131,7 @@ def encode_greeting(carrier: Carrier, sender: str) -> bytes:
 
 
 def decode_name_size(data: Buffer) -> int:
-    """Bytes of the sender's name, from the four after the greeting's number. Raises RemoteProtocolError."""
+    """Return the size of the sender's name from the four bytes before it. Raises RemoteProtocolError."""
     (size,) = _I32.unpack(data)
     if not 1 <= size <= NAME_LIMIT:
         raise RemoteProtocolError(f"sender's name of {size} bytes, allowed are 1 to {NAME_LIMIT}")
@@ -132,12 +139,12 @@ def decode_name_size(data: Buffer) -> int:
 
 
 def decode_name(data: Buffer) -> str:
-    """The sender's name that follows, modifiers included: `/grabber (recv bayer)`."""
+    """Return the sender's name, modifiers included: `/grabber (recv bayer)`."""
     return str(data, "utf-8", "surrogateescape").rstrip("\0")
 
 
 def encode_command(command: str) -> bytes:
-    """A port command: one letter, or text as in ``D 3 1795228516.98942``."""
+    """Encode a port command: one letter, or text as in ``D 3 1795228516.98942``."""
     if len(command) == 1 and command != "q":
         return _COMMAND.pack(0, b"~", command.encode(), b"\0", b"\1")
     text = command.encode("utf-8", "surrogateescape") + b"\0"
@@ -145,42 +152,42 @@ def encode_command(command: str) -> bytes:
 
 
 def encode_message(command: str, body: Sequence[Buffer] = ()) -> list[Buffer]:
-    """A message in pieces, ready for a gathering write; the body is not copied."""
-    head = encode_command(command)
-    lengths = [len(head), *(len(part) for part in body)]
+    """Return a message in pieces for a gathering write. The body is not copied."""
+    start = encode_command(command)
+    lengths = [len(start), *(len(part) for part in body)]
     if len(lengths) > _MANY_BLOCKS:
         body = [b"".join(body)]
-        lengths = [len(head), len(body[0])]
+        lengths = [len(start), len(body[0])]
     index = encode_number(INDEX_MAGIC) + bytes((len(lengths), 1)) + b"\xff" * 8
-    return [index + struct.pack(f"<{len(lengths) + 1}i", *lengths, 0) + head, *body]
+    return [index + struct.pack(f"<{len(lengths) + 1}i", *lengths, 0) + start, *body]
 
 
-class Head(NamedTuple):
-    """What stands before a message's body."""
+class Index(NamedTuple):
+    """A message's index and port command, which precede its body."""
 
     command: str
     size: int
-    "Bytes of the head."
+    "Of index and command, in bytes."
     body_size: int
 
 
-def decode_head(data: memoryview, limit: int = MESSAGE_LIMIT) -> Head | None:
-    """The head that `data` begins with, None while it is not complete.
+def decode_index(data: memoryview, limit: int = MESSAGE_LIMIT) -> Index | None:
+    """Return the index and command at the start of `data`, None while they are incomplete.
 
-    Raises RemoteProtocolError as soon as it can be none, or is that of a message longer than `limit`.
+    Raises RemoteProtocolError as soon as they are invalid or announce a message longer than `limit`.
     """
-    if len(data) < _INDEX_HEAD:
+    if len(data) < _INDEX_START:
         return None
     if decode_number(data) != INDEX_MAGIC:
         raise RemoteProtocolError(f"message index {bytes(data[:8])!r}, must begin with number {INDEX_MAGIC}")
     blocks = data[8]
     if not blocks:
         raise RemoteProtocolError("message of no blocks")
-    # After the blocks' lengths comes the number of those of a reply, always 0.
-    start = _INDEX_HEAD + _I32.size * (blocks + 1)
+    # The blocks' lengths are followed by that of a reply, which is always 0.
+    start = _INDEX_START + _I32.size * (blocks + 1)
     if len(data) < start:
         return None
-    lengths = struct.unpack_from(f"<{blocks}i", data, _INDEX_HEAD)
+    lengths = struct.unpack_from(f"<{blocks}i", data, _INDEX_START)
     size = sum(lengths)
     if min(lengths) < 0 or not _COMMAND.size <= size <= limit:
         raise RemoteProtocolError(f"message of {size} bytes, allowed are {_COMMAND.size} to {limit}")
@@ -189,40 +196,92 @@ def decode_head(data: memoryview, limit: int = MESSAGE_LIMIT) -> Head | None:
     return _decode_command(data, start, size - _COMMAND.size)
 
 
-def _decode_command(data: memoryview, start: int, rest: int) -> Head | None:
-    """The end of a head: a port command, before `rest` bytes of its text and the body."""
+def _decode_command(data: memoryview, start: int, rest: int) -> Index | None:
+    """Decode a port command, which `rest` bytes of text and body follow."""
     length, tilde, letter, zero, one = _COMMAND.unpack_from(data, start)
     if (tilde, zero, one) != (b"~", b"\0", b"\1"):
         found = bytes(data[start : start + _COMMAND.size])
         raise RemoteProtocolError(f"port command {found!r}, must be ....~.01")
     start += _COMMAND.size
     if letter != b"\0":
-        return Head(letter.decode("latin-1"), start, rest)
+        return Index(letter.decode("latin-1"), start, rest)
     if not 1 <= length <= min(rest, COMMAND_LIMIT):
         raise RemoteProtocolError(f"port command of {length} bytes, in a message of {rest}")
     if len(data) < start + length:
         return None
     command = str(data[start : start + length], "utf-8", "surrogateescape").rstrip("\0")
-    return Head(command, start + length, rest - length)
+    return Index(command, start + length, rest - length)
 
 
-@dataclass
+# Of the events, the two that stream are not frozen: that would double the time it takes to make one.
+_EMPTY: Final = memoryview(b"")
+
+
+@dataclass(frozen=True)
+class Header:
+    """The opener's first event: how it speaks and who it is."""
+
+    carrier: Carrier
+    sender: str
+    "A port's name with modifiers, or free text such as `admin`; over mjpeg the host that is asked."
+    request: str = ""
+    "The request line, over HTTP."
+
+
+@dataclass(frozen=True)
+class HeaderReply:
+    """The acceptor's answer to a header."""
+
+    number: int = 0
+    "The acceptor's TCP port, which is ignored; over udp the UDP port that takes the messages."
+    sender: str = ""
+    "Repeated in text mode, as `Welcome SENDER`."
+
+
+@dataclass(slots=True)
 class Message:
-    """What arrived on a connection."""
+    """A message to a port: a command, and for most of them a Bottle or an image."""
 
     command: str
-    "The letter or text of the port command, `d`, `D 3 1795228516.98942`, `/reader`."
-    body: memoryview = field(default_factory=lambda: memoryview(b""))
-    "The Bottle or image in binary form; empty in text mode."
+    "The code or text of the port command: `d`, `D 3 1795228516.98942`, `/reader`."
+    body: memoryview = _EMPTY
+    "The Bottle or image of a received message in binary form; empty in text mode."
     text: str = ""
-    "The line in text mode."
+    "The Bottle's line in text mode."
+    parts: Sequence[Buffer] = ()
+    "The body of a message to send, in pieces that are not copied."
 
     @property
-    def letter(self) -> str:
-        """What decides: the command's first character."""
+    def code(self) -> str:
+        """The command code, which is the command's first character."""
         return self.command[:1]
 
     @property
     def envelope(self) -> str:
-        """What a data command carries beside its letter."""
-        return self.command.partition(" ")[2] if self.letter in "dD" else ""
+        """The envelope of a data message, empty without one."""
+        return self.command.partition(" ")[2] if self.code in "dD" else ""
+
+
+@dataclass(slots=True)
+class Reply:
+    """The answer to a message. It has no length of its own: a Bottle shows where it ends."""
+
+    body: memoryview = _EMPTY
+    "A received reply in binary form; empty in text mode."
+    text: str = ""
+    "Lines of a reply in text mode, without the last line end."
+    parts: Sequence[Buffer] = ()
+    "A reply to send in binary form, in pieces that are not copied."
+
+
+@dataclass(frozen=True)
+class Ack:
+    """Acknowledges a message on tcp and text_ack, after the reply."""
+
+
+@dataclass(frozen=True)
+class Closed:
+    """The peer has closed the connection between two events."""
+
+
+Event = Header | HeaderReply | Message | Reply | Ack | Closed

@@ -51,6 +51,16 @@ def authentication_key() -> bytes | None:
     return _section(_read("auth.conf"), "auth").get("key", "").encode() or None
 
 
+def require_authentication() -> None:
+    """Raise UsageError where there is no key, so that nothing is served to whoever comes."""
+    if authentication_key() is None:
+        folders = ", ".join(str(folder) for folder in resource_finder.config_folders())
+        raise UsageError(
+            "--require-authentication: no key; write a file auth.conf with the lines `[AUTH]` and "
+            f"`key SECRET` into one of {folders}, on this machine and on every peer"
+        )
+
+
 def _read(name: str) -> str:
     override = os.environ.get("YARP_CONF", "")
     if name == "yarp.conf" and override and Path(override).is_file():

@@ -1,11 +1,11 @@
-"""Connections that others opened to a port: one thread each, from the greeting to the last byte."""
+"""Connections that others opened to a port: one thread each, from the header to the last byte."""
 
 from __future__ import annotations
 
 import logging
 import socket
 import threading
-from collections.abc import Callable
+import time
 from contextlib import suppress
 from dataclasses import replace
 from typing import Protocol
@@ -18,82 +18,84 @@ from grabbergui.core.errors import (
     TransportError,
 )
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import mjpeg, sockets, web_page
-from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Carrier, Message
-from grabbergui.net.yarp.os.datagrams import Joiner
-from grabbergui.net.yarp.os.receiver import Receiver
+from grabbergui.net.yarp.os import datagrams, sockets, web_page
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message
+from grabbergui.net.yarp.os.carrier import Reply as ReplyEvent
+from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.link import Link
+from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.request import ConnectionInfo, Reply, Request, encode_reply, reply_text
-from grabbergui.net.yarp.os.text_lines import LineReader
 
 log = logging.getLogger(__name__)
 
 STALL_SECONDS = 10.0
-"""How long a peer may stand still within a message, or before it has said who it is."""
-
-DATAGRAM_POLL = 0.5
-NAME_SERVER_GREETING = b"NAME_SER"
+"""How long a peer may stand still within a message, or before its header is complete."""
 
 
-class Host(Protocol):
+class Owner(Protocol):
     """The port as its inputs see it."""
 
     name: str
     limit: int
-    "Bytes of the longest message taken."
+    "Size of the longest message accepted, in bytes."
     key: bytes | None
 
     @property
     def port_number(self) -> int:
         """The TCP port it listens at."""
 
-    def admit(self, connection: Input) -> None:
-        """Take the connection into the books. Raises GrabberError to refuse it."""
+    def register(self, connection: Input) -> None:
+        """Accept a connection whose sender is known. Raises GrabberError to refuse it."""
 
-    def leave(self, connection: Input) -> None:
-        """Strike it off."""
+    def unregister(self, connection: Input) -> None:
+        """Forget a connection that has ended."""
 
     def allocate(self, size: int) -> memoryview:
-        """Memory for a message's body."""
+        """Return memory for a message's body."""
 
     def deliver(self, request: Request) -> Reply:
-        """Hand a message to the owner."""
+        """Pass a message to the port's user and return the reply."""
 
     def administer(self, request: Bottle) -> Bottle:
         """Answer an administrative Bottle."""
 
     def line(self, command: str) -> list[str]:
-        """Carry out a command of one line."""
+        """Carry out a command of one line and return the answer's lines."""
 
     def page(self) -> bytes:
-        """What a browser gets."""
+        """Return the HTTP response for a browser."""
 
-    def legacy(self, connection: Input, greeting: bytes) -> None:
-        """Serve a question to a name server. Raises RemoteProtocolError where the port is none."""
+    def answer_name_query(self, line: str, asker: str) -> str:
+        """Answer a line to a name server. Raises RemoteProtocolError where the port is none."""
 
-    def attach(self, reader: str, carrier: Carrier, sock: socket.socket) -> Callable[[], None]:
-        """Send the port's output on this socket; gives what ends that. Raises GrabberError."""
+    def attach(self, reader: str, carrier: Carrier, link: Link) -> Output:
+        """Send the port's output on this connection. Raises GrabberError."""
 
 
 class Input:
     """One accepted connection."""
 
-    def __init__(self, host: Host, sock: socket.socket) -> None:
+    def __init__(self, owner: Owner, sock: socket.socket) -> None:
         self.info = ConnectionInfo("", "", sock.getpeername()[:2])
-        "Who is at the other end; the name and the carrier are known after the greeting."
+        "The peer; its name and carrier are known after the header."
         self.received = 0
         "Messages."
-        self._host = host
+        self._owner = owner
         self._sock = sock
+        self._carrier = wire.TCP
+        self._active = time.monotonic()
+        self._images: Output | None = None
+        "The output to a reader over mjpeg."
         self._closed = False
-        self._thread = threading.Thread(target=self._run, name=f"yarp {host.name} input", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=f"yarp {owner.name} input", daemon=True)
 
     def start(self) -> None:
-        """Begin to listen to it."""
+        """Start to read."""
         self._thread.start()
 
     def close(self) -> None:
-        """Hang up. Any thread; may be called twice; does not wait."""
+        """Shut the connection down. Any thread; may be called twice; does not wait."""
         self._closed = True
         with suppress(OSError):
             self._sock.shutdown(socket.SHUT_RDWR)
@@ -105,235 +107,179 @@ class Input:
 
     @property
     def peer(self) -> str:
-        """The sender's name, empty before the greeting."""
+        """The sender's name, empty before the header."""
         return self.info.peer
 
-    def answer_lines(self, greeting: bytes, answer: Callable[[str], str]) -> None:
-        """Answer line by line until the peer leaves, as a name server does."""
-        reader = LineReader()
-        reader.feed(greeting)
-        with suppress(TransportError):  # YARP resets the connection once it has its answer
-            while (line := self._line(reader, idle=False)) is not None:
-                sockets.send(self._sock, [answer(line).encode("utf-8", "surrogateescape")])
+    @property
+    def address(self) -> str:
+        """The peer's IP address."""
+        return self.info.address[0]
+
+    @property
+    def messages(self) -> int:
+        """Messages received, or sent to a reader over mjpeg."""
+        return self._images.messages if self._images else self.received
+
+    @property
+    def active(self) -> float:
+        """Time of the last message, in seconds of `time.monotonic`."""
+        return self._images.active if self._images else self._active
 
     def _run(self) -> None:
         try:
             self._serve()
         except GrabberError as error:
-            if not self._closed:
-                # Whoever leaves without a word only looked whether the port is there: `yarp exists` does.
+            # YARP resets the connection to a name server once it has its answer.
+            answered = self._carrier is wire.NAME_SER and isinstance(error, TransportError)
+            if not self._closed and not answered:
+                # A peer that closes without a header only checked that the port exists: `yarp exists` does.
                 usual = logging.INFO if self.peer else logging.DEBUG
                 level = logging.WARNING if isinstance(error, ProtocolError) else usual
-                log.log(level, "%s: connection from %s closed: %s", self._host.name, self.info.title, error)
+                log.log(level, "%s: connection from %s closed: %s", self._owner.name, self.info.title, error)
         except Exception:
-            log.exception("%s: connection from %s failed", self._host.name, self.info.title)
+            log.exception("%s: connection from %s failed", self._owner.name, self.info.title)
         finally:
-            self._host.leave(self)
-            sockets.hang_up(self._sock)
+            self._owner.unregister(self)
+            sockets.shut_down(self._sock)
 
     def _serve(self) -> None:
         sockets.prepare(self._sock)
         sockets.set_deadline(self._sock, STALL_SECONDS)
-        if self._host.key:
-            sockets.authenticate(self._sock, self._host.key, accepting=True)
-        greeting = sockets.receive_exactly(self._sock, 8)
-        if greeting == NAME_SERVER_GREETING:
-            self.info = replace(self.info, peer="name client")
-            self._host.legacy(self, greeting)
-            return
-        carrier = wire.identify(greeting)
-        if carrier.pull:
-            self._serve_pictures(greeting)
-        elif carrier is wire.HTTP:
-            self._serve_page(greeting)
-        elif carrier.text:
-            self._serve_lines(carrier)
-        else:
-            self._serve_messages(carrier)
+        if self._owner.key:
+            sockets.authenticate(self._sock, self._owner.key, accepting=True)
+        link = Link(
+            self._sock, Connection(opener=False, allocate=self._owner.allocate, limit=self._owner.limit)
+        )
+        going = True
+        while going:
+            match event := self._next(link):
+                case Header():
+                    self._accept(event)
+                    going = self._reply_to_header(event, link)
+                case Message():
+                    going = self._handle(event, link)
+                case _:  # nothing but the end can come from a sender
+                    going = False
 
-    def _enter(self, sender: str, carrier: Carrier) -> None:
-        name, _, modifiers = sender.partition(" ")
+    def _next(self, link: Link) -> Event:
+        """Return the next event. The sender may take any time between two messages, but not within one."""
+        while True:
+            try:
+                return link.next_event()
+            except AckTimeoutError:
+                if not link.connection.idle or self._closed or self._carrier is wire.NAME_SER:
+                    raise
+
+    # -- header ----------------------------------------------------------------------------------
+    def _accept(self, header: Header) -> None:
+        """Note who the sender is, and register the connection. Raises GrabberError."""
+        self._carrier = header.carrier
+        name, _, modifiers = header.sender.partition(" ")
+        if header.carrier is wire.NAME_SER:
+            self.info = replace(self.info, peer=header.sender)
+            return
         options = Bottle.from_text(modifiers) if modifiers and name.startswith("/") else Bottle()
         pairs = [option for option in options if isinstance(option, list) and len(option) > 1]
-        text = "+".join((carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
-        self.info = replace(self.info, peer=name if name.startswith("/") else sender, carrier=text)
+        text = "+".join((header.carrier.name, *(f"{pair[0]!s}.{pair[1]!s}" for pair in pairs)))
+        peer = name if name.startswith("/") else header.sender
+        self.info = replace(self.info, peer=peer, carrier=text)
         plug_in = options.find("recv")
         if plug_in:
             raise RemoteProtocolError(f"plug-in {plug_in!s} is not supported, connect without +recv")
-        self._host.admit(self)
+        self._owner.register(self)
 
-    # -- binary ----------------------------------------------------------------------------------
-    def _serve_messages(self, carrier: Carrier) -> None:
-        size = wire.decode_name_size(sockets.receive_exactly(self._sock, 4))
-        self._enter(wire.decode_name(sockets.receive_exactly(self._sock, size)), carrier)
-        if carrier.datagrams:
-            self._serve_datagrams()
-            return
-        sockets.send(self._sock, [wire.encode_number(self._host.port_number)])
-        receiver = Receiver(allocate=self._host.allocate, limit=self._host.limit)
-        while (message := self._next(receiver)) is not None:
-            if not self._handle(message, carrier):
-                return
+    def _reply_to_header(self, header: Header, link: Link) -> bool:
+        """Send the header reply, and serve a carrier that goes on in another way; whether messages follow."""
+        if header.carrier is wire.NAME_SER:
+            return True
+        if header.carrier.datagrams:
+            self._serve_datagrams(link)
+            return False
+        link.send(HeaderReply(self._owner.port_number, header.sender))
+        if header.carrier is wire.MJPEG:
+            self._serve_images(link)
+        elif header.carrier is wire.HTTP:
+            page = self._owner.page() if web_page.wanted(header.request) else web_page.NOT_FOUND
+            sockets.send(self._sock, [page])
+        return not header.carrier.pull
 
-    def _next(self, receiver: Receiver) -> Message | None:
-        """The next message; None where the peer has closed the connection."""
-        while (message := receiver.take()) is None:
-            try:
-                count = sockets.receive_some(self._sock, receiver.wanted, all_of_it=receiver.in_body)
-            except AckTimeoutError:
-                if receiver.idle and not self._closed:
-                    continue
-                raise
-            if not count:
-                if receiver.idle:
-                    return None
-                raise TransportError("the peer closed it within a message")
-            receiver.received(count)
-        return message
+    # -- messages --------------------------------------------------------------------------------
+    def _handle(self, message: Message, link: Link) -> bool:
+        """Act on a message, reply and acknowledge; whether the connection goes on."""
+        answer = self._answer(message)
+        if message.code == "q" and self._carrier.text:
+            return False
+        if self._carrier.acknowledged:
+            answer.append(Ack())
+        if answer:
+            link.send(*answer)
+        if message.code == "r":
+            self._reverse(link)
+        return message.code not in ("q", "r")
 
-    def _handle(self, message: Message, carrier: Carrier) -> bool:
-        """Act on a message and acknowledge it; whether the connection goes on."""
+    def _answer(self, message: Message) -> list[Event]:
+        """Carry a message out and return its reply, in a list that is empty without one."""
         self.received += 1
-        reply: list[Buffer] = []
-        match message.letter:
+        self._active = time.monotonic()
+        if self._carrier is wire.NAME_SER:
+            return [ReplyEvent(text=self._owner.answer_name_query(message.text, self.info.address[0]))]
+        match message.code:
             case "d" | "D":
-                reply = encode_reply(self._ask(message))
+                return self._encode(self._ask(message))
             case "a":
-                reply = encode_reply(self._host.administer(Bottle.decode(message.body)))
-            case "r":
-                return self._reverse(carrier)
-            case "q":
-                if carrier.acknowledged:
-                    sockets.send(self._sock, [wire.ACK])
-                return False
-            case _:
-                self._host.line(message.command)
-        if carrier.acknowledged:
-            reply.append(wire.ACK)
-        if reply and not carrier.datagrams:
-            sockets.send(self._sock, reply)
-        return True
+                return self._encode(self._owner.administer(Request(message, self.info).bottle()))
+            case "r" | "q":
+                return []
+        lines = self._owner.line(message.command)
+        return [ReplyEvent(text="\r\n".join(lines))] if self._carrier.text else []
 
     def _ask(self, message: Message) -> Reply:
         request = Request(message, self.info)
-        reply = self._host.deliver(request)
+        reply = self._owner.deliver(request)
         if not request.wants_reply:
             return None
-        if isinstance(reply, Bottle) and not request.message.text:
+        if isinstance(reply, Bottle) and not self._carrier.text:
             return reply.encode_parts(request.dialect)
         return reply
 
-    def _reverse(self, carrier: Carrier) -> bool:
-        if carrier.acknowledged:
-            sockets.send(self._sock, [wire.ACK])
+    def _encode(self, reply: Reply) -> list[Event]:
+        if reply is None:
+            return []
+        if self._carrier.text:
+            return [ReplyEvent(text=reply_text(reply))]
+        return [ReplyEvent(parts=encode_reply(reply))]
+
+    def _reverse(self, link: Link) -> None:
+        """Pass the connection to an output, whose thread reads the acknowledgements from now on."""
         sockets.set_deadline(self._sock, None)
-        # From here on the output's thread owns the connection; it reads the acknowledgements too. Our hold
-        # on it is let go first: hanging up when this thread ends would end it for both.
-        connection = self._sock.dup()
+        # Our hold on the socket ends first: shutting it down with this thread would end it for both.
+        passed_on = Link(self._sock.dup(), link.connection)
         self._sock.close()
-        self._host.attach(self.peer, carrier, connection)
-        return False
+        self._owner.unregister(self)
+        self._owner.attach(self.peer, self._carrier, passed_on)
 
-    def _serve_datagrams(self) -> None:
-        with socket.socket(self._sock.family, socket.SOCK_DGRAM) as datagrams:
-            datagrams.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, sockets.BUFFER_BYTES)
-            datagrams.bind((self._sock.getsockname()[0], 0))
-            sockets.set_deadline(datagrams, DATAGRAM_POLL)
-            sockets.send(self._sock, [wire.encode_number(datagrams.getsockname()[1])])
+    # -- other protocols -------------------------------------------------------------------------
+    def _serve_datagrams(self, link: Link) -> None:
+        with datagrams.receiving_socket(self._sock) as sock:
+            link.send(HeaderReply(sock.getsockname()[1]))
             self._sock.close()
-            joiner = Joiner(self._host.allocate, self._host.limit)
-            buffer = memoryview(bytearray(65536))
-            while not self._closed:
-                try:
-                    size, sender = datagrams.recvfrom_into(buffer)
-                except (BlockingIOError, ConnectionError):
-                    continue
-                # Not its port: a YARP built without ACE sends from another one than it dialled with.
-                if sender[0] != self.info.address[0]:
-                    continue
-                message = joiner.datagram(buffer[:size])
-                if message is not None and not self._handle(message, wire.UDP):
-                    return
+            messages = datagrams.Reassembler(self._owner.allocate, self._owner.limit)
+            for datagram in datagrams.receive(sock, self.address, lambda: self._closed):
+                message = messages.datagram(datagram)
+                if message is not None:
+                    self._answer(message)
+                    if message.code in ("q", "r"):
+                        return
 
-    # -- text ------------------------------------------------------------------------------------
-    def _serve_lines(self, carrier: Carrier) -> None:
-        reader = LineReader()
-        sender = self._line(reader, idle=False)
-        if sender is None:
-            raise TransportError("the peer closed it before its name came")
-        self._enter(sender.strip(), carrier)
-        self._write_lines([f"Welcome {sender.strip()}"])
-        while (command := self._line(reader)) is not None:
-            if command == "q":
-                return
-            if not command:
-                continue
-            self._write_lines(self._answer_line(command, reader), acknowledge=carrier.acknowledged)
-
-    def _answer_line(self, command: str, reader: LineReader) -> list[str]:
-        self.received += 1
-        if command[0] == "a" or command[0] in "dD":
-            body = self._bottle_text(reader)
-            if command[0] == "a":
-                return [self._host.administer(Bottle.from_text(body)).to_text()]
-            reply = self._ask(Message(command if command != "do" else "d", text=body))
-            return [] if reply is None else [reply_text(reply)]
-        return self._host.line(command)
-
-    def _bottle_text(self, reader: LineReader) -> str:
-        """A Bottle's line, and those that continue it."""
-        text = reader.bottle(lambda: self._line(reader, idle=False))
-        if text is None:
-            raise TransportError("the peer closed it within a message")
-        return text
-
-    def _line(self, reader: LineReader, *, idle: bool = True) -> str | None:
-        while (line := reader.line()) is None:
-            try:
-                data = self._sock.recv(65536)
-            except BlockingIOError as error:
-                if idle and reader.empty and not self._closed:
-                    continue
-                raise AckTimeoutError("the peer stopped within a line") from error
-            except OSError as error:
-                raise TransportError(f"the connection broke: {sockets.reason(error)}") from error
-            if not data:
-                return None
-            reader.feed(data)
-        return line
-
-    def _write_lines(self, lines: list[str], *, acknowledge: bool = False) -> None:
-        text = "".join(line + "\r\n" for line in (*lines, *(["<ACK>"] if acknowledge else [])))
-        if text:
-            sockets.send(self._sock, [text.encode("utf-8", "surrogateescape")])
-
-    # -- http ------------------------------------------------------------------------------------
-    def _read_request(self, greeting: bytes) -> str:
-        """The first line of a request over HTTP, once the blank line has come that ends it."""
-        reader = LineReader(web_page.LINE_LIMIT)
-        reader.feed(greeting)
-        request = self._line(reader, idle=False)
-        for _ in range(web_page.REQUEST_LINES):
-            if not self._line(reader, idle=False):
-                return request or ""
-        raise RemoteProtocolError("HTTP request without an end")
-
-    def _serve_page(self, greeting: bytes) -> None:
-        request = self._read_request(greeting)
-        self._enter("browser", wire.HTTP)
-        page = self._host.page() if web_page.wanted(request) else web_page.NOT_FOUND
-        sockets.send(self._sock, [page])
-
-    def _serve_pictures(self, greeting: bytes) -> None:
-        self._read_request(greeting)
-        self._enter("mjpeg reader", wire.MJPEG)
-        sockets.send(self._sock, [mjpeg.RESPONSE])
+    def _serve_images(self, link: Link) -> None:
         sockets.set_deadline(self._sock, None)
-        end = self._host.attach(self.info.place, wire.MJPEG, self._sock.dup())
+        self._images = self._owner.attach(
+            self.info.place, wire.MJPEG, Link(self._sock.dup(), link.connection)
+        )
         try:
             while self._sock.recv(4096):
                 pass
         except OSError:
             pass
         finally:
-            end()
+            self._images.close()

@@ -13,17 +13,8 @@ from grabbergui.core import picture_files
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Buffer
+from grabbergui.net.yarp.os.web_page import BOUNDARY
 
-REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\n"
-"""As YARP's readers send it, odd line ends included; `%s` is the source's address."""
-
-_BOUNDARY: Final = b"--boundarydonotcross\r\n"
-RESPONSE: Final = (
-    b"HTTP/1.0 200 OK\r\nConnection: close\r\nServer: yarp/mjpeg_carrier/0.1\r\n"
-    b"Cache-Control: no-store, no-cache, must-revalidate, pre-check=0, post-check=0, max-age=0\r\n"
-    b"Pragma: no-cache\r\nExpires: Mon, 3 Jan 2000 12:34:56 GMT\r\n"
-    b"Content-Type: multipart/x-mixed-replace;boundary=boundarydonotcross\r\n\r\n" + _BOUNDARY
-)
 HEADER_LIMIT: Final = 8192
 JPEG_LIMIT: Final = 64 << 20
 _BLANK_LINE: Final = re.compile(rb"\r?\n\r?\n")
@@ -51,10 +42,10 @@ def encode_part(message: Buffer, envelope: str, quality: int = 75) -> list[Buffe
         raise LocalProtocolError(f"an image of {header.width}×{header.height} cannot go as JPEG")
     data = memoryview(jpeg.reshape(-1).data)
     comment = _comment(envelope) if envelope else b""
-    start = 2 + (4 + int.from_bytes(data[4:6], "big") - 2 if data[2:4] == b"\xff\xe0" else 0)
+    start = 2 + (4 + int.from_bytes(data[4:6], "big") - 2 if bytes(data[2:4]) == b"\xff\xe0" else 0)
     size = len(data) + len(comment)
     head = b"Content-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % size
-    return [head, data[:start], comment, data[start:], b"\r\n" + _BOUNDARY]
+    return [head, data[:start], comment, data[start:], b"\r\n" + BOUNDARY]
 
 
 def _comment(envelope: str) -> bytes:

@@ -5,13 +5,21 @@ from __future__ import annotations
 import os
 import time
 
-from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError
+from grabbergui.core.errors import (
+    RemoteProtocolError,
+    ResourceExhaustedError,
+    SourceNotFoundError,
+    SourceUnavailableError,
+    TransportError,
+)
 from grabbergui.net.yarp.os import configuration, names, sockets
+from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply
+from grabbergui.net.yarp.os.connection import Connection
+from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, Contact, check_port_name, literal_contact
 
 Lines = list[str]
 Contacts = list[Contact]
-ANSWER_LIMIT = 4 << 20
 TIMEOUT = 5.0
 _ELSEWHERE = (
     ", or say where it is, as none is configured: `yarp conf HOST PORT`, --nameserver HOST:PORT, or "
@@ -22,7 +30,8 @@ _ELSEWHERE = (
 class NameClient:
     """One name server. Any thread; every question is a connection of its own.
 
-    All methods raise SourceUnavailableError where no name server answers.
+    All methods raise SourceUnavailableError where no name server answers, ResourceExhaustedError where this
+    process has no descriptor left to ask it.
     """
 
     def __init__(self, server: Contact, key: bytes | None = None, *, configured: bool = True) -> None:
@@ -80,37 +89,26 @@ class NameClient:
         """Any command; the lines of the answer, without the one that ends it."""
         try:
             sock = sockets.connect(self.server.address, TIMEOUT, self.key)
+        except ResourceExhaustedError:
+            raise
         except TransportError as error:
             hint = "" if self._configured else _ELSEWHERE
             raise SourceUnavailableError(
-                f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`{hint}"
+                f"no YARP name server at {self._where}; start `yarpserver` or `grabbergui yarp-server`, let "
+                f"`serve` run one with --with-name-server{hint}"
             ) from error
+        link = Link(sock, Connection(opener=True))
         try:
-            sockets.send(sock, [f"{names.PREFIX}{command}\n".encode()])
-            return self._answer(sock)
-        except TransportError as error:
+            link.send(Header(NAME_SER, ""))
+            link.send(Message("d", text=f"{names.PREFIX}{command}"))
+            answer = link.expect(Reply, time.monotonic() + TIMEOUT)
+        except (TransportError, RemoteProtocolError) as error:
             raise SourceUnavailableError(
                 f"the name server at {self._where} did not answer: {error}"
             ) from error
         finally:
             sock.close()
-
-    def _answer(self, sock: sockets.socket.socket) -> Lines:
-        deadline = time.monotonic() + TIMEOUT
-        data = b""
-        while len(data) < ANSWER_LIMIT and time.monotonic() < deadline:
-            try:
-                more = sock.recv(65536)
-            except OSError as error:
-                raise TransportError(str(error)) from error
-            data += more
-            lines = data.decode("utf-8", "replace").split("\n")[:-1]
-            lines = [line.rstrip("\r") for line in lines]
-            if names.finished(lines):
-                return [line for line in lines if line != names.END]
-            if not more:
-                raise TransportError("it closed the connection")
-        raise TransportError("its answer has no end")
+        return [line for line in answer.text.split("\r\n") if line != names.END]
 
     def _one(self, command: str) -> Contact:
         found = names.contacts(self.ask(command))

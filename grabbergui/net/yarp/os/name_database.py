@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from typing import Final
 
-from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.names import END, Contact
-from grabbergui.net.yarp.os.values import Item
+from grabbergui.net.yarp.os.bottle_text import quoted
+from grabbergui.net.yarp.os.names import END, NAME_LIMIT, Contact
 
-NAME_LIMIT: Final = 20_000
-"""Ports known at a time; YARP has no limit, our memory has."""
+PORTS_LIMIT: Final = 5_000
+"""Ports known at a time; YARP has no limit. Listing so many takes about 20 ms."""
 
-_VALUE_LIMIT: Final = 256
+ASKER_LIMIT: Final = 4_000
+"""Of them, those registered from one address, so that it leaves names to others."""
+
+PROPERTY_BYTES: Final = 4096
+"""Of all properties of one port."""
+_WORD_LIMIT: Final = 255
+"""Characters of a host's or carrier's name."""
+
 _ANY: Final = ("...", "-1", "0", "")
 _FALLBACK: Final = Contact("fallback", "224.2.1.1", 10000, "mcast")
 
@@ -40,7 +46,9 @@ class NameDatabase:
         self.own = own
         "The server itself."
         self._contacts: dict[str, Contact] = {own.name: own, _FALLBACK.name: _FALLBACK}
+        self._askers: dict[str, str] = {}
         self._properties: dict[str, dict[str, set[str]]] = {}
+        self._own = (own.name, _FALLBACK.name)
         self._next_port = own.port + 2
         self._next_name = 1
         self._next_group = 1
@@ -49,7 +57,7 @@ class NameDatabase:
         """The reply to one command, line ends included; `asker` is the address it came from."""
         words = command.split()
         if words[:1] == ["bot"]:
-            return self._bot(words[1:], asker).to_text() + "\r\n"
+            return self._bot(words[1:], asker) + "\r\n"
         if words[:1] == ["announce"]:
             return "[ok]\r\n"
         lines = self._lines(words, asker) if words else []
@@ -85,9 +93,13 @@ class NameDatabase:
 
     def _register(self, arguments: list[str], asker: str) -> Contact | None:
         name, carrier, host, port = [*arguments, "...", "...", "...", "..."][:4]
+        if name in self._own:  # stays ours; the answer says where it is
+            return self._contacts[name]
         if not arguments or (name != "..." and not name.startswith("/")):
             return None
-        if name not in self._contacts and len(self._contacts) >= NAME_LIMIT:
+        if len(name) > NAME_LIMIT or len(carrier) > _WORD_LIMIT or len(host) > _WORD_LIMIT:
+            return None
+        if name not in self._contacts and self._full(asker):
             return None
         if name == "...":
             name = f"/tmp/port/{self._next_name}"
@@ -98,13 +110,20 @@ class NameDatabase:
         number = int(port) if port.isascii() and port.isdigit() and len(port) < 6 else 0
         contact = Contact(name, host, number if 0 < number < 65536 else self._port(), carrier)
         self._contacts[name] = contact
+        self._askers[name] = asker
         self._properties.pop(name, None)
         return contact
 
+    def _full(self, asker: str) -> bool:
+        """Whether nobody, or not this address, may register one more name."""
+        if len(self._contacts) < ASKER_LIMIT:
+            return False
+        return len(self._contacts) >= PORTS_LIMIT or list(self._askers.values()).count(asker) >= ASKER_LIMIT
+
     def _unregister(self, name: str) -> None:
-        if name not in (self.own.name, _FALLBACK.name):
-            self._contacts.pop(name, None)
-            self._properties.pop(name, None)
+        if name not in self._own:
+            for book in (self._contacts, self._askers, self._properties):
+                book.pop(name, None)
 
     def _port(self) -> int:
         """A port number that nobody was given."""
@@ -129,32 +148,29 @@ class NameDatabase:
 
     def _set(self, name: str, key: str, values: list[str]) -> list[str]:
         keys = self._properties.setdefault(name, {})
-        if key in keys or len(keys) < _VALUE_LIMIT:
-            keys[key] = set(values[:_VALUE_LIMIT])
+        size = sum(len(word) for other, words in keys.items() if other != key for word in (other, *words))
+        if size + sum(map(len, (key, *values))) <= PROPERTY_BYTES:
+            keys[key] = set(values)
         return [self._shown(name, key)]
 
     def _shown(self, name: str, key: str) -> str:
         values = sorted(self._properties.get(name, {}).get(key, ()))
         return f"port {name} property {key} = {' '.join(values)}"
 
-    def _bot(self, words: list[str], asker: str) -> Bottle:
+    def _bot(self, words: list[str], asker: str) -> str:
         verb, name = [*words, "", ""][:2]
         if verb == "list":
-            return Bottle(["ports", *(_as_bottle(contact) for contact in self._list(name))])
+            return " ".join(("ports", *(f"({_as_bottle(contact)})" for contact in self._list(name))))
         if verb == "register":
             contact = self._register(words[1:], asker)
         else:
             contact = self._contacts.get(name)
             if verb == "unregister":
                 self._unregister(name)
-        return _as_bottle(contact) if contact else Bottle(["port", ["error", -2, "port not known"]])
+        return _as_bottle(contact) if contact else 'port (error -2 "port not known")'
 
 
-def _as_bottle(contact: Contact) -> Bottle:
-    details: list[Item] = [
-        ["name", contact.name],
-        ["ip", contact.host],
-        ["port_number", contact.port],
-        ["carrier", contact.carrier],
-    ]
-    return Bottle(["port", *details])
+def _as_bottle(contact: Contact) -> str:
+    """A registration as a Bottle's text; as text at once, since lists are long."""
+    name, host, carrier = map(quoted, (contact.name, contact.host, contact.carrier))
+    return f"port (name {name}) (ip {host}) (port_number {contact.port}) (carrier {carrier})"

@@ -9,10 +9,10 @@ from __future__ import annotations
 import logging
 import threading
 
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import admin, sockets, web_page
 from grabbergui.net.yarp.os.configuration import DEFAULT_NAMESPACE, authentication_key
-from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.name_database import NameDatabase
 from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, PREFIX, Contact, contacts
 from grabbergui.net.yarp.os.port import Port
@@ -28,13 +28,18 @@ class NameServer(Port):
     sends = False
 
     def __init__(
-        self, host: str = DEFAULT_HOST, port: int = DEFAULT_PORT, *, namespace: str = DEFAULT_NAMESPACE
+        self,
+        host: str = DEFAULT_HOST,
+        port: int = DEFAULT_PORT,
+        *,
+        namespace: str = DEFAULT_NAMESPACE,
+        allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
         """Listen at `host`; port 0 takes a free one. Say 0.0.0.0 to be reached from everywhere."""
-        super().__init__(namespace, bind=host, port=port, limit=1 << 16)
+        super().__init__(namespace, bind=host, port=port, limit=1 << 16, allowed=allowed)
         self.key = authentication_key()
-        self._books_lock = threading.Lock()
-        self._books: NameDatabase | None = None
+        self._database_lock = threading.Lock()
+        self._database: NameDatabase | None = None
 
     def open(self) -> None:
         """Start. Raises TransportError where the port is taken."""
@@ -46,13 +51,13 @@ class NameServer(Port):
         host = self.contact.host
         if host in ("0.0.0.0", "::"):
             host = _outward_address()
-        self._books = NameDatabase(Contact(self.name, host, self.contact.port))
+        self._database = NameDatabase(Contact(self.name, host, self.contact.port))
 
     def ask(self, command: str, asker: str) -> str:
         """The answer to one command, line ends included."""
-        with self._books_lock:
-            assert self._books, "the server was not opened"
-            return self._books.answer(command, asker)
+        with self._database_lock:
+            assert self._database, "the server was not opened"
+            return self._database.answer(command, asker)
 
     def deliver(self, request: Request) -> Reply:
         """A question from a connection in text or binary; the answer is plain text in both."""
@@ -73,10 +78,9 @@ class NameServer(Port):
         lines = [f"{one.name} at {one.carrier}://{one.host}:{one.port}/" for one in known]
         return web_page.encode_page(f"Name server {self.name}", lines)
 
-    def legacy(self, connection: Input, greeting: bytes) -> None:
-        """Questions as YARP itself asks them, a line each."""
-        asker = connection.info.address[0]
-        connection.answer_lines(greeting, lambda line: self.ask(line.removeprefix(PREFIX), asker))
+    def answer_name_query(self, line: str, asker: str) -> str:
+        """Answer a line as YARP itself asks."""
+        return self.ask(line.removeprefix(PREFIX), asker)
 
 
 def _outward_address() -> str:

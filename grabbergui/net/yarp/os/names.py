@@ -13,6 +13,9 @@ END = "*** end of message"
 
 PREFIX = "NAME_SERVER "
 DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 10000
+NAME_LIMIT = 900
+"""Characters of a port's name: with modifiers it still fits into a header."""
+
 _LINE = re.compile(r"registration name (\S+) ip (\S+) port (\d+) type (\S+)")
 _PORT_NAME = re.compile(r"/[^\s/]\S*")
 _ADDRESS = re.compile(r"/?(?:([\w+.]+):)?//?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d+)/?", re.ASCII)
@@ -81,7 +84,7 @@ class Target:
 
 def check_port_name(name: str) -> str:
     """The name, if a port may have it. Raises UsageError."""
-    if not _PORT_NAME.fullmatch(name) or len(name) > 900 or '"' in name:
+    if not _PORT_NAME.fullmatch(name) or len(name) > NAME_LIMIT or '"' in name:
         raise UsageError(f"'{name}' cannot name a port; names begin with / and have no blanks")
     return name
 

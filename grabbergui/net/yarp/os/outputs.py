@@ -1,31 +1,25 @@
-"""Connections on which a port sends: one thread each, the newest message wins."""
+"""Connections on which a port sends: one thread each, which sends the newest message."""
 
 from __future__ import annotations
 
 import logging
-import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 
-from grabbergui.core.errors import GrabberError, LocalProtocolError, TransportError
+from grabbergui.core.errors import GrabberError, LocalProtocolError, ResourceExhaustedError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import datagrams, mjpeg, sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Carrier
+from grabbergui.net.yarp.os.carrier import Ack, Carrier, Header, Message
+from grabbergui.net.yarp.os.framing import LINE_LIMIT
+from grabbergui.net.yarp.os.link import Link, greet
 
 log = logging.getLogger(__name__)
 
-_TEXT_LIMIT = 1 << 16
-_LONG_DATAGRAM = 49_000
-_DATAGRAM_GAP = 0.001
-"""Seconds after a long datagram, as YARP waits: a reader's kernel holds three of them by default, and one
-that is lost takes its whole picture with it."""
-
 
 class Outgoing:
-    """A message on its way to any number of connections; each form of it is made once. Thread-safe."""
+    """A message to any number of readers; the JPEG form is made once. Thread-safe."""
 
     def __init__(self, parts: Sequence[Buffer], envelope: str = "") -> None:
         self.parts = parts
@@ -34,37 +28,41 @@ class Outgoing:
         self._lock = threading.Lock()
         self._jpeg: list[Buffer] | None = None
 
-    def binary(self) -> list[Buffer]:
-        """For tcp, fast_tcp and udp."""
-        return wire.encode_message(self.command, self.parts)
+    def binary(self) -> Message:
+        """The message in binary form, for tcp, fast_tcp and udp."""
+        return Message(self.command, parts=self.parts)
 
     def jpeg(self) -> list[Buffer]:
-        """For mjpeg. Raises GrabberError where it is no image."""
+        """The part of an mjpeg stream. Raises GrabberError where the message is no image."""
         with self._lock:
             if self._jpeg is None:
                 self._jpeg = mjpeg.encode_part(b"".join(self.parts), self._envelope)
             return self._jpeg
 
-    def text(self) -> bytes:
-        """For text and text_ack. Raises LocalProtocolError for an image: YARP sends none as text either."""
+    def text(self) -> Message:
+        """The message for text and text_ack. Raises LocalProtocolError for an image, like YARP."""
         size = sum(len(part) for part in self.parts)
-        if size > _TEXT_LIMIT:
+        if size > LINE_LIMIT:
             raise LocalProtocolError(
                 f"a message of {size} bytes is too long for text; choose another carrier"
             )
         line = Bottle.decode(b"".join(self.parts)).to_text()
-        return f"{self.command}\r\n{line}\r\n".encode("utf-8", "surrogateescape")
+        if len(line) > LINE_LIMIT:
+            raise LocalProtocolError(
+                f"a message of {len(line)} characters is too long for text; choose another carrier"
+            )
+        return Message(self.command, text=line)
 
 
 class Output:
-    """One reader of a port. `put` never waits; a slow reader misses messages, and nobody else does."""
+    """One reader of a port. `put` returns immediately; a slow reader misses messages and delays no other."""
 
     def __init__(
         self,
         source: str,
         reader: str,
         carrier: Carrier,
-        sock: socket.socket,
+        link: Link,
         *,
         carrier_text: str = "",
         on_close: Callable[[Output], None] = lambda output: None,
@@ -77,8 +75,11 @@ class Output:
         self.sent = 0
         "Messages."
         self.dropped = 0
-        "Messages that newer ones replaced."
-        self._sock = sock
+        "Messages that newer ones replaced before they were sent."
+        self.active = time.monotonic()
+        "Time of the last message, in seconds of `time.monotonic`."
+        self.address = sockets.peer_address(link.sock)
+        self._link = link
         self._on_close = on_close
         self._changed = threading.Condition()
         self._next: Outgoing | None = None
@@ -86,28 +87,41 @@ class Output:
         self._thread = threading.Thread(target=self._run, name=f"yarp {source} to {reader}", daemon=True)
 
     def start(self) -> None:
-        """Begin to send."""
-        self._thread.start()
+        """Start to send. Raises ResourceExhaustedError if there is no thread left."""
+        try:
+            self._thread.start()
+        except RuntimeError as error:
+            self._link.close()
+            raise ResourceExhaustedError(sockets.NO_MORE_THREADS) from error
 
     def put(self, message: Outgoing) -> None:
-        """Send this next, in place of one that still waits. Any thread; never waits."""
+        """Send this message next, in place of one still waiting. Any thread; returns immediately."""
         with self._changed:
             self.dropped += self._next is not None
             self._next = message
             self._changed.notify_all()
 
     def wait_taken(self, timeout: float) -> bool:
-        """Wait until no message is waiting to be sent; whether that was so within `timeout` seconds."""
+        """Wait until no message is waiting; return whether that was so within `timeout` seconds."""
         with self._changed:
             return self._changed.wait_for(lambda: self._next is None, timeout)
 
-    def close(self) -> None:
-        """Stop sending and hang up. Any thread; may be called twice."""
+    @property
+    def messages(self) -> int:
+        """Messages sent."""
+        return self.sent
+
+    def abort(self) -> None:
+        """Stop sending and shut down, without waiting for the thread. Any thread; may be called twice."""
         with self._changed:
             self._closed = True
             self._next = None
             self._changed.notify_all()
-        sockets.hang_up(self._sock)
+        self._link.close()
+
+    def close(self) -> None:
+        """Stop sending, shut down and wait for the thread. Any thread; may be called twice."""
+        self.abort()
         if self._thread is not threading.current_thread() and self._thread.ident is not None:
             self._thread.join(5)
 
@@ -116,6 +130,7 @@ class Output:
             while message := self._take():
                 self._send(message)
                 self.sent += 1
+                self.active = time.monotonic()
         except GrabberError as error:
             if not self._closed:
                 log.info(
@@ -124,7 +139,7 @@ class Output:
         except Exception:
             log.exception("%s: connection to %s failed", self.source, self.reader)
         finally:
-            sockets.hang_up(self._sock)
+            self._link.close()
             self._on_close(self)
 
     def _take(self) -> Outgoing | None:
@@ -134,65 +149,42 @@ class Output:
                     message, self._next = self._next, None
                     self._changed.notify_all()
                     return message
-                # A reader that leaves says nothing; its end of the stream is seen between messages.
-                if not self._changed.wait(1.0) and self._hung_up():
+                # A reader sends nothing when it closes; between messages we look for the end of its stream.
+                if not self._changed.wait(1.0) and self._reader_closed():
                     raise TransportError("the reader closed the connection")
             return None
 
-    def _hung_up(self) -> bool:
-        if self.carrier.datagrams:
-            return False
-        try:
-            return not self._sock.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
-        except BlockingIOError:
-            return False
-        except OSError:
-            return True
+    def _reader_closed(self) -> bool:
+        return not self.carrier.datagrams and sockets.closed_by_peer(self._link.sock)
 
     def _send(self, message: Outgoing) -> None:
         if self.carrier.pull:
-            sockets.send(self._sock, message.jpeg())
-        elif self.carrier.text:
-            sockets.send(self._sock, [message.text()])
-            if self.carrier.acknowledged:
-                self._skip_line_acknowledgement()
+            sockets.send(self._link.sock, message.jpeg())
         elif self.carrier.datagrams:
-            for datagram in datagrams.split(message.binary()):
-                if sockets.send(self._sock, datagram) > _LONG_DATAGRAM:
-                    time.sleep(_DATAGRAM_GAP)
+            datagrams.send(self._link.sock, wire.encode_message(message.command, message.parts))
         else:
-            sockets.send(self._sock, message.binary())
-            if self.carrier.acknowledged:
-                wire.decode_number(sockets.receive_exactly(self._sock, len(wire.ACK)))
-
-    def _skip_line_acknowledgement(self) -> None:
-        line = b""
-        while not line.endswith(b"<ACK>\r\n"):
-            line = line[-64:] + sockets.receive_exactly(self._sock, 1)
+            self._link.send(message.text() if self.carrier.text else message.binary())
+            while self.carrier.acknowledged and not isinstance(self._link.answer(), Ack):
+                pass  # a reply that nobody asked for
 
 
-def dial(
+def connect(
     source: str,
     sender: str,
     reader: str,
     address: tuple[str, int],
     carrier: Carrier,
     key: bytes | None,
-) -> socket.socket:
-    """Open a connection to a reader, greetings included; the socket to send on. Raises GrabberError."""
+) -> Link:
+    """Open a connection to a reader, headers included, on which to send. Raises GrabberError."""
     sock = sockets.connect(address, key=key)
     try:
-        sockets.send(sock, [wire.encode_greeting(carrier, sender)])
-        if carrier.text:
-            while sockets.receive_exactly(sock, 1) != b"\n":
-                pass
-        else:
-            answer = wire.decode_number(sockets.receive_exactly(sock, 8))
-            if carrier.datagrams:
-                return _datagram_socket(sock, address, answer)
-        # A reader may take its time over a message for as long as it likes: it holds up nobody else.
+        link, reply = greet(sock, Header(carrier, sender))
+        if carrier.datagrams:
+            return Link(datagrams.sending_socket(sock, reply.number), link.connection)
+        # A reader may take any time over a message, since it delays no other.
         sockets.set_deadline(sock, None)
-        return sock
+        return link
     except BaseException as error:
         sock.close()
         if isinstance(error, TransportError):
@@ -200,23 +192,3 @@ def dial(
                 f"{reader} does not take carrier {carrier.name} from {source}: {error}"
             ) from error
         raise
-
-
-def _datagram_socket(sock: socket.socket, address: tuple[str, int], port: int) -> socket.socket:
-    # The receiver knows us by the address and port that the TCP connection had.
-    local, remote = sock.getsockname(), sock.getpeername()
-    sock.close()
-    if not 0 < port < 65536:
-        raise TransportError(f"it offers UDP port {port}")
-    datagram = socket.socket(sock.family, socket.SOCK_DGRAM)
-    try:
-        datagram.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        datagram.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, sockets.BUFFER_BYTES)
-        # A YARP built without ACE takes that very port for itself; on one machine we must do with another.
-        with suppress(OSError):
-            datagram.bind(local[:2])
-        datagram.connect((remote[0], port))
-    except OSError as error:
-        datagram.close()
-        raise TransportError(f"no UDP to {address[0]}:{port}: {sockets.reason(error)}") from error
-    return datagram

@@ -7,20 +7,22 @@ called from any thread.
 from __future__ import annotations
 
 import logging
-import select
+import selectors
 import socket
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.buffers import BufferPool
 from grabbergui.core.errors import (
     GrabberError,
     LocalProtocolError,
     RemoteProtocolError,
+    ResourceExhaustedError,
     SourceNotFoundError,
     TransportError,
 )
@@ -29,19 +31,25 @@ from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Carrier
 from grabbergui.net.yarp.os.inputs import Input
+from grabbergui.net.yarp.os.link import Link, report_end
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
-from grabbergui.net.yarp.os.outputs import Outgoing, Output, dial
+from grabbergui.net.yarp.os.outputs import Outgoing, Output, connect
 from grabbergui.net.yarp.os.registration import Registration
+from grabbergui.net.yarp.os.registry import Registry, StrangerLog
 from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Item
 
 log = logging.getLogger(__name__)
 
-INPUT_LIMIT: Final = 200
-"""Connections to one port at a time."""
-
 _POOLED: Final = 1 << 16
+_MOST_REFUSALS: Final = 32
+"""Reasons to refuse a connection that are warned of."""
+_PAUSE_SECONDS: Final = 0.2
+"""Before the next connection is accepted when descriptors or threads were used up."""
+
+# Neither takes a descriptor of its own, and polling knows no highest one.
+_Selector = getattr(selectors, "PollSelector", selectors.SelectSelector)
 
 
 class Port:
@@ -60,11 +68,13 @@ class Port:
         bind: str = "",
         port: int = 0,
         limit: int = wire.MESSAGE_LIMIT,
+        allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
         """Make a port; `open` starts it.
 
         Without `names` it is reached as `tcp://HOST:PORT/` only. `bind` is the address to listen at; by
-        default the one from which the name server is reached, loopback without one.
+        default the one from which the name server is reached, loopback without one. Peers that are not
+        `allowed` are neither answered nor sent to.
         """
         self.name = check_port_name(name)
         self.limit = limit
@@ -73,16 +83,18 @@ class Port:
         "Where it listens, once open."
         self.key = names.key if names else None
         self._names = names
+        self._allowed = allowed
+        self._strangers = StrangerLog(self.name)
         self._wish = (bind, port)
-        self._lock = threading.RLock()
-        self._inputs: list[Input] = []
-        self._outputs: list[Output] = []
+        self._registry = Registry(self._strangers)
         self._listener: socket.socket | None = None
         self._wake: tuple[socket.socket, socket.socket] | None = None
         self._closing = threading.Event()
         self._acceptor: threading.Thread | None = None
         self._registration: Registration | None = None
         self._pool: BufferPool | None = None
+        self._refusals: set[str] = set()
+        "Reasons that were warned of."
 
     # -- life ------------------------------------------------------------------------------------
     def open(self) -> None:
@@ -120,9 +132,8 @@ class Port:
             self._wake[1].send(b"x")
         if self._acceptor:
             self._acceptor.join(10)
-        with self._lock:
-            inputs, outputs = list(self._inputs), list(self._outputs)
-        for output in outputs:
+        inputs = self._registry.inputs
+        for output in self._registry.outputs:
             self._drop(output)
         for connection in inputs:
             connection.close()
@@ -160,7 +171,7 @@ class Port:
     @property
     def connections(self) -> int:
         """Readers connected just now; while there are none, nothing need be prepared for them."""
-        return len(self._outputs)
+        return len(self._registry.outputs)
 
     @property
     def sources(self) -> list[str]:
@@ -170,8 +181,7 @@ class Port:
     @property
     def dropped(self) -> int:
         """Messages that present readers were too slow for, all together."""
-        with self._lock:
-            return sum(output.dropped for output in self._outputs)
+        return sum(output.dropped for output in self._registry.outputs)
 
     def place(self) -> str:
         """`tcp://HOST:PORT/`."""
@@ -179,11 +189,7 @@ class Port:
 
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
         """The carrier of each connection, by the name at its other end."""
-        with self._lock:
-            if outgoing:
-                return {output.reader: output.carrier_text for output in self._outputs}
-            known = [connection.info for connection in self._inputs if connection.peer]
-            return {info.peer: info.carrier for info in known}
+        return self._registry.carriers(outgoing=outgoing)
 
     def add(self, target: Target) -> None:
         """Connect to a reader; one connected already is dropped first.
@@ -200,11 +206,23 @@ class Port:
         if not self.sends:
             raise TransportError("Outputs not allowed")
         address = self.locate(target.name)
+        if not self._allowed.allows(address[0], self.contact.host):
+            raise TransportError(f"{address[0]} is not among the allowed addresses ({self._allowed})")
         self.remove_output(target.name)
-        sock = dial(self.name, target.sender(self.name), target.name, address, carrier, self.key)
-        self._start(
-            Output(self.name, target.name, carrier, sock, carrier_text=target.carrier, on_close=self._gone)
-        )
+        link = connect(self.name, target.sender(self.name), target.name, address, carrier, self.key)
+        self._start(self._output(target.name, carrier, link, target.carrier))
+
+    def note_refusal(self, name: str, error: GrabberError) -> None:
+        """Log a connection that somebody asked for in vain; a carrier or plug-in that we lack as a warning.
+
+        Each is warned of once, so that whoever tries again and again does not fill the log.
+        """
+        level, reason = logging.INFO, str(error)
+        known = reason in self._refusals or len(self._refusals) >= _MOST_REFUSALS
+        if isinstance(error, LocalProtocolError) and not known:
+            self._refusals.add(reason)
+            level = logging.WARNING
+        log.log(level, "%s: no connection to %s: %s", self.name, name, error)
 
     def locate(self, name: str) -> tuple[str, int]:
         """Host and port of a name. Raises SourceNotFoundError, SourceUnavailableError."""
@@ -221,16 +239,14 @@ class Port:
 
     def remove_output(self, name: str) -> bool:
         """Drop the connections to `name`; whether there were any."""
-        with self._lock:
-            found = [output for output in self._outputs if output.reader == name]
+        found = self._registry.outputs_to(name)
         for output in found:
             self._drop(output)
         return bool(found)
 
     def remove_input(self, name: str) -> bool:
         """Drop the connections from `name`; whether there were any."""
-        with self._lock:
-            found = [connection for connection in self._inputs if connection.peer == name]
+        found = self._registry.inputs_from(name)
         for connection in found:
             connection.close()
         return bool(found)
@@ -240,36 +256,32 @@ class Port:
             f"Cannot pull from {target.name}: this port takes no input over {target.carrier}"
         )
 
+    def _output(self, reader: str, carrier: Carrier, link: Link, carrier_text: str = "") -> Output:
+        return Output(
+            self.name, reader, carrier, link, carrier_text=carrier_text, on_close=self._registry.remove
+        )
+
     def _start(self, output: Output) -> None:
-        with self._lock:
-            self._outputs = [*self._outputs, output]
-        output.start()
+        self._registry.make_room(output.address)
+        self._registry.add(output)
+        try:
+            output.start()
+        except GrabberError:
+            self._registry.remove(output)
+            raise
 
     def _drop(self, output: Output) -> None:
         output.close()
-        self._gone(output)
+        self._registry.remove(output)
         if output.carrier.datagrams and output.reader.startswith("/"):
-            # Nobody notices the end of a stream of datagrams: it must be told.
-            self._tell(output.reader)
-
-    def _gone(self, output: Output) -> None:
-        with self._lock:
-            self._outputs = [other for other in self._outputs if other is not output]
-
-    def _tell(self, reader: str) -> None:
-        try:
-            sock = sockets.connect(self.locate(reader), 1.0, self.key)
             try:
-                sockets.send(sock, [f"CONNECT admin\r\n~{self.name}\r\nq\r\n".encode()])
-                sock.recv(1024)
-            finally:
-                sock.close()
-        except (GrabberError, OSError) as error:
-            log.debug("%s: %s was not told of the end: %s", self.name, reader, error)
+                report_end(self.name, self.locate(output.reader), self.key)
+            except GrabberError as error:
+                log.debug("%s: %s does not know of the end: %s", self.name, output.reader, error)
 
     def send(self, parts: Sequence[Buffer], envelope: str = "") -> None:
         """Give a message to every reader; never waits, and holds `parts` until all have it."""
-        outputs = self._outputs
+        outputs = self._registry.outputs
         if outputs:
             message = Outgoing(parts, envelope)
             for output in outputs:
@@ -278,25 +290,19 @@ class Port:
     def wait_sent(self, timeout: float) -> bool:
         """Wait until every reader has taken up the last message: for those who must not lose any."""
         deadline = time.monotonic() + timeout
-        return all(output.wait_taken(deadline - time.monotonic()) for output in self._outputs)
+        return all(output.wait_taken(deadline - time.monotonic()) for output in self._registry.outputs)
 
     # -- what inputs call ------------------------------------------------------------------------
-    def admit(self, connection: Input) -> None:
-        """A connection that has told its name; an older one of the same port gives way."""
+    def register(self, connection: Input) -> None:
+        """Accept a connection whose sender is known, and close any older connection from the same port."""
         if connection.peer.startswith("/"):
-            with self._lock:
-                older = [
-                    other
-                    for other in self._inputs
-                    if other is not connection and other.peer == connection.peer
-                ]
-            for other in older:
-                other.close()
+            for other in self._registry.inputs_from(connection.peer):
+                if other is not connection:
+                    other.close()
 
-    def leave(self, connection: Input) -> None:
-        """A connection that has ended."""
-        with self._lock:
-            self._inputs = [other for other in self._inputs if other is not connection]
+    def unregister(self, connection: Input) -> None:
+        """Forget a connection that has ended."""
+        self._registry.remove(connection)
 
     def allocate(self, size: int) -> memoryview:
         """Memory for a body; that of pictures is used again and again."""
@@ -324,49 +330,60 @@ class Port:
         """What a browser gets: who is connected, and the pictures where it sends some."""
         return web_page.encode_page(self.name, self.line("*"), pictures=self.sends)
 
-    def legacy(self, connection: Input, greeting: bytes) -> None:
-        """Questions to a name server, which this is not."""
+    def answer_name_query(self, line: str, asker: str) -> str:
+        """Refuse a line to a name server, which this port is not."""
         raise RemoteProtocolError(f"{self.name} is no name server")
 
-    def attach(self, reader: str, carrier: Carrier, sock: socket.socket) -> Callable[[], None]:
-        """Send the output on a socket that a reader opened."""
+    def attach(self, reader: str, carrier: Carrier, link: Link) -> Output:
+        """Send the output on a connection that a reader opened. Raises GrabberError."""
         if not self.sends:
-            sock.close()
+            link.sock.close()
             raise TransportError(f"{self.name} sends nothing")
-        output = Output(self.name, reader, carrier, sock, on_close=self._gone)
+        output = self._output(reader, carrier, link)
         self._start(output)
-        return lambda: self._drop(output)
+        return output
 
     # -- threads ---------------------------------------------------------------------------------
     def _accept(self) -> None:
         listener, wake = self._listener, self._wake
         assert listener and wake
-        while not self._closing.is_set():
-            select.select([listener, wake[0]], [], [])
-            try:
-                sock, address = listener.accept()
-            except OSError:
-                continue
-            sock.setblocking(True)
-            with self._lock:
-                full = len(self._inputs) >= INPUT_LIMIT
-            if full:
-                log.warning(
-                    "%s: connection from %s:%d refused, %d are open", self.name, *address[:2], INPUT_LIMIT
-                )
-                sockets.hang_up(sock)
-                continue
-            self._welcome(sock)
+        with _Selector() as selector:
+            selector.register(listener, selectors.EVENT_READ)
+            selector.register(wake[0], selectors.EVENT_READ)
+            while not self._closing.is_set():
+                selector.select()
+                try:
+                    sock, address = listener.accept()
+                except OSError as error:
+                    if failure := ResourceExhaustedError.of(error):
+                        self._wait_for_resources(str(failure))
+                    continue
+                sock.setblocking(True)
+                if self._allowed.allows(address[0], sock.getsockname()[0]):
+                    self._welcome(sock, address[0])
+                else:
+                    self._strangers.warn(f"connection from {address[0]} refused, allowed are {self._allowed}")
+                    sockets.shut_down(sock)
 
-    def _welcome(self, sock: socket.socket) -> None:
+    def _welcome(self, sock: socket.socket, address: str) -> None:
+        self._registry.make_room(address)
         try:
             connection = Input(self, sock)
-        except OSError:  # gone before we looked
+        except OSError:  # the peer has closed it already
             sock.close()
             return
-        with self._lock:
-            self._inputs = [*self._inputs, connection]
-        connection.start()
+        self._registry.add(connection)
+        try:
+            connection.start()
+        except RuntimeError:
+            self._registry.shut_down(connection)
+            sock.close()
+            self._wait_for_resources(sockets.NO_MORE_THREADS)
+
+    def _wait_for_resources(self, reason: str) -> None:
+        """Close a connection if possible, and pause before the next peer."""
+        self._registry.free_resources(reason)
+        self._closing.wait(_PAUSE_SECONDS)
 
 
 def _any(address: str) -> bool:

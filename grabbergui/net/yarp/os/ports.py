@@ -6,14 +6,17 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, RemoteProtocolError, TransportError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import mjpeg, sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
+from grabbergui.net.yarp.os.carrier import Header
+from grabbergui.net.yarp.os.link import administer, greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.port import Port
@@ -37,9 +40,10 @@ class OutputPort(Port):
         handler: Handler | None = None,
         bind: str = "",
         port: int = 0,
+        allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
         """With a `handler` it also answers requests, as a frame grabber's image port does."""
-        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT)
+        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT, allowed=allowed)
         self._handler = handler
 
     def write(self, header: Buffer, payload: Buffer = b"", envelope: str = "") -> None:
@@ -64,9 +68,16 @@ class RpcServer(Port):
     sends = False
 
     def __init__(
-        self, name: str, handler: Handler, names: NameClient | None = None, *, bind: str = "", port: int = 0
+        self,
+        name: str,
+        handler: Handler,
+        names: NameClient | None = None,
+        *,
+        bind: str = "",
+        port: int = 0,
+        allowed: AllowedAddresses = EVERYBODY,
     ) -> None:
-        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT)
+        super().__init__(name, names, bind=bind, port=port, limit=RPC_LIMIT, allowed=allowed)
         self._handler = handler
 
     def deliver(self, request: Request) -> Reply:
@@ -91,6 +102,7 @@ class InputPort(Port):
         self._arrived: SimpleQueue[tuple[memoryview | bytes, str] | None] = SimpleQueue()
         "Messages and envelopes; a JPEG picture as bytes; None once the port is closed."
         self._putting = threading.Lock()
+        self._pulling = threading.Lock()
         self._pulled: dict[str, _Puller] = {}
 
     def read(self, timeout: float) -> tuple[memoryview, str]:
@@ -149,7 +161,7 @@ class InputPort(Port):
 
     def remove_input(self, name: str) -> bool:
         """Drop the connections from `name`; whether there were any."""
-        with self._lock:
+        with self._pulling:
             puller = self._pulled.pop(name, None)
         if puller:
             puller.close()
@@ -189,12 +201,12 @@ class InputPort(Port):
         address = self.locate(target.name)
         self.remove_input(target.name)
         puller = _Puller(self.name, target.name, address, self.key, self._put, self._pull_ended)
-        with self._lock:
+        with self._pulling:
             self._pulled[target.name] = puller
         puller.start()
 
     def _pull_ended(self, puller: _Puller) -> None:
-        with self._lock:
+        with self._pulling:
             if self._pulled.get(puller.source) is puller:
                 del self._pulled[puller.source]
 
@@ -216,61 +228,37 @@ class _Puller:
         self._put = put
         self._on_end = on_end
         self._closed = False
-        self._sock = sockets.connect(address, key=key)
-        sockets.set_deadline(self._sock, None)
+        self._link, _ = greet(sockets.connect(address, key=key), Header(wire.MJPEG, address[0]))
+        sockets.set_deadline(self._link.sock, None)
         self._thread = threading.Thread(target=self._run, name=f"yarp {reader} from {source}", daemon=True)
 
     def start(self) -> None:
-        """Ask for the stream."""
-        sockets.send(self._sock, [mjpeg.REQUEST % self._sock.getpeername()[0].encode()])
+        """Start to receive."""
         self._thread.start()
 
     def close(self) -> None:
         """Hang up."""
         self._closed = True
         with suppress(OSError):
-            self._sock.shutdown(socket.SHUT_RDWR)
+            self._link.sock.shutdown(socket.SHUT_RDWR)
         if self._thread is not threading.current_thread() and self._thread.ident is not None:
             self._thread.join(5)
 
     def _run(self) -> None:
         stream = mjpeg.StreamReader()
         try:
-            while data := self._sock.recv(1 << 18):
+            data = self._link.connection.trailing_data
+            while data:
                 for jpeg in stream.feed(data)[-1:]:
                     self._put(jpeg)
+                data = self._link.sock.recv(1 << 18)
             raise TransportError("the source closed the connection")
         except (GrabberError, OSError) as error:
             if not self._closed:
                 log.info("%s: connection from %s (mjpeg) closed: %s", self._reader, self.source, error)
         finally:
-            sockets.hang_up(self._sock)
+            self._link.close()
             self._on_end(self)
-
-
-def administer(
-    address: tuple[str, int], request: Bottle, key: bytes | None = None, timeout: float = 5.0
-) -> Bottle:
-    """Ask a port to do something, as `yarp connect` does: by text_ack. Raises TransportError."""
-    sock = sockets.connect(address, timeout, key)
-    try:
-        sockets.send(
-            sock, [wire.encode_greeting(wire.TEXT_ACK, "admin"), f"a\r\n{request.to_text()}\r\n".encode()]
-        )
-        data, deadline = b"", time.monotonic() + timeout
-        while not data.endswith(b"<ACK>\r\n"):
-            more = sock.recv(65536) if time.monotonic() < deadline else b""
-            data += more
-            if not more or len(data) > RPC_LIMIT:
-                raise TransportError(f"the port at {address[0]}:{address[1]} did not answer")
-    except OSError as error:
-        raise TransportError(
-            f"the port at {address[0]}:{address[1]} did not answer: {sockets.reason(error)}"
-        ) from error
-    finally:
-        sock.close()
-    _, _, answer = data.decode("utf-8", "surrogateescape").partition("\r\n")
-    return Bottle.from_text(answer.removesuffix("<ACK>\r\n"))
 
 
 def _handled(name: str, handler: Handler | None, request: Request) -> Reply:
@@ -281,8 +269,3 @@ def _handled(name: str, handler: Handler | None, request: Request) -> Reply:
     except GrabberError as error:
         log.info("%s: request of %s refused: %s", name, request.info.peer, error)
         return Bottle([Vocab("fail"), str(error)])
-
-
-def ping(address: tuple[str, int], key: bytes | None = None, timeout: float = 2.0) -> Sequence[object]:
-    """What a port says to `[ver]`, as `yarp ping` asks it. Raises TransportError."""
-    return administer(address, Bottle([Vocab("ver")]), key, timeout)

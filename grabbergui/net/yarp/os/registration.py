@@ -1,4 +1,4 @@
-"""A port's entry with the name server, and a thread that sees to it that it stays there."""
+"""A port's entry with the name server, and a thread that keeps it there."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from grabbergui.net.yarp.os.names import Contact
 log = logging.getLogger(__name__)
 
 KEEP_SECONDS: Final = 5.0
-"""How often a port looks whether the name server still knows it."""
+"""How often a port asks whether the name server still knows it."""
+
+LONGEST_WAIT: Final = 300.0
+"""Between two announcements of a name that somebody else takes again and again."""
 
 
 class Registration:
@@ -56,22 +59,30 @@ class Registration:
         self._names.set_property(contact.name, "process", str(os.getpid()))
 
     def _keep(self) -> None:
-        """Come back into the books of a name server that was restarted."""
-        name, lost = self._contact.name, False
-        while not self._closing.wait(KEEP_SECONDS):
+        """Announce the name again when the name server forgot it or another port took it."""
+        name, unreachable, wait = self._contact.name, False, KEEP_SECONDS
+        while not self._closing.wait(wait):
             try:
                 known = self._names.query(name)
-                if known.address != self._contact.address:
-                    log.warning("%s: the name was taken over by %s:%d", name, *known.address)
-                    return
-                lost = False
+                unreachable = False
+                if known.address == self._contact.address:
+                    wait = max(KEEP_SECONDS, wait / 2)
+                    continue
+                # The longer the dispute, the rarer: two ports of one name must not load the name server.
+                wait = min(2 * wait, LONGEST_WAIT)
+                log.warning(
+                    "%s: %s:%d took this name at the name server; it is registered again, and looked after "
+                    "in %g s",
+                    *(name, *known.address, wait),
+                )
+                self._register()
             except SourceNotFoundError:
                 self._quietly(self._register)
                 log.info("%s: registered again", name)
             except GrabberError as error:
-                if not lost:
+                if not unreachable:
                     log.warning("%s: %s", name, error)
-                lost = True
+                unreachable = True
 
     def _quietly(self, action: Callable[..., object], *arguments: str) -> None:
         try:

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.net.costly_work import costly_work
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.values import Dialect
+
+_LIGHT: Final = 2048
+"""Bytes of a request that is read at once; longer ones wait for their turn."""
 
 Reply = Bottle | Buffer | Sequence[Buffer] | str | None
 """A Bottle, its binary form, or text that goes as it is; None says nothing."""
@@ -44,7 +50,7 @@ class Request:
     @property
     def wants_reply(self) -> bool:
         """Whether the peer waits for an answer."""
-        return self.message.letter == "d"
+        return self.message.code == "d"
 
     @property
     def data(self) -> memoryview:
@@ -60,12 +66,20 @@ class Request:
             return Dialect.YARP3
 
     def bottle(self) -> Bottle:
-        """The message as a Bottle. Raises RemoteProtocolError."""
-        return (
-            Bottle.from_text(self.message.text)
-            if not len(self.message.body)
-            else Bottle.decode(self.message.body)
-        )
+        """Return the message as a Bottle, which is read once. Raises RemoteProtocolError."""
+        return self._bottle
+
+    @cached_property
+    def _bottle(self) -> Bottle:
+        message = self.message
+        if len(message.body) + len(message.text) <= _LIGHT:
+            return _read(message)
+        with costly_work.turn(self.info.address[0]):
+            return _read(message)
+
+
+def _read(message: Message) -> Bottle:
+    return Bottle.decode(message.body) if len(message.body) else Bottle.from_text(message.text)
 
 
 def encode_reply(reply: Reply) -> list[Buffer]:

@@ -7,19 +7,21 @@ into many small ones.
 from __future__ import annotations
 
 import errno
+import select
 import socket
 import struct
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 
-from grabbergui.core.errors import AckTimeoutError, TransportError
+from grabbergui.core.errors import AckTimeoutError, ResourceExhaustedError, TransportError
 from grabbergui.net.yarp.os.auth import MESSAGE, Handshake
 from grabbergui.net.yarp.os.bottle import Buffer
 
 BUFFER_BYTES = 4 << 20
 CONNECT_TIMEOUT = 5.0
 _GATHER = 64
+NO_MORE_THREADS = "this program has as many threads as it may (`ulimit -u`, systemd's TasksMax)"
 
 
 def connect(
@@ -30,7 +32,9 @@ def connect(
     try:
         sock = socket.create_connection(address, timeout)
     except OSError as error:
-        raise TransportError(f"nothing answers at {host}:{port}: {reason(error)}") from error
+        raise ResourceExhaustedError.of(error) or TransportError(
+            f"nothing answers at {host}:{port}: {reason(error)}"
+        ) from error
     try:
         prepare(sock)
         set_deadline(sock, timeout)
@@ -48,6 +52,8 @@ def listen(address: tuple[str, int]) -> socket.socket:
     try:
         return socket.create_server(address, backlog=128)
     except OSError as error:
+        if failure := ResourceExhaustedError.of(error):
+            raise failure from error
         hint = "" if error.errno == errno.EADDRINUSE else "; is it an address of this machine?"
         place = f"{host}:{port}" if port else host
         raise TransportError(f"cannot listen at {place}: {reason(error)}{hint}") from error
@@ -85,7 +91,10 @@ def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
     total = 0
     try:
         while pending:
-            sent = sock.sendmsg(pending[:_GATHER])
+            if sys.platform == "win32":
+                sent = sock.send(pending[0])
+            else:
+                sent = sock.sendmsg(pending[:_GATHER])
             total += sent
             while sent and pending:
                 if sent < len(pending[0]):
@@ -99,6 +108,18 @@ def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
     return total
 
 
+def closed_by_peer(sock: socket.socket) -> bool:
+    """Return whether the peer closed a connection on which it never sends anything. Does not wait."""
+    try:
+        if sys.platform == "win32":
+            return bool(select.select([sock], [], [], 0)[0]) and not sock.recv(1, socket.MSG_PEEK)
+        return not sock.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
 def receive_some(sock: socket.socket, into: memoryview, *, all_of_it: bool = False) -> int:
     """Read what has come, or `all_of_it` unless the deadline passes before; 0 means the peer has closed.
 
@@ -106,6 +127,16 @@ def receive_some(sock: socket.socket, into: memoryview, *, all_of_it: bool = Fal
     """
     try:
         return sock.recv_into(into, 0, socket.MSG_WAITALL if all_of_it else 0)
+    except BlockingIOError as error:
+        raise AckTimeoutError("the peer sends nothing") from error
+    except OSError as error:
+        raise TransportError(f"the connection broke: {reason(error)}") from error
+
+
+def receive(sock: socket.socket, size: int) -> bytes:
+    """Return up to `size` bytes that have arrived, none if the peer has closed. Raises as `receive_some`."""
+    try:
+        return sock.recv(size)
     except BlockingIOError as error:
         raise AckTimeoutError("the peer sends nothing") from error
     except OSError as error:
@@ -136,11 +167,19 @@ def authenticate(sock: socket.socket, key: bytes, *, accepting: bool) -> None:
             send(sock, [answer])
 
 
-def hang_up(sock: socket.socket) -> None:
+def shut_down(sock: socket.socket) -> None:
     """Close it, waking whoever waits in it. Never raises."""
     with suppress(OSError):
         sock.shutdown(socket.SHUT_RDWR)
     sock.close()
+
+
+def peer_address(sock: socket.socket) -> str:
+    """The IP address at the other end; empty where that is gone already."""
+    try:
+        return str(sock.getpeername()[0])
+    except OSError:
+        return ""
 
 
 def local_address_towards(host: str, port: int) -> str:
@@ -151,4 +190,6 @@ def local_address_towards(host: str, port: int) -> str:
             probe.connect(address)
             return str(probe.getsockname()[0])
     except OSError as error:
-        raise TransportError(f"no way to {host}:{port}: {reason(error)}") from error
+        raise ResourceExhaustedError.of(error) or TransportError(
+            f"no way to {host}:{port}: {reason(error)}"
+        ) from error

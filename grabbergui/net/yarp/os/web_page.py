@@ -13,6 +13,20 @@ LINE_LIMIT: Final = 8192
 
 NOT_FOUND: Final = b"HTTP/1.0 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n"
 
+BOUNDARY: Final = b"--boundarydonotcross\r\n"
+"""Between two JPEG images over mjpeg."""
+
+STREAM_REQUEST: Final = b"GET /?action=stream\n\n HTTP/1.1\nHost: %s\r\n\n"
+"""As YARP's readers of mjpeg send it, odd line ends included; `%s` is the source's address."""
+
+STREAM_RESPONSE: Final = (
+    b"HTTP/1.0 200 OK\r\nConnection: close\r\nServer: yarp/mjpeg_carrier/0.1\r\n"
+    b"Cache-Control: no-store, no-cache, must-revalidate, pre-check=0, post-check=0, max-age=0\r\n"
+    b"Pragma: no-cache\r\nExpires: Mon, 3 Jan 2000 12:34:56 GMT\r\n"
+    b"Content-Type: multipart/x-mixed-replace;boundary=boundarydonotcross\r\n\r\n" + BOUNDARY
+)
+"""As YARP's sources of mjpeg answer."""
+
 PICTURES: Final = "/?action=stream"
 """Where a port's pictures are fetched over mjpeg."""
 

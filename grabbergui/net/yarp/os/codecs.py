@@ -1,0 +1,409 @@
+"""The events of a connection as bytes, in binary, in text mode, and on a name server's lines. No I/O.
+
+A reader takes one event from the start of the buffer. It returns None while the event is incomplete, and
+raises RemoteProtocolError if the bytes cannot become one. It is called only when the phase allows its event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import web_page
+from grabbergui.net.yarp.os.bottle import Buffer
+from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.framing import BottleScanner, LineReader, Receiver, TextBottle
+from grabbergui.net.yarp.os.names import finished
+from grabbergui.net.yarp.os.values import Dialect
+
+REPLY_LIMIT: Final = 1 << 28
+"""Size of a reply in binary form, in bytes: an image fits."""
+
+TEXT_REPLY_LIMIT: Final = 16 << 20
+"""Size of a reply in text mode, in bytes."""
+
+NAMES_LIMIT: Final = 4 << 20
+"""Size of a name server's answer, in bytes."""
+
+_ACK_LINE: Final = "<ACK>"
+_MARK: Final = 8
+"""Size of what begins every header and is all of an acknowledgement, in bytes."""
+
+
+class ReceiveBuffer:
+    """Bytes that arrived and were not decoded yet."""
+
+    def __init__(self) -> None:
+        self.data = bytearray()
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def add(self, data: Buffer) -> None:
+        """Append bytes."""
+        self.data += data
+
+    def take(self, size: int) -> memoryview:
+        """Remove and return the first bytes. Copies only those that follow."""
+        taken, self.data = memoryview(self.data)[:size], self.data[size:]
+        return taken
+
+
+class Codec:
+    """Reads and writes the events of one kind of carrier; this one, of none."""
+
+    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
+        self.dialect = Dialect.YARP3
+        "Of the Bottles in replies."
+        self.raw_replies = False
+        "Whether a reply is any bytes before an acknowledgement."
+        self.missing = 1
+        "Bytes that the next event lacks at least."
+        self._allocate = allocate
+        self._limit = limit
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing of the next message is held here."""
+        return True
+
+    @property
+    def wanted(self) -> memoryview | None:
+        """Memory for the next bytes of messages, where they need not pass through the buffer."""
+        return None
+
+    @property
+    def in_body(self) -> bool:
+        """Whether `wanted` is the rest of a body."""
+        return False
+
+    def received(self, count: int) -> None:
+        """Accept `count` bytes in `wanted`."""
+
+    def release(self) -> bytes:
+        """Remove and return bytes held here that belong to no message."""
+        return b""
+
+    def read_header(self, data: ReceiveBuffer) -> Header | None:
+        """Read what an opener sends first."""
+        return None
+
+    def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
+        """Read what an acceptor answers."""
+        return None
+
+    def read_message(self, data: ReceiveBuffer) -> Message | None:
+        """Read a message."""
+        return None
+
+    def read_reply(self, data: ReceiveBuffer) -> Reply | None:
+        """Read the reply to a message."""
+        return None
+
+    def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
+        """Read a reply, or the acknowledgement where there is none."""
+        return None
+
+    def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
+        """Read the acknowledgement of a message."""
+        return None
+
+    def write(self, event: Event) -> list[Buffer]:
+        """Return the event's bytes in pieces."""
+        raise LocalProtocolError(f"a {type(event).__name__} has no form on this carrier")
+
+
+class HeaderCodec(Codec):
+    """Reads the header of any carrier, which decides about the codec of what follows."""
+
+    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
+        super().__init__(allocate, limit)
+        self._lines = LineReader()
+        self._request: list[str] = []
+        self._request_lines = LineReader(web_page.LINE_LIMIT)
+
+    def read_header(self, data: ReceiveBuffer) -> Header | None:
+        """Read the carrier and the sender's name."""
+        if len(data) < _MARK and not self._request:
+            return None
+        carrier = wire.MJPEG if self._request else wire.identify(data.data)
+        if carrier is wire.NAME_SER:
+            return Header(carrier, "name client")
+        if carrier.pull:
+            return self._read_request(data)
+        if carrier.text:
+            return self._read_text(data, carrier)
+        if len(data) < _MARK + 4:
+            return None
+        end = _MARK + 4 + wire.decode_name_size(data.data[_MARK : _MARK + 4])
+        if len(data) < end:
+            return None
+        return Header(carrier, wire.decode_name(data.take(end)[_MARK + 4 :]))
+
+    def _read_text(self, data: ReceiveBuffer, carrier: Carrier) -> Header | None:
+        line = self._lines.take(data.data)
+        if line is None:
+            return None
+        sender = line[_MARK:]
+        if len(sender) > wire.NAME_LIMIT:
+            raise RemoteProtocolError(
+                f"sender's name of {len(sender)} characters, allowed are {wire.NAME_LIMIT}"
+            )
+        return Header(carrier, sender.strip())
+
+    def _read_request(self, data: ReceiveBuffer) -> Header | None:
+        """Read an HTTP request up to the blank line that ends it."""
+        while (line := self._request_lines.take(data.data)) is not None:
+            if not line:
+                first = self._request[0]
+                if wire.identify(first.encode("utf-8", "surrogateescape")) is wire.MJPEG:
+                    return Header(wire.MJPEG, "mjpeg reader", first)
+                return Header(wire.HTTP, "browser", first)
+            self._request.append(line)
+            if len(self._request) > web_page.REQUEST_LINES:
+                raise RemoteProtocolError("HTTP request without an end")
+        return None
+
+    @property
+    def idle(self) -> bool:
+        """Whether no line of an HTTP request was read."""
+        return not self._request
+
+
+class BinaryCodec(Codec):
+    """tcp, fast_tcp, and the header of udp."""
+
+    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
+        super().__init__(allocate, limit)
+        self._receiver: Receiver | None = None
+        self._scanner: BottleScanner | None = None
+
+    @property
+    def _messages(self) -> Receiver:
+        """The receiver, made when it is needed: a sender of messages has none."""
+        if self._receiver is None:
+            self._receiver = Receiver(allocate=self._allocate, limit=self._limit)
+        return self._receiver
+
+    @property
+    def wanted(self) -> memoryview:
+        """Memory for the next bytes of messages."""
+        return self._messages.wanted
+
+    @property
+    def in_body(self) -> bool:
+        """Whether `wanted` is the rest of a body."""
+        return self._messages.in_body
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing of the next message is held here."""
+        return self._receiver is None or self._receiver.idle
+
+    def received(self, count: int) -> None:
+        """Accept `count` bytes in `wanted`."""
+        self._messages.received(count)
+
+    def release(self) -> bytes:
+        """Remove and return bytes after the last message."""
+        return self._receiver.release() if self._receiver else b""
+
+    def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
+        """Read eight bytes with a port number."""
+        return HeaderReply(wire.decode_number(data.take(_MARK))) if len(data) >= _MARK else None
+
+    def read_message(self, data: ReceiveBuffer) -> Message | None:
+        """Read index, command and body."""
+        receiver = self._messages
+        while (message := receiver.take()) is None and data:
+            del data.data[: receiver.copy(data.data)]
+        return message
+
+    def read_reply(self, data: ReceiveBuffer) -> Reply | None:
+        """Read a Bottle, or all before an acknowledgement."""
+        if self.raw_replies:
+            size, complete = len(data) - len(wire.ACK), data.data.endswith(wire.ACK)
+        else:
+            self._scanner = self._scanner or BottleScanner(self.dialect, REPLY_LIMIT)
+            size = self._scanner.scan(data.data)
+            complete = size <= len(data)
+        if not complete:
+            self.missing = max(1, size - len(data))
+            return None
+        self._scanner, self.missing = None, 1
+        return Reply(data.take(size))
+
+    def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
+        """Read a Bottle or an acknowledgement, whose first two bytes no Bottle begins with."""
+        if len(data) < _MARK:
+            return None
+        return self.read_acknowledgement(data) if data.data.startswith(b"YA") else self.read_reply(data)
+
+    def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
+        """Read eight bytes."""
+        if len(data) < _MARK:
+            return None
+        if not data.data.startswith(b"YA"):
+            raise RemoteProtocolError(
+                f"{bytes(data.data[:_MARK])!r} where a reply or its acknowledgement was expected"
+            )
+        wire.decode_number(data.take(_MARK))
+        return Ack()
+
+    def write(self, event: Event) -> list[Buffer]:
+        """Return the event's bytes in pieces."""
+        match event:
+            case Message():
+                return wire.encode_message(event.command, event.parts or ([event.body] if event.body else ()))
+            case Reply():
+                return list(event.parts) or [event.body]
+            case Ack():
+                return [wire.ACK]
+            case Header():
+                return [wire.encode_header(event.carrier, event.sender)]
+            case HeaderReply():
+                return [wire.encode_number(event.number)]
+        return super().write(event)
+
+
+class TextCodec(Codec):
+    """text and text_ack: lines."""
+
+    def __init__(self, allocate: Callable[[int], memoryview], limit: int) -> None:
+        super().__init__(allocate, limit)
+        self._lines = LineReader()
+        self._reply_lines = LineReader(TEXT_REPLY_LIMIT)
+        self._command = ""
+        self._bottle: TextBottle | None = None
+        self._reply: list[str] = []
+        self._acknowledged = False
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing of the next message is held here."""
+        return self._bottle is None and not self._reply
+
+    def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
+        """Read `Welcome SENDER`."""
+        line = self._lines.take(data.data)
+        return None if line is None else HeaderReply(sender=line.partition(" ")[2])
+
+    def read_message(self, data: ReceiveBuffer) -> Message | None:
+        """Read a command's line, and the lines of a Bottle where one follows."""
+        while (line := self._lines.take(data.data)) is not None:
+            if self._bottle is not None:
+                text = self._bottle.add(line)
+                if text is not None:
+                    self._bottle = None
+                    return Message(self._command, text=text)
+            elif line and line[0] in "adD":
+                self._command, self._bottle = line, TextBottle()
+            elif line:
+                return Message(line)
+        return None
+
+    def read_reply(self, data: ReceiveBuffer) -> Reply | None:
+        """Read one line."""
+        line = self._reply_lines.take(data.data)
+        return None if line is None else Reply(text=line)
+
+    def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
+        """Read the lines before `<ACK>`, or that line where there is no reply."""
+        while (line := self._reply_lines.take(data.data)) is not None:
+            if line != _ACK_LINE:
+                self._reply.append(line)
+                continue
+            if not self._reply:
+                return Ack()
+            text, self._reply, self._acknowledged = "\r\n".join(self._reply), [], True
+            return Reply(text=text)
+        return None
+
+    def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
+        """Return the acknowledgement that ended the reply."""
+        acknowledged, self._acknowledged = self._acknowledged, False
+        return Ack() if acknowledged else None
+
+    def write(self, event: Event) -> list[Buffer]:
+        """Return the event's lines."""
+        match event:
+            case Header():
+                return [wire.encode_header(event.carrier, event.sender)]
+            case HeaderReply():
+                return _encode_lines(f"Welcome {event.sender}")
+            case Message() if event.code in ("a", "d", "D"):
+                return _encode_lines(event.command, event.text)
+            case Message():
+                return _encode_lines(event.command)
+            case Reply():
+                return _encode_lines(event.text)
+            case Ack():
+                return _encode_lines(_ACK_LINE)
+        return super().write(event)
+
+
+class NameCodec(TextCodec):
+    """A name server's line protocol."""
+
+    def read_message(self, data: ReceiveBuffer) -> Message | None:
+        """Read a request, which is one line."""
+        line = self._lines.take(data.data)
+        return None if line is None else Message("d", text=line)
+
+    def read_reply(self, data: ReceiveBuffer) -> Reply | None:
+        """Read lines up to the one that ends an answer."""
+        while (line := self._reply_lines.take(data.data)) is not None:
+            self._reply.append(line)
+            if finished(self._reply):
+                lines, self._reply = self._reply, []
+                return Reply(text="\r\n".join(lines))
+        if len(data) + sum(map(len, self._reply)) > NAMES_LIMIT:
+            raise RemoteProtocolError("its answer has no end")
+        return None
+
+    def write(self, event: Event) -> list[Buffer]:
+        """Return the event's lines; a header has none."""
+        match event:
+            case Header():
+                return []
+            case Message():
+                return _encode_lines(event.text)
+            case Reply():
+                return [event.text.encode("utf-8", "surrogateescape")]
+        return super().write(event)
+
+
+class HttpCodec(Codec):
+    """mjpeg and a browser's request: the header reply is the head of the HTTP response."""
+
+    def __init__(self, carrier: Carrier, allocate: Callable[[int], memoryview], limit: int) -> None:
+        super().__init__(allocate, limit)
+        self._carrier = carrier
+
+    def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
+        """Return as soon as a response begins. It stays in the buffer, since any HTTP camera may send it."""
+        return HeaderReply() if data else None
+
+    def write(self, event: Event) -> list[Buffer]:
+        """Return the request, or the response's head for mjpeg."""
+        match event:
+            case Header() if event.carrier is wire.MJPEG:
+                return [web_page.STREAM_REQUEST % event.sender.encode()]
+            case HeaderReply():  # that of a page has its length in it, so the page's writer makes it
+                return [web_page.STREAM_RESPONSE] if self._carrier is wire.MJPEG else []
+        return super().write(event)
+
+
+def codec_for(carrier: Carrier, allocate: Callable[[int], memoryview], limit: int) -> Codec:
+    """Return the codec of what follows a header."""
+    if carrier.pull:
+        return HttpCodec(carrier, allocate, limit)
+    if carrier is wire.NAME_SER:
+        return NameCodec(allocate, limit)
+    return TextCodec(allocate, limit) if carrier.text else BinaryCodec(allocate, limit)
+
+
+def _encode_lines(*lines: str) -> list[Buffer]:
+    return ["".join(f"{line}\r\n" for line in lines).encode("utf-8", "surrogateescape")]

@@ -1,0 +1,135 @@
+"""A connection on a socket: reads and writes its events. And the requests that any port answers."""
+
+from __future__ import annotations
+
+import socket
+import time
+from typing import TypeVar
+
+from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, TransportError
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Ack, Closed, Event, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.connection import NEED_DATA, Connection, Wait
+from grabbergui.net.yarp.os.values import Vocab
+
+E = TypeVar("E", bound=Event)
+_READ_BYTES = 65536
+_LONG_READ_BYTES = 1 << 20
+
+
+class Link:
+    """A socket and the connection on it. One thread reads, one writes."""
+
+    def __init__(self, sock: socket.socket, connection: Connection) -> None:
+        self.sock = sock
+        self.connection = connection
+        self._limit = 0.0
+        "Of a read, as the kernel keeps it; 0 where others set it."
+
+    def send(self, *events: Event) -> None:
+        """Write events in one go. Raises LocalProtocolError out of turn, AckTimeoutError, TransportError."""
+        send = self.connection.send
+        parts = send(events[0])
+        for event in events[1:]:
+            parts += send(event)
+        sockets.send(self.sock, parts)
+
+    def next_event(self, deadline: float | None = None) -> Event:
+        """Read until the peer's next event is complete.
+
+        `deadline` is a value of `time.monotonic`; without one the socket's own limit holds for each read.
+        Raises AckTimeoutError (call again to go on), TransportError, RemoteProtocolError.
+        """
+        while isinstance(event := self.connection.next_event(), Wait):
+            if event is not NEED_DATA:
+                raise TransportError("the peer has nothing to send now")
+            if deadline is not None:
+                left = deadline - time.monotonic()
+                if left <= 0:
+                    raise AckTimeoutError("the peer did not answer in time")
+                # It costs a system call, so a limit that is a little too long is kept.
+                if not left <= self._limit <= 1.01 * left:
+                    sockets.set_deadline(self.sock, left, sending=False)
+                    self._limit = left
+            self._read()
+        return event
+
+    def expect(self, kind: type[E], deadline: float | None = None) -> E:
+        """Read the next event, which must be of one kind. Raises as `next_event`."""
+        event = self.next_event(deadline)
+        if isinstance(event, Closed):
+            raise TransportError("the peer closed the connection")
+        if not isinstance(event, kind):
+            raise RemoteProtocolError(f"{type(event).__name__} where {kind.__name__} was expected")
+        return event
+
+    def answer(self, deadline: float | None = None) -> Reply | Ack:
+        """Read the answer to a message: the reply, or the acknowledgement alone. Raises as `next_event`."""
+        event = self.next_event(deadline)
+        if isinstance(event, Reply | Ack):
+            return event
+        raise TransportError("the peer closed the connection")
+
+    def close(self) -> None:
+        """Close the socket and wake whoever waits for it. Never raises."""
+        sockets.shut_down(self.sock)
+
+    def _read(self) -> None:
+        connection = self.connection
+        wanted = connection.wanted
+        if wanted is not None:
+            connection.received(sockets.receive_some(self.sock, wanted, all_of_it=connection.in_body))
+        else:
+            size = min(max(_READ_BYTES, connection.missing), _LONG_READ_BYTES)
+            connection.receive_data(sockets.receive(self.sock, size))
+
+
+def greet(sock: socket.socket, header: Header) -> tuple[Link, HeaderReply]:
+    """Exchange headers on a socket that we opened, and close it on failure.
+
+    Raises TransportError, RemoteProtocolError, LocalProtocolError.
+    """
+    link = Link(sock, Connection(opener=True))
+    try:
+        link.send(header)
+        return link, link.expect(HeaderReply)
+    except BaseException:
+        sock.close()
+        raise
+
+
+def administer(
+    address: tuple[str, int], request: Bottle, key: bytes | None = None, timeout: float = 5.0
+) -> Bottle:
+    """Send a port an administrative request over text_ack, as `yarp connect` does. Raises TransportError."""
+    place = f"{address[0]}:{address[1]}"
+    deadline = time.monotonic() + timeout
+    sock = sockets.connect(address, timeout, key)
+    try:
+        link, _ = greet(sock, Header(wire.TEXT_ACK, "admin"))
+        link.send(Message("a", text=request.to_text()))
+        answer = link.answer(deadline)
+    except (RemoteProtocolError, TransportError) as error:
+        raise TransportError(f"the port at {place} did not answer: {error}") from error
+    finally:
+        sock.close()
+    return Bottle.from_text(answer.text if isinstance(answer, Reply) else "")
+
+
+def ping(address: tuple[str, int], key: bytes | None = None, timeout: float = 2.0) -> list[object]:
+    """Return a port's reply to `[ver]`, as `yarp ping` asks for it. Raises TransportError."""
+    return list(administer(address, Bottle([Vocab("ver")]), key, timeout))
+
+
+def report_end(source: str, address: tuple[str, int], key: bytes | None = None) -> None:
+    """Tell a reader over udp that `source` sends no more, which it cannot notice. Raises GrabberError."""
+    sock = sockets.connect(address, 1.0, key)
+    try:
+        link, _ = greet(sock, Header(wire.TEXT, "admin"))
+        link.send(Message(f"~{source}"))
+        link.next_event()
+        link.send(Message("q"))
+    finally:
+        sock.close()

@@ -1,0 +1,171 @@
+"""The connections of a port, and which of them it keeps when there are too many."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Final, Protocol, TypeVar
+
+from grabbergui.net.yarp.os.inputs import Input
+from grabbergui.net.yarp.os.outputs import Output
+
+log = logging.getLogger(__name__)
+
+PORT_LIMIT: Final = 200
+"""Connections of one port at a time, in both directions together. Each costs a thread and a descriptor."""
+
+ADDRESS_LIMIT: Final = 64
+"""Those of them that lead to one address."""
+
+_CROWD: Final = 8
+"""Connections to one address of which one is closed when this process runs out of descriptors."""
+
+_QUIET_SECONDS: Final = 10.0
+"""Between two log entries of one port about strangers, so that a flood does not fill the log."""
+
+
+class Judged(Protocol):
+    """A connection as the limits see it."""
+
+    @property
+    def address(self) -> str:
+        """The peer's IP address."""
+
+    @property
+    def messages(self) -> int:
+        """Messages that it carried so far."""
+
+    @property
+    def active(self) -> float:
+        """When it last carried one, or was opened: seconds of `time.monotonic`."""
+
+
+C = TypeVar("C", bound=Judged)
+
+
+def displaced(connections: Sequence[C], address: str) -> C | None:
+    """Return the connection that gives way to a new one with `address`; None while there is room.
+
+    An address beyond its limit loses its own idlest connection. A full port loses the idlest of the address
+    that has the most.
+    """
+    own = [connection for connection in connections if connection.address == address]
+    if len(own) >= ADDRESS_LIMIT:
+        return idlest(own)
+    if len(connections) < PORT_LIMIT:
+        return None
+    return idlest(_largest_group(connections))
+
+
+def expendable(connections: Sequence[C]) -> C | None:
+    """Return one to close so that descriptors become free; None where no address has a crowd of them."""
+    group = _largest_group(connections)
+    return idlest(group) if len(group) > _CROWD else None
+
+
+def idlest(connections: Sequence[C]) -> C:
+    """Return the one that never carried a message, else whose last message is longest ago."""
+    return min(connections, key=lambda connection: (connection.messages > 0, connection.active))
+
+
+def _largest_group(connections: Sequence[C]) -> list[C]:
+    counts = Counter(connection.address for connection in connections)
+    crowd = counts.most_common(1)[0][0] if counts else ""
+    return [connection for connection in connections if connection.address == crowd]
+
+
+class StrangerLog:
+    """Warnings about strangers, a few a minute however many come. Any thread."""
+
+    def __init__(self, port: str, clock: Callable[[], float] = time.monotonic) -> None:
+        self._port = port
+        self._clock = clock
+        self._next = 0.0
+        self._unsaid = 0
+
+    def warn(self, text: str) -> None:
+        """Log it, or count it where another was logged shortly before."""
+        now = self._clock()
+        if now < self._next:
+            self._unsaid += 1
+            return
+        more = f" ({self._unsaid} more since the last such line)" if self._unsaid else ""
+        self._next, self._unsaid = now + _QUIET_SECONDS, 0
+        log.warning("%s: %s%s", self._port, text, more)
+
+
+class Registry:
+    """The connections of one port in both directions. Any thread."""
+
+    def __init__(self, strangers: StrangerLog) -> None:
+        self.inputs: list[Input] = []
+        "Replaced by every change, never changed, so that it can be read without the lock."
+        self.outputs: list[Output] = []
+        "Like `inputs`."
+        self._strangers = strangers
+        self._lock = threading.RLock()
+
+    def all(self) -> list[Input | Output]:
+        """Return the connections in both directions."""
+        with self._lock:
+            return [*self.inputs, *self.outputs]
+
+    def carriers(self, *, outgoing: bool) -> dict[str, str]:
+        """Return the carrier of each connection, by the name at its other end."""
+        if outgoing:
+            return {output.reader: output.carrier_text for output in self.outputs}
+        known = [connection.info for connection in self.inputs if connection.peer]
+        return {info.peer: info.carrier for info in known}
+
+    def outputs_to(self, reader: str) -> list[Output]:
+        """Return the connections to a reader."""
+        return [output for output in self.outputs if output.reader == reader]
+
+    def inputs_from(self, sender: str) -> list[Input]:
+        """Return the connections from a sender."""
+        return [connection for connection in self.inputs if connection.peer == sender]
+
+    def add(self, connection: Input | Output) -> None:
+        """Add a connection that is not started yet."""
+        with self._lock:
+            if isinstance(connection, Output):
+                self.outputs = [*self.outputs, connection]
+            else:
+                self.inputs = [*self.inputs, connection]
+
+    def remove(self, connection: Input | Output) -> None:
+        """Remove a connection, if it is there."""
+        with self._lock:
+            if isinstance(connection, Output):
+                self.outputs = [other for other in self.outputs if other is not connection]
+            else:
+                self.inputs = [other for other in self.inputs if other is not connection]
+
+    def shut_down(self, connection: Input | Output) -> None:
+        """Close a connection without waiting for its thread, and remove it."""
+        if isinstance(connection, Output):
+            connection.abort()
+        else:
+            connection.close()
+        self.remove(connection)
+
+    def make_room(self, address: str) -> None:
+        """Close a connection if one more with `address` would be too many."""
+        victim = displaced(self.all(), address)
+        if victim is not None:
+            self._strangers.warn(
+                f"a connection with {victim.address} was closed for a newer one with {address}: at most "
+                f"{PORT_LIMIT} are open, {ADDRESS_LIMIT} with one address"
+            )
+            self.shut_down(victim)
+
+    def free_resources(self, reason: str) -> None:
+        """Close the idlest connection of a crowd from one address, so that another peer can connect."""
+        victim = expendable(self.all())
+        if victim is not None:
+            self.shut_down(victim)
+        closed = f"; the idlest connection with {victim.address} was closed" if victim else ""
+        self._strangers.warn(f"nobody can connect: {reason}{closed}")

@@ -1,0 +1,393 @@
+"""A connection without sockets: both ends in memory, recorded bytes of real YARP, and what is refused."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from contextlib import nullcontext
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from yarp_transcripts import Conversation, read, streams
+
+from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError, TransportError
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import web_page
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Ack, Closed, Header, HeaderReply, Message, Reply
+from grabbergui.net.yarp.os.connection import (
+    NEED_DATA,
+    PAUSED,
+    READERS,
+    TRANSITIONS,
+    Connection,
+    Phase,
+    Wait,
+    Who,
+    next_phase,
+)
+from grabbergui.net.yarp.os.values import Dialect, Vocab
+
+BOTTLE = Bottle([1, "two", 2.5])
+BINARY = memoryview(BOTTLE.encode())
+TEXT = BOTTLE.to_text()
+INDEX = b"YA\x0a\0\0\0RP"
+
+
+def message(*blocks):
+    """The bytes of a message, written out here rather than by the code that is tested."""
+    body = b"".join(blocks)
+    start = INDEX + bytes((len(blocks), 1)) + b"\xff" * 8
+    sizes = b"".join(len(block).to_bytes(4, "little") for block in blocks)
+    return start + sizes + bytes(4) + body
+
+
+D = b"\0\0\0\0~d\0\1"
+TURNS = {
+    "tcp": [
+        ("opener", [Header(wire.TCP, "/a")], b"YA\xe4\x1e\0\0RP\x03\0\0\0/a\0"),
+        ("acceptor", [HeaderReply(10002)], b"YA\x12'\0\0RP"),
+        ("opener", [Message("d", BINARY)], message(D, BINARY)),
+        ("acceptor", [Reply(BINARY), Ack()], bytes(BINARY) + b"YA\0\0\0\0RP"),
+        ("opener", [Message("D 3 4.5", BINARY)], message(b"\x08\0\0\0~\0\0\1D 3 4.5\0", BINARY)),
+        ("acceptor", [Ack()], b"YA\0\0\0\0RP"),
+    ],
+    "fast_tcp": [
+        ("opener", [Header(wire.FAST_TCP, "/a (b c)")], b"YA\x64\x1e\0\0RP\x09\0\0\0/a (b c)\0"),
+        ("acceptor", [HeaderReply(10002)], b"YA\x12'\0\0RP"),
+        ("opener", [Message("D", BINARY)], message(b"\0\0\0\0~D\0\1", BINARY)),
+        (
+            "opener",
+            [Message("/in"), Message("d", BINARY)],
+            message(b"\4\0\0\0~\0\0\1/in\0") + message(D, BINARY),
+        ),
+        ("acceptor", [Reply(BINARY)], bytes(BINARY)),
+    ],
+    "tcp, reversed": [
+        ("opener", [Header(wire.TCP, "/a")], b"YA\xe4\x1e\0\0RP\x03\0\0\0/a\0"),
+        ("acceptor", [HeaderReply(1)], b"YA\1\0\0\0RP"),
+        ("opener", [Message("r")], message(b"\0\0\0\0~r\0\1")),
+        ("acceptor", [Ack(), Message("d", BINARY)], b"YA\0\0\0\0RP" + message(D, BINARY)),
+        ("opener", [Reply(BINARY), Ack()], bytes(BINARY) + b"YA\0\0\0\0RP"),
+        ("acceptor", [Message("q")], message(b"\2\0\0\0~\0\0\1q\0")),
+    ],
+    "text": [
+        ("opener", [Header(wire.TEXT, "me")], b"CONNECT me\r\n"),
+        ("acceptor", [HeaderReply(sender="me")], b"Welcome me\r\n"),
+        ("opener", [Message("d", text=TEXT)], b"d\r\n" + TEXT.encode() + b"\r\n"),
+        ("acceptor", [Reply(text=TEXT)], TEXT.encode() + b"\r\n"),
+        ("opener", [Message("/in"), Message("D 3 4.5", text="a")], b"/in\r\nD 3 4.5\r\na\r\n"),
+        ("acceptor", [Reply(text="Added connection")], b"Added connection\r\n"),
+        ("opener", [Message("r")], b"r\r\n"),
+        ("acceptor", [Message("D", text="b")], b"D\r\nb\r\n"),
+    ],
+    "text_ack": [
+        ("opener", [Header(wire.TEXT_ACK, "admin")], b"CONNACK admin\r\n"),
+        ("acceptor", [HeaderReply(sender="admin")], b"Welcome admin\r\n"),
+        ("opener", [Message("a", text="[list] [in]")], b"a\r\n[list] [in]\r\n"),
+        ("acceptor", [Reply(text=""), Ack()], b"\r\n<ACK>\r\n"),
+        ("opener", [Message("*")], b"*\r\n"),
+        ("acceptor", [Reply(text="one\r\ntwo"), Ack()], b"one\r\ntwo\r\n<ACK>\r\n"),
+        ("opener", [Message("D", text="1")], b"D\r\n1\r\n"),
+        ("acceptor", [Ack()], b"<ACK>\r\n"),
+    ],
+    "udp": [
+        ("opener", [Header(wire.UDP, "/a")], b"YA\x61\x1e\0\0RP\x03\0\0\0/a\0"),
+        ("acceptor", [HeaderReply(40000)], b"YA\x40\x9c\0\0RP"),
+    ],
+}
+"""Who acts, its events, and their bytes, by carrier."""
+
+STEPS = pytest.mark.parametrize("step", [1, 7, 1 << 20], ids=["byte by byte", "7 bytes", "whole"])
+
+
+def comparable(event):
+    """An event with its body as bytes, wherever it lies."""
+    if isinstance(event, Message | Reply):
+        return type(event), getattr(event, "command", ""), bytes(event.body), event.text
+    return event
+
+
+def arriving(connection, data, step=1 << 20):
+    """The events that bytes complete; in pieces, none of them early by a byte."""
+    found = []
+    for start in range(0, len(data), step):
+        assert start == 0 or connection.phase is not Phase.ERROR
+        connection.receive_data(data[start : start + step])
+        while not isinstance(event := connection.next_event(), Wait):
+            found.append(event)
+    return found
+
+
+@STEPS
+@pytest.mark.parametrize("carrier", TURNS)
+def test_events_become_their_bytes_and_bytes_their_events(carrier, step):
+    ends = {"opener": Connection(opener=True), "acceptor": Connection(opener=False)}
+    for who, events, data in TURNS[carrier]:
+        other = ends["acceptor" if who == "opener" else "opener"]
+        assert b"".join(part for event in events for part in ends[who].send(event)) == data
+        found = arriving(other, data, step)
+        assert [comparable(event) for event in found] == [comparable(event) for event in events]
+        assert not other.trailing_data
+    phases = {end.phase for end in ends.values()}
+    assert len(phases) == 1, "both ends agree"
+    assert phases <= {Phase.READY, Phase.ANSWER, Phase.SWITCHED}
+
+
+@pytest.mark.parametrize("carrier", TURNS)
+def test_an_end_within_an_event_is_an_error_and_between_two_is_none(carrier):
+    """Every turn cut off at every byte; whole events before the cut arrive."""
+    for number, (who, _, data) in enumerate(TURNS[carrier]):
+        for cut in range(1, len(data)):
+            peer = Connection(opener=who != "opener")
+            for earlier, events, earlier_data in TURNS[carrier][:number]:
+                if earlier == who:
+                    arriving(peer, earlier_data)
+                else:
+                    for event in events:
+                        peer.send(event)
+            peer.receive_data(data[:cut])
+            peer.receive_data(b"")
+            with pytest.raises(TransportError) if _cuts(carrier, number, cut) else nullcontext():
+                while not isinstance(event := peer.next_event(), Closed | Wait):
+                    pass
+                assert event == Closed() or peer.phase is Phase.SWITCHED
+
+
+def _cuts(carrier, number, cut):
+    """Whether a cut lies within an event: not where one of a turn's events ends."""
+    who, events, _ = TURNS[carrier][number]
+    actor = Connection(opener=who == "opener")
+    for earlier, earlier_events, data in TURNS[carrier][:number]:
+        if earlier == who:
+            for event in earlier_events:
+                actor.send(event)
+        else:
+            arriving(actor, data)
+    lengths = [sum(len(part) for part in actor.send(event)) for event in events]
+    if actor.carrier is wire.TEXT_ACK:
+        return True  # a reply ends with its acknowledgement
+    return cut not in itertools.accumulate(lengths)
+
+
+@STEPS
+def test_a_name_servers_lines(step):
+    client, server = Connection(opener=True), Connection(opener=False)
+    assert client.send(Header(wire.NAME_SER, "")) == []
+    exchanges = [
+        ("query /a", "registration name /a ip 127.0.0.1 port 10002 type tcp\r\n*** end of message\r\n"),
+        ("announce /a", "[ok]\r\n"),
+        ("bot list", "ports\r\n"),
+    ]
+    for command, answer in exchanges:
+        data = b"".join(client.send(Message("d", text=f"NAME_SERVER {command}")))
+        assert data == f"NAME_SERVER {command}\r\n".encode()
+        *header, asked = arriving(server, data, step)
+        assert header in ([], [Header(wire.NAME_SER, "name client")])
+        assert asked == Message("d", text=f"NAME_SERVER {command}")
+        (replied,) = arriving(client, b"".join(server.send(Reply(text=answer))), step)
+        assert replied == Reply(text=answer.removesuffix("\r\n"))
+
+
+@STEPS
+@pytest.mark.parametrize(
+    ("request_", "header", "reply"),
+    [
+        (
+            web_page.STREAM_REQUEST % b"127.0.0.1",
+            Header(wire.MJPEG, "mjpeg reader", "GET /?action=stream"),
+            web_page.STREAM_RESPONSE,
+        ),
+        (
+            b"GET / HTTP/1.1\r\nHost: x\r\n\r\n",
+            Header(wire.HTTP, "browser", "GET / HTTP/1.1"),
+            b"",
+        ),
+    ],
+    ids=["mjpeg", "page"],
+)
+def test_http_follows_the_header_reply(request_, header, reply, step):
+    source = Connection(opener=False)
+    assert arriving(source, request_, step) == [header]
+    assert b"".join(source.send(HeaderReply())) == reply
+    assert source.phase is Phase.SWITCHED and source.next_event() is PAUSED
+
+
+def test_a_reader_of_mjpeg_leaves_the_response_to_its_own_reader():
+    reader = Connection(opener=True)
+    assert reader.send(Header(wire.MJPEG, "127.0.0.1")) == [web_page.STREAM_REQUEST % b"127.0.0.1"]
+    assert arriving(reader, b"HTTP/1.0 200 OK\r\n") == [HeaderReply()]
+    assert reader.trailing_data == b"HTTP/1.0 200 OK\r\n" and reader.phase is Phase.SWITCHED
+
+
+# -- recorded conversations --------------------------------------------------------------------------
+def replayed(conversation: Conversation, dialect: Dialect, step: int):
+    """Both sides' events, read from a recorded conversation; each end is told what the other one read.
+
+    YARP does not always wait for its turn to write, but both read in turns.
+    """
+    opener, acceptor = Connection(opener=True), Connection(opener=False)
+    found = []
+
+    def pump():
+        before = -1
+        while len(found) > before:
+            before = len(found)
+            for side, reader, writer in (("C", acceptor, opener), ("S", opener, acceptor)):
+                while not isinstance(event := reader.next_event(), Wait | Closed):
+                    found.append((side, event))
+                    writer.send(event)
+                    opener.expect_replies(dialect)
+
+    for side, data in conversation.turns:
+        for start in range(0, len(data), step):
+            (acceptor if side == "C" else opener).receive_data(data[start : start + step])
+            pump()
+    assert not opener.trailing_data and not acceptor.trailing_data
+    return found
+
+
+@pytest.mark.parametrize("step", [1, 1 << 20], ids=["byte by byte", "whole"])
+@pytest.mark.parametrize(
+    ("name", "dialect"),
+    [("rpc_all_commands_fake_312", Dialect.YARP3), ("rpc_typed_yarp_rpc_40", Dialect.YARP4)],
+)
+def test_real_requests_and_replies(name, dialect, step):
+    calls = 0
+    for conversation in streams(name, wire.encode_number(wire.MAGIC_BASE + wire.TCP.code)):
+        if dialect is Dialect.YARP4:  # up to a request whose reply is no Bottle
+            asked = [b"getRemoteProtocolVersion" in data for _, data in conversation.turns]
+            del conversation.turns[asked.index(True) if True in asked else len(asked) :]
+        events = replayed(conversation, dialect, step)
+        for (side, event), (_, following) in itertools.pairwise(events):
+            if side == "S" and isinstance(event, Reply):
+                assert following == Ack()
+                assert Bottle.decode(event.body, dialect)
+                calls += 1
+    assert calls >= 5
+
+
+@pytest.mark.parametrize("step", [1, 1 << 20], ids=["byte by byte", "whole"])
+def test_real_administration_over_text(step):
+    replies = 0
+    for conversation in read("admin_commands_312"):
+        if not conversation.client.startswith((b"CONNACK", b"CONNECT")):
+            continue
+        events = replayed(conversation, Dialect.YARP3, step)
+        assert isinstance(events[0][1], Header)
+        replies += sum(isinstance(event, Reply) for _, event in events)
+    assert replies >= 5
+
+
+# -- what must be refused ----------------------------------------------------------------------------
+def test_every_reader_has_its_place_in_the_table_and_every_phase_a_row():
+    assert set(TRANSITIONS) == set(Phase)
+    for phase, who in READERS:
+        assert any(actor is who for actor, _ in TRANSITIONS[phase])
+    for phase, row in TRANSITIONS.items():
+        for who, event in row:
+            assert (phase, who) in READERS or event is Closed, "what may be sent can be read"
+
+
+def test_events_out_of_turn_are_refused_by_name():
+    opener = Connection(opener=True)
+    with pytest.raises(
+        LocalProtocolError, match="opener has no Message to send on a connection before the header"
+    ):
+        opener.send(Message("d"))
+    with pytest.raises(LocalProtocolError):
+        opener.send(Header(wire.TCP, "/a"))  # nothing follows an error
+    with pytest.raises(LocalProtocolError, match="receiver has no Message"):
+        next_phase(Phase.READY, Who.RECEIVER, Message)
+
+
+def ready(carrier=wire.TCP, **options):
+    opener, acceptor = Connection(opener=True), Connection(opener=False, **options)
+    arriving(acceptor, b"".join(opener.send(Header(carrier, "/a"))))
+    arriving(opener, b"".join(acceptor.send(HeaderReply(1))))
+    return opener, acceptor
+
+
+def test_a_message_is_replied_to_once():
+    opener, acceptor = ready()
+    assert opener.next_event() is PAUSED
+    arriving(acceptor, b"".join(opener.send(Message("d", BINARY))))
+    acceptor.send(Reply(BINARY))
+    with pytest.raises(LocalProtocolError):
+        acceptor.send(Reply(BINARY))
+    _, acceptor = ready()
+    with pytest.raises(LocalProtocolError, match="without a message"):
+        acceptor.send(Reply(BINARY))
+
+
+def test_a_second_reply_is_the_peers_fault():
+    opener, _ = ready()
+    opener.send(Message("d", BINARY))
+    with pytest.raises(RemoteProtocolError, match="acknowledgement"):
+        arriving(opener, bytes(BINARY) * 2)
+    assert opener.phase is Phase.ERROR
+    with pytest.raises(TransportError):
+        opener.next_event()
+
+
+def test_a_reply_that_is_no_bottle_is_all_before_the_acknowledgement():
+    opener, _ = ready()
+    for reply in (b"\0" * 16, b""):
+        opener.expect_replies(Dialect.YARP3, raw=True)
+        opener.send(Message("d", BINARY))
+        found = arriving(opener, reply + wire.ACK, 3)
+        assert [bytes(event.body) for event in found if isinstance(event, Reply)] == [reply] * bool(reply)
+        assert found[-1] == Ack()
+
+
+def test_bodies_are_read_into_their_memory_and_written_from_theirs():
+    made = []
+
+    def allocate(size):
+        made.append(bytearray(size))
+        return memoryview(made[-1])
+
+    opener, acceptor = ready(allocate=allocate)
+    image = memoryview(bytearray(range(256)) * 1000)
+    start, sent = opener.send(Message("D", parts=[image]))
+    assert sent is image
+    data = bytes(start) + bytes(image)
+    while (event := acceptor.next_event()) is NEED_DATA:
+        wanted = acceptor.wanted
+        piece, data = data[: len(wanted)], data[len(wanted) :]
+        wanted[: len(piece)] = piece
+        acceptor.received(len(piece))
+    assert event.body.obj is made[0] and event.body == image
+
+
+def test_a_long_reply_is_not_copied_when_it_is_complete():
+    opener, _ = ready()
+    opener.send(Message("d", BINARY))
+    reply = Bottle([Vocab("ok"), bytes(3_000_000)]).encode()
+    opener.receive_data(reply[:100_000])
+    assert opener.next_event() is NEED_DATA and opener.missing == len(reply) - 100_000
+    opener.receive_data(reply[100_000:] + wire.ACK)
+    held = opener._data.data
+    assert opener.next_event().body.obj is held
+    assert opener.next_event() == Ack()
+
+
+@given(
+    st.binary(max_size=300),
+    st.sampled_from([b"", *(turns[0][2] for turns in TURNS.values()), b"GET /", b"NAME_SER"]),
+)
+def test_random_bytes_become_events_or_an_error(data, header):
+    acceptor = Connection(opener=False, limit=1 << 16)
+    acceptor.receive_data(header + data)
+    acceptor.receive_data(b"")
+    try:
+        while not isinstance(event := acceptor.next_event(), Closed | Wait):
+            if isinstance(event, Header):
+                if event.carrier is not wire.NAME_SER:
+                    acceptor.send(HeaderReply(1))
+            elif acceptor.carrier.acknowledged:
+                acceptor.send(Ack())
+    except (RemoteProtocolError, TransportError) as error:
+        assert re.search(r"\w+ \w+", str(error))
+    assert acceptor.phase in (Phase.CLOSED, Phase.ERROR, Phase.SWITCHED, Phase.READY)
