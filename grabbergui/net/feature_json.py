@@ -13,7 +13,7 @@ from types import NoneType
 from typing import Any, TypeVar
 
 from grabbergui.core import errors
-from grabbergui.core.errors import FeatureError, GrabberError, RemoteProtocolError
+from grabbergui.core.errors import FeatureError, GrabberError, RemoteProtocolError, UsageError
 from grabbergui.core.features import (
     AccessMode,
     Category,
@@ -25,6 +25,7 @@ from grabbergui.core.features import (
     Visibility,
 )
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.selection import SettingKey, ValueChange, WriteResult
 
 _ENUMS: dict[str, type[Enum]] = {
     "kind": FeatureKind,
@@ -68,6 +69,18 @@ def read_feature(data: object) -> Feature:
     return feature
 
 
+def read_write_result(data: object) -> WriteResult:
+    """A WriteResult out of a reply. Raises RemoteProtocolError."""
+    table = table_of(data)
+    feature = read_feature(table.get("feature"))
+    written, consequences = (
+        tuple(map(_change, _array(table.get(name, [])))) for name in ("written", "consequences")
+    )
+    if not written:
+        raise RemoteProtocolError(f"nothing says what was written to {feature.name}")
+    return WriteResult(feature, written, consequences)
+
+
 def read_category(data: object, depth: int = 0) -> Category:
     """A Category with all below out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
@@ -84,6 +97,8 @@ def _plain(value: object) -> Any:
     """What JSON writes for one of our dataclasses: its fields, without those at their default."""
     if isinstance(value, Enum):
         return value.value
+    if isinstance(value, SettingKey):
+        return str(value)
     if is_dataclass(value):
         return {
             field.name: getattr(value, field.name)
@@ -108,6 +123,17 @@ def _built(kind: type[_Built], data: object) -> _Built:
         return kind(**values)
     except (KeyError, TypeError, ValueError) as error:
         raise RemoteProtocolError(f"a malformed {kind.__name__}: {error}") from None
+
+
+def _change(data: object) -> ValueChange:
+    """A setting's text, its value before and after."""
+    items = _array(data)
+    if len(items) != 3 or not all(isinstance(value, (int, float, str, NoneType)) for value in items[1:]):
+        raise RemoteProtocolError("a change that is not a setting and two values")
+    try:
+        return ValueChange(SettingKey.parse(str(items[0])), items[1], items[2])
+    except UsageError as error:
+        raise RemoteProtocolError(f"a change of no setting: {error}") from None
 
 
 def table_of(data: object) -> dict[str, Any]:

@@ -6,13 +6,11 @@ switch itself (`TriggerMode`: On, Off). Both networks speak of them in YARP's wo
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from grabbergui.core.companions import automatic_mode_of, enabler_of, offers, regulating
 from grabbergui.core.errors import FeatureAccessError
 from grabbergui.core.features import Feature, FeatureKind, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.regulation import regulating
-from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE, automatic_mode_of, enabler_of
+from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 
 _ON, _OFF = "On", "Off"
 
@@ -80,22 +78,14 @@ class FeatureModes:
 
     # -- inside ------------------------------------------------------------------------------------
     def _automatic(self, name: str) -> Feature | None:
-        return self._companion(name, automatic_mode_of)
+        return self._feature(automatic_mode_of(name, self._grabber.has_feature))
 
     def _switch(self, name: str) -> Feature | None:
         """What switches it: its enabler, or itself where it is On or Off."""
-        feature = self._companion(name, enabler_of) or self._grabber.feature(name)
+        feature = self._feature(enabler_of(name, self._grabber.has_feature)) or self._grabber.feature(name)
         if feature.kind is FeatureKind.BOOLEAN:
             return feature
         return feature if offers(feature, _ON) and offers(feature, _OFF) else None
 
-    def _companion(
-        self, name: str, find: Callable[[str, Callable[[str], bool]], str | None]
-    ) -> Feature | None:
-        companion = find(name, self._grabber.has_feature)
-        return self._grabber.feature(companion) if companion else None
-
-
-def offers(feature: Feature, entry: str) -> bool:
-    """Whether it is an enumeration with this entry."""
-    return feature.kind is FeatureKind.ENUMERATION and any(entry == known.name for known in feature.entries)
+    def _feature(self, name: str | None) -> Feature | None:
+        return self._grabber.feature(name) if name is not None else None

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-import threading
+import logging
 from abc import abstractmethod
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Generic, Protocol, TypeVar
 
-from grabbergui.core.errors import FeatureAccessError
-from grabbergui.core.features import Category, Feature, FeatureValue
-from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.companions import Companions, regulating
+from grabbergui.core.errors import FeatureAccessError, FeatureError, OtherCameraError
+from grabbergui.core.features import Category, Feature, FeatureValue, format_value
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.identity import require_same
+from grabbergui.core.selection import SettingKey, WriteResult, same_value
+from grabbergui.net.tree_client import TreeFeatures
+
+MOST_SEEN = 500
+"Settings that are compared when the other end comes back; each is a request."
+
+log = logging.getLogger(__name__)
 
 
 class RemoteFeatures(Protocol):
@@ -49,10 +60,12 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
     def __init__(self, info: DeviceInfo) -> None:
         super().__init__(info)
-        # Over every use of the link: the window's thread and the watcher both ask the other end.
-        self._lock = threading.RLock()
+        self._seen: dict[SettingKey, FeatureValue] = {}
+        "Settings as they were read or written last, to be compared when the other end was away."
         self._stream: StreamType | None = None
         self._statistics = StreamStatistics()
+        self._refused = ""
+        "Which other camera was refused and reported since the connection was lost."
 
     @abstractmethod
     def _known(self) -> RemoteFeatures:
@@ -61,6 +74,25 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
     def _connected(self) -> RemoteFeatures:
         """The features of an other end that is there. Raises where it is not."""
         return self._known()
+
+    # -- which camera ----------------------------------------------------------------------------
+    def _recognise(self, info: DeviceInfo) -> None:
+        """Take over what the other end says of its camera. Raises OtherCameraError if it was another before.
+
+        Only our own servers say which unit they serve, so others are taken back without this.
+        """
+        if self.info.vendor:
+            if not (info.vendor or info.model):
+                return  # a server that has not opened its camera yet
+            require_same(self.info, info)
+        self.info, self._refused = info, ""
+
+    def _report_other(self, error: OtherCameraError) -> None:
+        """Report once that another camera is served in place of the lost one."""
+        if str(error) != self._refused:
+            self._refused = str(error)
+            log.warning("%s: %s", self.info.uri, error)
+            self.connection_changed.emit(ConnectionState.LOST, str(error))
 
     # -- features --------------------------------------------------------------------------------
     def feature_tree(self) -> Category:
@@ -75,13 +107,13 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         """See FrameGrabber."""
         self._require(name)
         with self._lock:
-            return self._connected().read(name)
+            return self._note(self._shown(name), self._connected().read(name))
 
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """See FrameGrabber."""
         self._require_control(name)
         with self._lock:
-            return self._connected().write(name, value)
+            return self._note(self._shown(name), self._connected().write(name, value))
 
     def execute(self, name: str) -> None:
         """See FrameGrabber."""
@@ -89,10 +121,94 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         with self._lock:
             self._connected().execute(name)
 
+    # -- settings: one request where the server selects by itself --------------------------------
+    def read_setting(self, key: SettingKey) -> Feature:
+        """See FrameGrabber."""
+        self._require(key.name)
+        with self._lock:
+            tree = self._selecting_tree()
+            return super().read_setting(key) if tree is None else self._note(key, tree.read(str(key)))
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """See FrameGrabber."""
+        self._require_control(key.name)
+        with self._lock:
+            tree = self._selecting_tree()
+            if tree is None:
+                return super().write_setting(key, value)
+            result = tree.write_setting(key, value)
+            for change in (*result.consequences, *result.written):
+                if change.after is not None:
+                    self._seen[change.key] = change.after
+            return result
+
+    def execute_setting(self, key: SettingKey) -> None:
+        """See FrameGrabber."""
+        self._require_control(key.name)
+        with self._lock:
+            tree = self._selecting_tree()
+            if tree is None:
+                super().execute_setting(key)
+            else:
+                tree.execute(str(key))
+
+    @contextmanager
+    def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
+        """See FrameGrabber. Other clients of the server are kept out by each request for itself."""
+        with self._lock, super().exclusive(() if self._selecting_tree() else selectors):
+            yield
+
+    def _selecting_tree(self) -> TreeFeatures | None:
+        """The features of a server that selects by itself; None for any other."""
+        features = self._connected()
+        return features if isinstance(features, TreeFeatures) and features.selects else None
+
     def _require_control(self, name: str) -> None:
         self._require(name)
         if self.access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: {self.info.title} was opened for reading only", name)
+
+    # -- what it was before the other end went away ----------------------------------------------
+    def _shown(self, name: str) -> SettingKey | None:
+        """The setting a feature shows as far as its selectors were read; None where they were not."""
+        path = [SettingKey(selector) for selector in self.selectors.of(name)]
+        if not all(key in self._seen for key in path):
+            return None
+        return SettingKey(name, tuple((key.name, format_value(self._seen[key])) for key in path))
+
+    def _note(self, key: SettingKey | None, feature: Feature) -> Feature:
+        if key is not None and feature.value is not None and feature.access.writable:
+            if len(self._seen) >= MOST_SEEN:
+                self._seen.pop(next(iter(self._seen)))
+            self._seen.pop(key, None)
+            self._seen[key] = feature.value
+        return feature
+
+    def _forget_seen(self, names: frozenset[str]) -> None:
+        """Somebody else changed these, so that they may well have another value afterwards."""
+        for key in [key for key in self._seen if key.name in names]:
+            del self._seen[key]
+
+    def _compare_with_seen(self) -> None:
+        """Set `unlike_before` to what is other than before. With the other end back, and the lock held."""
+        unlike = []
+        for key, before in list(self._seen.items()):
+            if not self.has_feature(key.name):
+                unlike.append(f"{key} is not there any more")
+                continue
+            try:
+                feature = self.read_setting(key)
+                mode = Companions.of(key.name, self.has_feature).mode
+                if feature.value is None or (mode is not None and regulating(self.feature(mode))):
+                    continue
+            except FeatureError as error:
+                unlike.append(str(error))
+                continue
+            if not same_value(feature.value, before):
+                unlike.append(f"{key} is {format_value(feature.value)} instead of {format_value(before)}")
+        self.unlike_before = tuple(unlike)
+        for difference in unlike:
+            log.warning("%s, back again: %s", self.info.uri, difference)
 
     # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:

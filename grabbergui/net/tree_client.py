@@ -7,8 +7,11 @@ from typing import Any
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
-from grabbergui.net.feature_json import read_category, read_feature
+from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.net.feature_json import read_category, read_feature, read_write_result, table_of
 
+SELECTING_VERSION = 2
+"From this version on a server takes selectors together with a name."
 TIMEOUT = 7.0
 """Seconds for one request; a command may take five in the camera."""
 
@@ -26,6 +29,8 @@ class TreeFeatures:
         "What there is; asked of the server once."
         self._names = frozenset(description.name for description in self.tree.descriptions())
         self._revision = 0
+        self._version: int | None = None
+        "Of the server's verbs; asked for when it matters first."
 
     def has(self, name: str) -> bool:
         """Whether there is such a feature."""
@@ -45,6 +50,18 @@ class TreeFeatures:
     def execute(self, name: str) -> None:
         """Run a command."""
         self._ask("execute", name)
+
+    @property
+    def selects(self) -> bool:
+        """Whether the server selects, reads or writes, and selects back in one step."""
+        if self._version is None:
+            version = table_of(self._ask("hello")).get("version")
+            self._version = version if isinstance(version, int) else 1
+        return self._version >= SELECTING_VERSION
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """Set it under its selectors; the server says all that changed. Only where it `selects`."""
+        return read_write_result(self._ask("set", str(key), format_value(value)))
 
     def changes(self) -> frozenset[str]:
         """What others changed since the last call."""

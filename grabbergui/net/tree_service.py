@@ -5,12 +5,16 @@ request                result                                          errors
 =====================  ==============================================  =====================================
 hello                  version, device info, access
 tree                   categories with the features' descriptions
-feature NAME…          the features as they are now, in order          FeatureNotFoundError
-write NAME VALUE       the feature as it is after                      any FeatureError
-execute NAME           null                                            any FeatureError
+feature SETTING…       the features as they are now, in order          FeatureNotFoundError
+write SETTING VALUE    the feature as it is after                      any FeatureError
+set SETTING VALUE      all that the write changed                      any FeatureError
+execute SETTING        null                                            any FeatureError
 changes REVISION       revision, and the names changed since           (names null: anything may have)
 terminal LINE          what the terminal prints                        any
 =====================  ==============================================  =====================================
+
+A SETTING is a feature's name, from version 2 on also with its selectors: `Gain[GainSelector=Red]` is
+selected, used and selected back in one step.
 """
 
 from __future__ import annotations
@@ -18,10 +22,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from grabbergui.core.errors import UsageError
+from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey
 from grabbergui.net.change_log import ChangeLog
 
-VERSION = 1
+VERSION = 2
+"From 2 on selectors can stand with a name, and `set` is known."
 _ANY = -1
 
 Terminal = Callable[[str], str]
@@ -42,9 +49,10 @@ class TreeService:
         self._verbs: dict[str, tuple[int, Callable[..., object]]] = {
             "hello": (0, self._hello),
             "tree": (0, grabber.feature_tree),
-            "feature": (_ANY, lambda *names: [grabber.feature(name) for name in names]),
-            "write": (2, grabber.write_feature),
-            "execute": (1, grabber.execute),
+            "feature": (_ANY, self._features),
+            "write": (2, lambda name, value: grabber.write_setting(SettingKey.parse(name), value).feature),
+            "set": (2, lambda name, value: grabber.write_setting(SettingKey.parse(name), value)),
+            "execute": (1, lambda name: grabber.execute_setting(SettingKey.parse(name))),
             "changes": (1, self._changes_since),
             "terminal": (1, terminal),
         }
@@ -66,6 +74,12 @@ class TreeService:
 
     def _hello(self) -> dict[str, object]:
         return {"version": VERSION, "info": self._grabber.info, "access": self._grabber.access}
+
+    def _features(self, *names: str) -> list[Feature]:
+        # Once each at most: a request of 64 KiB could name one feature ten thousand times.
+        if len(names) != len(set(names)):
+            raise UsageError("feature: a name is given twice, name each feature once")
+        return [self._grabber.read_setting(SettingKey.parse(name)) for name in names]
 
     def _changes_since(self, revision: str) -> dict[str, object]:
         if not revision.isdecimal():

@@ -9,8 +9,8 @@ ARGUMENTS = {
     "source": ("sim:", "which camera; `grabbergui list` shows those that can be seen"),
     "name": ("/camera", "node, and what its topics begin with"),
     "frame_id": ("camera_optical_frame", "of the pictures' headers"),
-    "calibration": ("camera_info.yaml", "camera_info's file; set_camera_info writes it"),
-    "qos": ("sensor_data", "of the pictures: sensor_data or reliable"),
+    "calibration": ("", "camera_info's file; empty: the place below ROS_HOME"),
+    "qos": ("reliable", "of the images: reliable, or sensor_data (best effort)"),
     "parameters": ("", "a parameter file: features to set, qualities of service; camera.yaml is one"),
     "program": ("grabbergui", "where it is not on PATH: .venv/bin/grabbergui"),
 }

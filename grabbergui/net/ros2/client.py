@@ -7,8 +7,8 @@ import threading
 import time
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import DeviceLostError, GrabberError, SourceNotFoundError
-from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo
+from grabbergui.core.errors import DeviceLostError, GrabberError, OtherCameraError, SourceNotFoundError
+from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
 from grabbergui.net.remote_grabber import RemoteFeatures, RemoteGrabber
 from grabbergui.net.ros2.client_link import CameraLink, not_found
 from grabbergui.net.ros2.client_stream import ImageStream
@@ -18,6 +18,8 @@ log = logging.getLogger(__name__)
 
 DISCOVERY_TIMEOUT = 5.0
 """Seconds that a topic has to appear."""
+NAME_TIMEOUT = 2.0
+"""Seconds that a publisher's node has to become known; one outside ROS never does."""
 WATCH_PERIOD = 0.1
 """Seconds between looks at what others changed, while anybody listens, and at whether it is still there."""
 LOOKS_PER_CHECK = 10
@@ -61,6 +63,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._watcher.start()
         self.connection_changed.emit(ConnectionState.OPEN, "")
         self.noticed.emit(f"{self._link.topic} comes from {self._link.publisher}")
+        if self._link.silence:
+            node = self._link.publisher.node or "its publisher"
+            self.noticed.emit(f"{self._link.topic} is shown without controls: {node} {self._link.silence}")
 
     def close(self) -> None:
         """See FrameGrabber."""
@@ -101,13 +106,22 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
     def _find(self, timeout: float) -> CameraLink:
         """Wait for the topic, and join the node that publishes it. Raises SourceNotFoundError."""
         assert self._ros is not None
-        deadline = time.monotonic() + timeout
-        while (link := CameraLink.find(self._ros.node, self._name)) is None:
-            if time.monotonic() > deadline:
-                raise SourceNotFoundError(not_found(self._ros.node, self._name))
+        begun = time.monotonic()
+        nameless: float | None = None
+        while (link := CameraLink.find(self._ros.node, self._name)) is None or not link.publisher.node:
+            now = time.monotonic()
+            if link is None:
+                if now - begun > timeout:
+                    raise SourceNotFoundError(not_found(self._ros.node, self._name))
+            elif now - (nameless := nameless or now) > NAME_TIMEOUT:
+                break
             time.sleep(0.05)
         link.join(self._tell)
-        self.info = link.described(self.info)
+        try:
+            self._recognise(link.described(self.info))
+        except OtherCameraError:
+            link.leave()
+            raise
         return link
 
     def _leave(self) -> None:
@@ -139,6 +153,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 elif present:
                     present = False
                     self._lose()
+            except OtherCameraError as error:
+                self._report_other(error)
             except GrabberError as error:
                 log.info("%s: %s", self._name, error)
 
@@ -148,6 +164,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             if stream is not None and check:
                 stream.look()
             changed = self._opened().changes() if len(self.features_changed) else frozenset()
+            self._forget_seen(changed)
         self._tell(changed)
 
     def _lose(self) -> None:
@@ -156,13 +173,14 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         )
 
     def _come_back(self) -> None:
-        """What publishes now may be another camera."""
+        """Join what publishes now. Raises OtherCameraError if that is another camera."""
         with self._lock:
             old, self._link = self._opened(), self._find(DISCOVERY_TIMEOUT)
             old.leave()
+            self._compare_with_seen()
             if self._stream is not None:
                 self._stream.look()
-        self.connection_changed.emit(ConnectionState.OPEN, f"{self._name} is back")
+        self.connection_changed.emit(ConnectionState.OPEN, return_text(self.unlike_before))
         self._tell(frozenset(description.name for description in self.feature_tree().descriptions()))
 
     def _tell(self, names: frozenset[str]) -> None:

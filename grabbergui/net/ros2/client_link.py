@@ -18,7 +18,7 @@ from grabbergui.net.ros2.runtime import require_interfaces
 from grabbergui.net.tree_client import TreeFeatures
 
 SERVICE_TIMEOUT = 3.0
-"""Seconds that a service has to appear once its node has."""
+"""Seconds that a service has to appear once its node has, and then for its first answer."""
 CALL_TIMEOUT = 7.0
 """Seconds for one answer; a command may take five in the camera."""
 _LOOK_PERIOD = 0.2
@@ -46,7 +46,7 @@ def not_found(node: Any, name: str) -> str:
 class CameraLink:
     """A topic of images and the node that publishes it. One thread at a time, except `published`."""
 
-    def __init__(self, node: Any, name: str, topic: str, publisher: Publisher) -> None:
+    def __init__(self, node: Any, topic: str, publisher: Publisher) -> None:
         self.node = node
         "Our own node, by which everything is asked."
         self.topic = topic
@@ -54,7 +54,8 @@ class CameraLink:
         "As it was when it was found."
         self.features: RemoteFeatures = NoFeatures()
         "What can be set; nothing before `join`."
-        self._name = name
+        self.silence = ""
+        "Why nothing can be set where that is so, for the user."
         self._clients: dict[str, Any] = {}
         self._answered: set[str] = set()
         "Names of services that have answered."
@@ -62,24 +63,37 @@ class CameraLink:
 
     @classmethod
     def find(cls, node: Any, name: str) -> CameraLink | None:
-        """The best of the topics that a name may mean, if anybody publishes it yet."""
-        for topic in candidates(name):
-            for publisher in publishers_of(node, topic):
-                if publisher.topic_type == IMAGE_TYPE and publisher.node:
-                    return cls(node, name, topic, publisher)
-        return None
+        """The best of the topics that a name may mean, if anybody publishes it yet.
+
+        A publisher with a known node goes first: it is seen before the node's name is.
+        """
+        found = [
+            cls(node, topic, publisher)
+            for topic in candidates(name)
+            for publisher in publishers_of(node, topic)
+            if publisher.topic_type == IMAGE_TYPE
+        ]
+        return next((link for link in found if link.publisher.node), found[0] if found else None)
 
     def join(self, tell: Callable[[frozenset[str]], None]) -> None:
-        """Find out what can be set. Raises SourceUnavailableError, DeviceLostError.
+        """Find out what can be set. Raises SourceUnavailableError; of our own servers DeviceLostError too.
 
-        `tell` is told what others set, on the node's thread, where the remote node says so by itself.
+        A node that answers nothing is an image without controls. `tell` is called with what others set, on
+        our node's thread, where the remote node publishes it.
         """
         if self._ours():
             require_interfaces()
             self.features = TreeFeatures(self._ask)
-        elif self._client("list_parameters") is not None:
+            return
+        try:
+            if self._client("list_parameters") is None:
+                self.silence = "offers no parameters"
+                return
             self.features = features = ParameterFeatures(self._call_parameters)
-            self._follow(features, tell)
+        except (FrameTimeoutError, DeviceLostError) as error:
+            self.silence = f"does not answer ({error}); connect again when it does"
+            return
+        self._follow(features, tell)
 
     def leave(self) -> None:
         """Forget the node's services. May be called twice."""
@@ -100,29 +114,40 @@ class CameraLink:
 
     def described(self, info: DeviceInfo) -> DeviceInfo:
         """What is known of the camera, with the publisher and its quality of service."""
-        seen = replace(info, bus="ROS 2", address=self.topic, interface=str(self.publisher))
+        seen = DeviceInfo(info.uri, bus="ROS 2", address=self.topic, interface=str(self.publisher))
         if not isinstance(self.features, TreeFeatures):
             return replace(seen, model=self.publisher.node)
         told = read_info(self._ask("hello").get("info", {}))
-        return replace(seen, vendor=told.vendor, model=told.model, serial=told.serial)
+        return replace(
+            seen, vendor=told.vendor, model=told.model, serial=told.serial, hardware_id=told.hardware_id
+        )
 
     # -- services --------------------------------------------------------------------------------
     def _ours(self) -> bool:
         from rclpy.node import NodeNameNonExistentError
 
-        namespace, _, name = self.publisher.node.rpartition("/")
-        try:
-            # By node: among all names there are those that only somebody asks for, as we did a moment ago.
-            offered = dict(self.node.get_service_names_and_types_by_node(name, namespace or "/"))
-        except NodeNameNonExistentError:
+        if not self.publisher.node:
             return False
-        return _ASK_TYPE in offered.get(f"{self._name}/ask", ())
+        namespace, _, name = self.publisher.node.rpartition("/")
+        deadline = time.monotonic() + SERVICE_TIMEOUT
+        while True:
+            try:
+                # By node: among all names are those that only somebody asks for, as we did a moment ago.
+                offered = dict(self.node.get_service_names_and_types_by_node(name, namespace or "/"))
+            except NodeNameNonExistentError:
+                offered = {}
+            if _ASK_TYPE in offered.get(f"{self.publisher.node}/ask", ()):
+                return True
+            # Services are heard of one by one; our servers offer `ask` before their parameters.
+            if f"{self.publisher.node}/list_parameters" in offered or time.monotonic() > deadline:
+                return False
+            time.sleep(0.02)
 
     def _ask(self, verb: str, *arguments: str) -> Any:
         from grabber_interfaces.srv import Ask
 
         if "ask" not in self._clients:
-            self._clients["ask"] = self.node.create_client(Ask, f"{self._name}/ask")
+            self._clients["ask"] = self.node.create_client(Ask, f"{self.publisher.node}/ask")
             self._clients["ask"].wait_for_service(SERVICE_TIMEOUT)
         answer = self._wait(self._clients["ask"], Ask.Request(verb=verb, arguments=list(arguments)))
         if not answer.success:
@@ -133,10 +158,13 @@ class CameraLink:
         client = self._client(service)
         if client is None:
             raise DeviceLostError(f"the node {self.publisher.node} offers no {service}")
-        return self._wait(client, request)
+        # Of what is no camera server of ours nobody knows whether it ever answers.
+        return self._wait(client, request, CALL_TIMEOUT if self._answered else SERVICE_TIMEOUT)
 
     def _client(self, service: str) -> Any:
         """A client of one of the node's parameter services; None where it offers none."""
+        if not self.publisher.node:
+            return None
         if service not in self._clients:
             from rcl_interfaces import srv
 
@@ -148,7 +176,7 @@ class CameraLink:
             self._clients[service] = client
         return self._clients[service]
 
-    def _wait(self, client: Any, request: Any) -> Any:
+    def _wait(self, client: Any, request: Any, timeout: float = CALL_TIMEOUT) -> Any:
         """The answer to a request. Raises DeviceLostError as soon as the service is gone.
 
         A service may take a request before it has met the reader of its answers, and these are lost: one that
@@ -162,8 +190,8 @@ class CameraLink:
                 passed = time.monotonic() - begun
                 if not client.service_is_ready():
                     raise DeviceLostError(f"{client.srv_name} is gone just now")
-                if passed > CALL_TIMEOUT:
-                    raise FrameTimeoutError(f"{client.srv_name} did not answer within {CALL_TIMEOUT:g} s")
+                if passed > timeout:
+                    raise FrameTimeoutError(f"{client.srv_name} did not answer within {timeout:g} s")
                 if client.srv_name not in self._answered and passed > _ASK_AGAIN * len(futures):
                     futures.append(self._send(client, request, done))
         finally:

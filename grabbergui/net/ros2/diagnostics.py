@@ -24,13 +24,13 @@ class Diagnostics:
     """
 
     def __init__(
-        self, node: Any, grabber: FrameGrabber, name: str, of_the_network: Callable[[], dict[str, int]]
+        self, node: Any, grabber: FrameGrabber, of_the_network: Callable[[], dict[str, int]]
     ) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
 
         self._node = node
         self._grabber = grabber
-        self._name = name
+        self._name = node.get_fully_qualified_name().strip("/")
         self._of_the_network = of_the_network
         self._lost = 0
         "Frames lost or incomplete, when last looked at."
@@ -54,7 +54,7 @@ class Diagnostics:
         array.status = [
             DiagnosticStatus(
                 level=level,
-                name=f"{self._name.strip('/')}: {self._grabber.info.title}",
+                name=f"{self._name}: {self._grabber.info.title}",
                 hardware_id=self._grabber.info.serial,
                 message=message,
                 values=[KeyValue(key=key, value=format_number(value)) for key, value in facts.items()],

@@ -24,7 +24,7 @@ _FORMATS = {
     "mono8": "Mono8",
     "8UC1": "Mono8",
     "mono16": "Mono16",
-    "16UC1": "Mono16",
+    "16UC1": "Coord3D_C16",  # what depth cameras send (REP 118)
     "8UC3": "BGR8",
     **{f"bayer_{ros}8": f"Bayer{order}8" for order, ros in _BAYER.items()},
     **{f"bayer_{ros}16": f"Bayer{order}16" for order, ros in _BAYER.items()},
@@ -45,7 +45,7 @@ def encoding_of(pixel_format: PixelFormat) -> str:
     name: str | None = None
     if pixel_format.convertible:
         if pixel_format.family is Family.MONO:
-            name = f"mono{bits}"
+            name = "16UC1" if pixel_format.is_distance else f"mono{bits}"
         elif pixel_format.family is Family.BAYER:
             name = f"bayer_{_BAYER[pixel_format.order]}{bits}"
         elif pixel_format.family is Family.RGB:

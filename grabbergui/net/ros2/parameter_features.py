@@ -35,8 +35,15 @@ _CHOICES = re.compile(
     re.IGNORECASE,
 )
 """How drivers write in words what ROS has no field for: `one of [off, auto]`, `Valid values: 1, 2, 4`."""
+_MENU_ENTRY = re.compile(
+    r"(?<![\w.])(?P<number>[-+]?\d+)\s*[:=]\s*(?P<label>[^,;|()\[\]{}\n]*?)\s*(?=[,;|()\[\]{}\n]|\.(?:\s|$)|$)"
+)
+"""How drivers of V4L2 and others write the menu of an integer: `0: Disabled, 1: 50 Hz`."""
 _BETWEEN_CHOICES = re.compile(r"\s*(?:,\s*(?:or\s)?|\||\sor\s)\s*")
 _MOST_CHOICES = 64
+_LETTER = re.compile(r"[^\W\d_]")
+_FROM_WORD: dict[int, Callable[[str], FeatureValue]] = {STRING: str, INTEGER: int, DOUBLE: float}
+"""Values as they are written in words, by the parameter's type."""
 
 Call = Callable[[str, Any], Any]
 """Calls a service of the node by its name with a request, and gives the response or raises."""
@@ -75,6 +82,8 @@ class ParameterFeatures:
         self._doubted: frozenset[str] = frozenset()
         names = list(call("list_parameters", srv.ListParameters.Request()).result.names)
         self._kinds: dict[str, FeatureKind] = {}
+        self._choices: dict[str, dict[str, FeatureValue]] = {}
+        "Of those that have a list of values: the entries' names to the values that are sent."
         self._descriptors = {
             descriptor.name: descriptor
             for descriptor in self._describe(names)
@@ -82,8 +91,10 @@ class ParameterFeatures:
         }
         values = dict(zip(self._descriptors, self._values(list(self._descriptors)), strict=False))
         for name, descriptor in self._descriptors.items():
-            listed = values.get(name) is not None and str(values[name]) in choices(descriptor)
-            self._kinds[name] = FeatureKind.ENUMERATION if listed else _KINDS[descriptor.type]
+            found = choices(descriptor)
+            if values.get(name) in found.values():
+                self._choices[name] = found
+            self._kinds[name] = FeatureKind.ENUMERATION if name in self._choices else _KINDS[descriptor.type]
         self.tree = _tree([self._description(name) for name in self._descriptors])
 
     def has(self, name: str) -> bool:
@@ -102,17 +113,20 @@ class ParameterFeatures:
         descriptor = self._descriptors[name]
         values = self._values([name])
         value = values[0] if values else None
-        kind = self._kinds[name]
+        listed = self._choices.get(name, {})
+        if listed and value is not None:
+            value = next((entry for entry, sent in listed.items() if sent == value), str(value))
         access = AccessMode.READ_ONLY if descriptor.read_only else AccessMode.READ_WRITE
         low, high, step = _range(descriptor)
         return Feature(
             **vars(self._description(name)),
             access=AccessMode.NOT_AVAILABLE if value is None else access,
-            value=str(value) if value is not None and kind is FeatureKind.ENUMERATION else value,
+            constant=descriptor.read_only,
+            value=value,
             minimum=low,
             maximum=high,
             increment=step or None,
-            entries=tuple(map(EnumEntry, choices(descriptor))) if kind is FeatureKind.ENUMERATION else (),
+            entries=tuple(map(EnumEntry, listed)),
         )
 
     def write(self, name: str, value: FeatureValue) -> Feature:
@@ -134,8 +148,7 @@ class ParameterFeatures:
         given = self._descriptors[name].type
         if given in ARRAYS:
             return message_of_text(name, given, str(value))
-        kind = _KINDS[given]
-        return message_of(kind, int(value) if kind is FeatureKind.INTEGER else value)
+        return message_of(_KINDS[given], self._choices.get(name, {}).get(str(value), value))
 
     def _describe(self, names: list[str]) -> list[Any]:
         if not names:
@@ -158,16 +171,38 @@ class ParameterFeatures:
         )
 
 
-def choices(descriptor: Any) -> tuple[str, ...]:
-    """What a descriptor's words list as all there is to choose from; empty where they list nothing."""
+def choices(descriptor: Any) -> dict[str, FeatureValue]:
+    """The values that a descriptor's words list as all there is to choose from, by their names.
+
+    Empty where they list nothing, or something that the parameter's type cannot be.
+    """
     for text in (descriptor.additional_constraints, descriptor.description):
-        match = _CHOICES.search(text[:4096])
-        if match:
-            listed = match["in_brackets"] if match["in_brackets"] is not None else match["to_the_end"]
-            found = [part.strip(" \t\"'`") for part in _BETWEEN_CHOICES.split(listed.strip())]
-            if 2 <= len(found) <= _MOST_CHOICES and all(found):
-                return tuple(dict.fromkeys(found))
-    return ()
+        found = _menu(text[:4096]) if descriptor.type == INTEGER else {}
+        found = found or _list(text[:4096], _FROM_WORD.get(descriptor.type))
+        if 2 <= len(found) <= _MOST_CHOICES:
+            return found
+    return {}
+
+
+def _menu(text: str) -> dict[str, FeatureValue]:
+    """`0: Disabled, 1: 50 Hz`; a label has a letter, which a ratio or a time of day has not."""
+    entries = [(match["label"].strip(" \"'`"), int(match["number"])) for match in _MENU_ENTRY.finditer(text)]
+    labels, numbers = {label for label, _ in entries}, {number for _, number in entries}
+    sound = len(labels) == len(numbers) == len(entries)
+    return dict(entries) if sound and all(map(_LETTER.search, labels)) else {}
+
+
+def _list(text: str, from_word: Callable[[str], FeatureValue] | None) -> dict[str, FeatureValue]:
+    """`one of [off, auto]`, `Valid values: 50, 60`."""
+    match = _CHOICES.search(text)
+    if not match or from_word is None:
+        return {}
+    listed = match["in_brackets"] if match["in_brackets"] is not None else match["to_the_end"]
+    words = [part.strip(" \t\"'`") for part in _BETWEEN_CHOICES.split(listed.strip())]
+    try:
+        return {word: from_word(word) for word in words} if all(words) else {}
+    except ValueError:
+        return {}
 
 
 def _tree(descriptions: list[FeatureDescription]) -> Category:

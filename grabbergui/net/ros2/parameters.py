@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
+from grabbergui.core.companions import as_editable
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature, FeatureValue, Visibility
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.regulation import as_editable
 from grabbergui.net.ros2.parameter_events import ParameterEvents
 from grabbergui.net.ros2.parameter_values import TYPES, accepted, descriptor_of, message_of, type_of
 
@@ -42,8 +43,7 @@ class FeatureParameters:
             ("set_parameters", srv.SetParameters, self._set),
             ("set_parameters_atomically", srv.SetParametersAtomically, self._set_together),
         ):
-            name = f"{node.get_name()}/{service}"
-            node.create_service(kind, name, action, qos_profile=qos_profile_parameters)
+            node.create_service(kind, f"~/{service}", action, qos_profile=qos_profile_parameters)
 
     def start(self) -> None:
         """Write what a parameter file gave, and follow the camera."""
@@ -94,17 +94,15 @@ class FeatureParameters:
         self, names: list[str], of_feature: Callable[[Feature], Any], of_own: Callable[[str], Any]
     ) -> list[Any]:
         """An answer for each name; none at all where one is unknown, which is how rclpy says so."""
-        answers = []
-        for name in names:
+        answers: dict[str, Any] = {}  # each is read once, however often it is asked for
+        for name in dict.fromkeys(names):
             try:
-                if self._node.has_parameter(name):
-                    answers.append(of_own(name))
-                else:
-                    answers.append(of_feature(self._feature(name)))
+                own = self._node.has_parameter(name)
+                answers[name] = of_own(name) if own else of_feature(self._feature(name))
             except GrabberError as error:
                 log.info("parameter %s: %s", name, error)
                 return []
-        return answers
+        return [answers[name] for name in names]
 
     def _own_value(self, name: str) -> Any:
         return self._node.get_parameter(name).get_parameter_value()
@@ -129,7 +127,8 @@ class FeatureParameters:
 
     # -- from ROS to the camera ----------------------------------------------------------------------
     def _set(self, request: Any, answer: Any) -> Any:
-        answer.results = [self._set_one(parameter) for parameter in request.parameters]
+        with self._together():
+            answer.results = [self._set_one(parameter) for parameter in request.parameters]
         return answer
 
     def _set_together(self, request: Any, answer: Any) -> Any:
@@ -138,15 +137,24 @@ class FeatureParameters:
 
         before: list[tuple[str, FeatureValue]] = []
         answer.result = SetParametersResult(successful=True)
-        for parameter in request.parameters:
-            name, old = parameter.name, self._value_now(parameter.name)
-            answer.result = self._set_one(parameter)
-            if not answer.result.successful:
-                self._put_back(before)
-                break
-            if old is not None:
-                before.append((name, old))
+        with self._together():
+            for parameter in request.parameters:
+                name, old = parameter.name, self._value_now(parameter.name)
+                answer.result = self._set_one(parameter)
+                if not answer.result.successful:
+                    self._put_back(before)
+                    break
+                if old is not None:
+                    before.append((name, old))
         return answer
+
+    @contextmanager
+    def _together(self) -> Iterator[None]:
+        """Let nobody else move a selector between the parameters of one request."""
+        with ExitStack() as stack:
+            with suppress(GrabberError):  # each parameter says for itself that the camera is gone
+                stack.enter_context(self._grabber.exclusive())
+            yield
 
     def _set_one(self, parameter: Any) -> Any:
         from rcl_interfaces.msg import SetParametersResult

@@ -15,47 +15,53 @@ import numpy as np
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.ros2.camera_info import FittedCalibration, fill_camera_info
+from grabbergui.core.pfnc import Family
+from grabbergui.net.fitted_calibration import FittedCalibration
+from grabbergui.net.ros2.camera_info import fill_camera_info
 from grabbergui.net.ros2.encodings import encoding_of, pixels_of
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
 
 JPEG_QUALITY = 90
-_MISMATCH = (
-    "a subscriber asks for more than is offered and gets nothing; reliable pictures come with --qos reliable"
-)
 
 
 class PicturePublisher:
-    """`image`, `image_raw`, `image_raw/compressed` and `camera_info` below a name, from a thread of its own.
+    """`image`, `image_raw`, `image_raw/compressed` and `camera_info` below the node's name.
 
-    A network that is slow loses frames here; the camera and other consumers do not notice.
+    They are published by a thread of its own; the node's parameter `frame_id` is in their headers. A network
+    that is slow loses frames here; the camera and other consumers do not notice.
     """
 
-    def __init__(self, node: Any, grabber: FrameGrabber, name: str, frame_id: str, qos: str) -> None:
+    def __init__(self, node: Any, grabber: FrameGrabber, qos: str, calibration: FittedCalibration) -> None:
+        """`calibration` is sent with each image, as it holds for that one."""
         from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-        self.fitted = FittedCalibration(grabber)
-        "Its calibration is sent with each picture, as it holds for that."
+        self._calibration = calibration
         self._info_type = CameraInfo
         self.published = 0
-        self._frame_id = frame_id
+        self._node = node
         self._image_type, self._compressed_type = Image, CompressedImage
         self._clock = node.get_clock()
 
         def publisher(kind: Any, topic: str) -> Any:
             """One whose quality of service a parameter file may change: qos_overrides.<topic>.publisher…."""
             from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
+            from rclpy.qos import qos_policy_name_from_kind
             from rclpy.qos_overriding_options import QoSOverridingOptions
 
             def on_incompatible(event: Any) -> None:
-                log.warning("%s/%s: %s", name, topic, _MISMATCH)
+                log.warning(
+                    "%s: a subscriber asks for more than is offered (%s) and gets nothing; offer it with "
+                    "--qos reliable or qos_overrides",
+                    node.resolve_topic_name(topic),
+                    qos_policy_name_from_kind(event.last_policy_kind),
+                )
 
             create = functools.partial(
                 node.create_publisher,
                 kind,
-                f"{name}/{topic}",
+                topic,
                 quality_of_service(qos),
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
@@ -64,13 +70,13 @@ class PicturePublisher:
             except UnsupportedEventTypeError:  # not every middleware tells of it
                 return create()
 
-        self._images = [publisher(Image, topic) for topic in ("image", "image_raw")]
-        self._compressed = publisher(CompressedImage, "image_raw/compressed")
-        self._info = publisher(CameraInfo, "camera_info")
+        self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
+        self._compressed = publisher(CompressedImage, "~/image_raw/compressed")
+        self._info = publisher(CameraInfo, "~/camera_info")
         self._queue = grabber.open_queue(2)
         self._refused = ""
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name=f"ros2 {name} pictures", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="ros2 pictures", daemon=True)
 
     @property
     def dropped(self) -> int:
@@ -87,7 +93,6 @@ class PicturePublisher:
         self._queue.close()
         if self._thread.is_alive():
             self._thread.join()
-        self.fitted.close()
 
     def _run(self) -> None:
         while not self._stopping.is_set():
@@ -103,21 +108,22 @@ class PicturePublisher:
                     log.warning("ROS 2: %s", error)
 
     def _publish(self, frame: Frame) -> None:
+        frame_id = self._node.get_parameter("frame_id").value
         stamp = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
         wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]
         if wanted:
             message = self._image(frame)
-            self._stamp(message.header, stamp)
+            _fill(message.header, stamp, frame_id)
             for publisher in wanted:
                 publisher.publish(message)
             self.published += 1
         if self._compressed.get_subscription_count():
             message = self._jpeg(frame)
-            self._stamp(message.header, stamp)
+            _fill(message.header, stamp, frame_id)
             self._compressed.publish(message)
         if self._info.get_subscription_count():
             message = self._camera_info(frame)
-            self._stamp(message.header, stamp)
+            _fill(message.header, stamp, frame_id)
             self._info.publish(message)
 
     def _image(self, frame: Frame) -> Any:
@@ -135,7 +141,7 @@ class PicturePublisher:
 
     def _jpeg(self, frame: Frame) -> Any:
         message = self._compressed_type()
-        mono = frame.pixel_format.name.startswith("Mono")
+        mono = frame.pixel_format.family is Family.MONO
         picture = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
         done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if not done:
@@ -149,7 +155,7 @@ class PicturePublisher:
     def _camera_info(self, frame: Frame) -> Any:
         """Without a calibration the matrices are zero, which is how ROS says "uncalibrated"."""
         message = self._info_type(width=frame.width, height=frame.height)
-        calibration = self.fitted.of(frame)
+        calibration = self._calibration.of(frame)
         if calibration is not None:
             fill_camera_info(message, calibration)
         return message
@@ -161,6 +167,7 @@ class PicturePublisher:
         age = time.time_ns() - host_ns
         return max(0, int(self._clock.now().nanoseconds) - age)
 
-    def _stamp(self, header: Any, stamp: tuple[int, int]) -> None:
-        header.stamp.sec, header.stamp.nanosec = stamp
-        header.frame_id = self._frame_id
+
+def _fill(header: Any, stamp: tuple[int, int], frame_id: str) -> None:
+    header.stamp.sec, header.stamp.nanosec = stamp
+    header.frame_id = frame_id

@@ -21,6 +21,7 @@ HOW_TO_GET_IT = "ROS 2 is not installed: run `make setup-ros2`, or source the sy
 QUEUE_DEPTH = 5
 """Pictures that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 
 
 def require_ros2() -> None:
@@ -64,14 +65,21 @@ class Ros2Node:
     """
 
     def __init__(
-        self, name: str, namespace: str = "", *, ros_args: Sequence[str] = (), **options: Any
+        self,
+        name: str,
+        namespace: str = "",
+        *,
+        ros_args: Sequence[str] = (),
+        shared_memory: bool = True,
+        **options: Any,
     ) -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2, UsageError for bad `ros_args`.
 
         `ros_args` are what ROS's programs take behind `--ros-args`: `-r`, `-p`, `--params-file` …
+        Without `shared_memory` the first node of a process decides that it sends by UDP alone.
         """
         require_ros2()
-        use_transport_profile()
+        use_transports(shared_memory=shared_memory)
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.signals import SignalHandlerOptions
@@ -138,8 +146,21 @@ def quality_of_service(name: str) -> Any:
     return QoSProfile(depth=QUEUE_DEPTH, reliability=policies[name])
 
 
-def use_transport_profile() -> None:
-    """Give Fast DDS room for pictures in shared memory, unless the user has a profile of his own."""
-    if _PROFILES not in os.environ:
-        profile = resources.files("grabbergui.resources") / "ros2" / "fastdds.xml"
-        os.environ[_PROFILES] = str(profile)
+def use_transports(*, shared_memory: bool) -> None:
+    """Choose how Fast DDS sends, unless the user has a profile of their own. It asks once in a process.
+
+    With room for images in shared memory; or by UDP alone, because a port in shared memory has a lock, which
+    a program that is frozen while it holds it never gives back.
+    """
+    folder = resources.files("grabbergui.resources") / "ros2"
+    ours = str(folder / "fastdds.xml")
+    if os.environ.get(_PROFILES, ours) != ours:  # the program that started this one may have set ours
+        return
+    if shared_memory:
+        os.environ[_PROFILES] = ours
+    elif os.environ.get(_RANGE) == "LOCALHOST":
+        # In this range rmw adds shared memory to any transports; the profile keeps to this machine instead.
+        os.environ.update({_RANGE: "SUBNET", _PROFILES: str(folder / "fastdds-loopback.xml")})
+    else:
+        os.environ.pop(_PROFILES, None)
+        os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"

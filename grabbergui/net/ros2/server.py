@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.ros2.camera_info import read_camera_info
+from grabbergui.net.ros2.camera_info_url import DEFAULT_URL, path_of
 from grabbergui.net.ros2.diagnostics import Diagnostics
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.pictures import PicturePublisher
-from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.net.ros2.rosout import RosoutHandler
+from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
 from grabbergui.net.ros2.services import GrabberServices
 from grabbergui.net.tree_service import Terminal, no_terminal
 
@@ -26,8 +27,8 @@ DEFAULT_NAME = "/camera"
 class Ros2GrabberServer:
     """Shares an open grabber as a node.
 
-    Topics and services lie below `name`; the node itself has that name, so its parameters are the camera's
-    features. What is published costs nothing while nobody listens.
+    Topics and services lie below the node's name, and its parameters are the camera's features. All of them
+    move together when `ros_args` rename the node or its namespace. What nobody subscribes to costs nothing.
     """
 
     def __init__(
@@ -36,39 +37,51 @@ class Ros2GrabberServer:
         name: str = DEFAULT_NAME,
         *,
         frame_id: str = "camera",
-        calibration: Path | None = None,
-        qos: str = "sensor_data",
+        calibration: FittedCalibration | None = None,
+        qos: str = "reliable",
         ros_args: Sequence[str] = (),
+        read_only: bool = False,
         terminal: Terminal = no_terminal,
     ) -> None:
-        """Get ready, as yet unseen. `terminal` runs what is typed to it by the service `ask`.
+        """Create the node; nothing is published before `start`.
 
-        Raises UsageError for a bad name, calibration or `ros_args`, OSError where the calibration cannot
-        be read, SourceUnavailableError without ROS 2.
+        `frame_id` is the default of the parameter of that name. `calibration` goes out as `camera_info`, and
+        `set_camera_info` replaces it; its file is the default of `camera_info_url`. With `read_only` nobody
+        may set them; a `ReadOnlyGrabber` refuses the rest.
+
+        Raises UsageError for a bad name, calibration or `ros_args`, OSError where the calibration cannot be
+        read, SourceUnavailableError without ROS 2.
         """
+        require_ros2()
+        from sensor_msgs.srv import SetCameraInfo
+
         name = "/" + name.strip("/")
         namespace, _, node_name = name.rpartition("/")
         if not all(part.isidentifier() for part in name.strip("/").split("/")):
             raise UsageError(f"--ros2 {name}: names are of letters, digits and _, as in /head/left")
-        self.name = name
         self._grabber = grabber
-        self._calibration_file = calibration
+        self._calibration = calibration or FittedCalibration(grabber)
+        self._read_only = read_only
         # The parameter services are ours: see FeatureParameters.
         self._ros = Ros2Node(
             node_name, namespace, ros_args=ros_args, enable_rosout=True, start_parameter_services=False
         )
         self._started_stream = False
         node = self._ros.node
+        self.name: str = node.get_fully_qualified_name()
+        "After renaming."
+        self._rosout = RosoutHandler(node)
         try:
-            # Pictures last: who sees the topic finds the services there already.
-            self._services = GrabberServices(node, grabber, name, terminal)
+            self._declare(frame_id)
+            self._find_calibration()
+            # Images last: who sees the topic finds the services there already.
+            self._services = GrabberServices(node, grabber, terminal)
             self._parameters = FeatureParameters(node, grabber)
-            self._serve_camera_info(node)
-            Diagnostics(node, grabber, name, self._counters)
-            self._pictures = PicturePublisher(node, grabber, name, frame_id, qos)
-            if calibration is not None and calibration.is_file():
-                self._pictures.fitted.calibration = Calibration.load(calibration)
+            node.create_service(SetCameraInfo, "~/set_camera_info", self._on_set_camera_info)
+            Diagnostics(node, grabber, self._counters)
+            self._pictures = PicturePublisher(node, grabber, qos, self._calibration)
         except BaseException:
+            self._rosout.close()
             self._ros.close()
             raise
 
@@ -96,8 +109,10 @@ class Ros2GrabberServer:
     def stop(self) -> None:
         """Leave the network; stop the stream if it was started here. May be called twice."""
         self._pictures.stop()
+        self._calibration.close()
         self._parameters.stop()
         self._services.close()
+        self._rosout.close()
         self._ros.close()
         if self._started_stream:
             self._started_stream = False
@@ -114,20 +129,48 @@ class Ros2GrabberServer:
         self.stop()
 
     # -- calibration ---------------------------------------------------------------------------------
-    def _serve_camera_info(self, node: Any) -> None:
-        from sensor_msgs.srv import SetCameraInfo
+    def _declare(self, frame_id: str) -> None:
+        """The two parameters that ROS's camera drivers share. Raises UsageError for a value of another type.
 
-        node.create_service(SetCameraInfo, f"{self.name}/set_camera_info", self._on_set_camera_info)
+        The URL is fixed at the start: whoever could set it later could have any file overwritten.
+        """
+        from rcl_interfaces.msg import ParameterDescriptor
+        from rclpy.exceptions import InvalidParameterTypeException
+
+        file = self._calibration.file
+        for name, value, fixed, description in (
+            ("frame_id", frame_id, self._read_only, "Frame of reference in the headers of images."),
+            (
+                "camera_info_url",
+                file.absolute().as_uri() if file else "",
+                True,
+                f"Calibration file; empty: {DEFAULT_URL}",
+            ),
+        ):
+            descriptor = ParameterDescriptor(description=description, read_only=fixed)
+            try:
+                self._ros.node.declare_parameter(name, value, descriptor)
+            except InvalidParameterTypeException as error:
+                raise UsageError(f"parameter {name}: {error}") from error
+
+    def _find_calibration(self) -> None:
+        """Use the file that `camera_info_url` names. One that nobody asked for is no reason to stop."""
+        url = self._ros.node.get_parameter("camera_info_url").value
+        try:
+            self._calibration.use(path_of(url, self.name))
+        except (UsageError, OSError) as error:
+            if url:
+                raise
+            log.warning("images are published without calibration: %s", error)
 
     def _on_set_camera_info(self, request: Any, answer: Any) -> Any:
         try:
+            if self._read_only:
+                raise AccessDeniedError("the calibration cannot be set: the camera is served read-only")
             calibration = read_camera_info(request.camera_info, self.name.rpartition("/")[2])
-            if self._calibration_file is not None:
-                calibration.save(self._calibration_file)
-            self._pictures.fitted.calibration = calibration
-            answer.success = True
-            where = self._calibration_file or "memory only; start with --calibration FILE to keep it"
-            answer.status_message = f"kept in {where}"
+            if not self._ros.node.get_parameter("camera_info_url").value:
+                path_of("", self.name).parent.mkdir(parents=True, exist_ok=True)
+            answer.success, answer.status_message = True, f"kept in {self._calibration.keep(calibration)}"
         except (GrabberError, OSError) as error:
             answer.success, answer.status_message = False, str(error)
         return answer

@@ -17,11 +17,9 @@ from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
 
 
 class GrabberServices:
-    """Offers the services below a name. Callbacks run on the node's thread; failures are replies."""
+    """Offers the services below the node's name. Callbacks run on the node's thread; failures are replies."""
 
-    def __init__(
-        self, node: Any, grabber: FrameGrabber, name: str, terminal: Terminal = no_terminal
-    ) -> None:
+    def __init__(self, node: Any, grabber: FrameGrabber, terminal: Terminal = no_terminal) -> None:
         require_interfaces()
         from grabber_interfaces import srv
 
@@ -36,8 +34,8 @@ class GrabberServices:
             ("get_feature_range", srv.GetFeatureRange, self._range),
             ("set_mode", srv.SetMode, self._set_mode),
         ):
-            node.create_service(kind, f"{name}/{service}", _told(action))
-        node.create_service(srv.Ask, f"{name}/ask", self._ask)
+            node.create_service(kind, f"~/{service}", _told(action))
+        node.create_service(srv.Ask, "~/ask", self._ask)
 
     def close(self) -> None:
         """Let go of the grabber."""

@@ -15,6 +15,13 @@ def domain():
 
 
 @pytest.fixture(autouse=True)
+def ros_home(monkeypatch, tmp_path):
+    """Nobody's calibrations but the test's."""
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "ros"))
+    return tmp_path / "ros"
+
+
+@pytest.fixture(autouse=True)
 def patience(monkeypatch):
     """Others may have the machine's cores; what is to be found is found in the end."""
     monkeypatch.setattr("grabbergui.net.ros2.client.DISCOVERY_TIMEOUT", 20.0)
@@ -55,9 +62,11 @@ def camera():
 
 @pytest.fixture
 def server(camera, tmp_path):
+    from grabbergui.net.fitted_calibration import FittedCalibration
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
-    with Ros2GrabberServer(camera, "/cam", calibration=tmp_path / "cam.yaml") as server:
+    calibration = FittedCalibration(camera, tmp_path / "cam.yaml")
+    with Ros2GrabberServer(camera, "/cam", calibration=calibration) as server:
         yield server
 
 

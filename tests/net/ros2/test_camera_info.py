@@ -1,96 +1,22 @@
-"""What a calibration becomes when the camera bins or cuts out a region; without ROS."""
+"""Calibrations as messages and back; without ROS."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fakes import ScriptedGrabber
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import by_name
-from grabbergui.net.ros2.camera_info import FittedCalibration, fill_camera_info, fitted, read_camera_info
+from grabbergui.net.fitted_calibration import fitted
+from grabbergui.net.ros2.camera_info import fill_camera_info, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
 WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))
 
 
-def frame(width, height, x=0, y=0):
-    return Frame(np.zeros(1, np.uint8), width, height, by_name("Mono8"), offset_x=x, offset_y=y)
-
-
-def camera(width, height):
-    sizes = {"WidthMax": width, "HeightMax": height}
-    return ScriptedGrabber(
-        Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=value)
-        for name, value in sizes.items()
-    )
-
-
 def intrinsics(calibration):
     matrix = calibration.matrix
     return (matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])
-
-
-def test_a_region_moves_the_centre_and_keeps_the_focal_length():
-    region = fitted(WHOLE, frame(160, 120, 64, 32), (640, 480))
-
-    assert intrinsics(region) == (500, 500, 319.5 - 64, 239.5 - 32)
-    assert (region.width, region.height) == (160, 120)
-
-
-def test_a_region_of_other_proportions_is_no_hindrance():
-    assert intrinsics(fitted(WHOLE, frame(160, 200, 8, 0), (640, 480))) == (500, 500, 311.5, 239.5)
-
-
-def test_binning_shrinks_the_focal_length():
-    assert intrinsics(fitted(WHOLE, frame(320, 240), (320, 240))) == (250, 250, 159.5, 119.5)
-
-
-def test_binning_and_a_region_together():
-    assert intrinsics(fitted(WHOLE, frame(64, 48, 16, 8), (320, 240))) == (250, 250, 143.5, 111.5)
-
-
-def test_one_made_at_this_size_is_taken_as_it_is():
-    assert fitted(WHOLE, frame(640, 480, 100, 100), (2448, 2048)) is WHOLE
-
-
-def test_one_of_another_region_is_refused():
-    with pytest.raises(UsageError, match="another crop"):
-        fitted(WHOLE, frame(1224, 1024), (2448, 2048))
-
-
-def test_what_cannot_be_told_is_warned_of_once(caplog):
-    calibrations = FittedCalibration(camera(2448, 2048))
-    calibrations.calibration = WHOLE
-
-    assert [calibrations.of(frame(1224, 1024)) for _ in range(3)] == [None] * 3
-    assert len([record for record in caplog.records if "uncalibrated" in record.message]) == 1
-
-
-def test_binning_at_the_same_frame_size_is_noticed():
-    grabber = camera(640, 480)
-    calibrations = FittedCalibration(grabber)
-    calibrations.calibration = WHOLE
-    assert intrinsics(calibrations.of(frame(64, 48)))[0] == 500
-
-    grabber.set("WidthMax", 320)
-    grabber.set("HeightMax", 240)
-
-    assert intrinsics(calibrations.of(frame(64, 48)))[0] == 250
-    calibrations.close()
-    calibrations.close()
-
-
-def test_another_calibration_takes_effect_and_none_is_none():
-    calibrations = FittedCalibration(camera(640, 480))
-    assert calibrations.of(frame(640, 480)) is None
-    calibrations.calibration = WHOLE
-    assert calibrations.of(frame(640, 480)) is WHOLE
-    calibrations.calibration = None
-    assert calibrations.of(frame(640, 480)) is None
 
 
 def message(**changes):
@@ -135,7 +61,7 @@ def test_a_stereo_pairs_rectification_and_baseline_are_kept_through_binning_and_
 
     kept = Calibration.from_yaml(read_camera_info(given, "right").to_yaml())
     told = SimpleNamespace()
-    fill_camera_info(told, fitted(kept, frame(64, 48, 16, 8), (320, 240)))
+    fill_camera_info(told, fitted(kept, (64, 48), (16, 8), (320, 240)))
 
     assert told.r == turn.ravel().tolist()
     assert told.p == [240, 0, 301 / 2 - 0.5 - 16, -24, 0, 240, 231 / 2 - 0.5 - 8, 0, 0, 0, 1, 0]

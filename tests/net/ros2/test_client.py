@@ -1,7 +1,10 @@
 """Our client: on a server of ours, and on other people's camera drivers."""
 
 import queue
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 
@@ -26,6 +29,7 @@ from grabbergui.core.errors import (  # noqa: E402
 from grabbergui.core.features import FeatureKind  # noqa: E402
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import not_found  # noqa: E402
+from grabbergui.net.ros2.publishers import publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
@@ -35,7 +39,10 @@ PIXELS = bytes(range(16))
 class Driver:
     """Somebody else's camera driver, written with rclpy alone."""
 
-    def __init__(self, name="other", reliability=ReliabilityPolicy.RELIABLE, kind=Image, **options):
+    def __init__(
+        self, name="other", reliability=ReliabilityPolicy.RELIABLE, kind=Image, callbacks=True, **options
+    ):
+        """Without `callbacks` it publishes from a thread of its own and answers no service."""
         self.ros = Ros2Node(f"{name}_driver", **options)
         self.node = self.ros.node
         qos = QoSProfile(depth=5, reliability=reliability, durability=DurabilityPolicy.VOLATILE)
@@ -44,8 +51,13 @@ class Driver:
         self.message = kind() if kind is not Image else image()
         self.info = None
         self.stamp = time.time
-        self.node.create_timer(0.02, self._publish)
-        self.ros.start()
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        if callbacks:
+            self.node.create_timer(0.02, self._publish)
+            self.ros.start()
+        else:
+            self._thread.start()
 
     def _publish(self):
         if isinstance(self.message, Image):
@@ -56,7 +68,14 @@ class Driver:
         if self.info is not None:
             self._info.publish(self.info)
 
+    def _run(self):
+        while not self._closing.wait(0.02):
+            self._publish()
+
     def close(self):
+        self._closing.set()
+        if self._thread.is_alive():
+            self._thread.join()
         self.ros.close()
 
 
@@ -120,7 +139,7 @@ def said(notices, words):
 def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
     assert remote.feature_tree() == camera.feature_tree()
     assert remote.info.model == "Simulated camera"
-    assert remote.info.interface == "/cam (best effort, volatile)"
+    assert remote.info.interface == "/cam (reliable, volatile)"
     frames = remote.open_queue()
     remote.start()
     frame = frames.get(PATIENCE)
@@ -151,7 +170,7 @@ def test_its_calibration_is_the_servers(server, remote, camera):
 
     assert remote.calibration() is None
     remote.start()
-    server._pictures.fitted.calibration = Calibration.from_field_of_view(4096, 2160)
+    server._calibration.calibration = Calibration.from_field_of_view(4096, 2160)
     calibration = until(remote.calibration)
 
     assert (calibration.width, calibration.height) == (320, 240)
@@ -181,18 +200,41 @@ def test_a_server_that_vanishes_and_comes_back(serve, opened):
     assert remote.write_feature("Gain", 2).value == 2
 
 
-def test_another_camera_that_comes_back_in_its_place_has_its_own_features(serve, opened, drive):
+def test_a_server_that_is_back_with_other_values_says_so(serve, camera, opened, caplog):
+    server = serve("/cam")
+    remote = opened("ros2:/cam")
+    states = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: states.put((state, why)))
+    assert remote.write_feature("Gain", 3).value == 3
+
+    server.stop()
+    assert states.get(timeout=30)[0] is ConnectionState.LOST
+    camera.write_feature("Gain", 0)
+    serve("/cam")
+
+    state, why = states.get(timeout=30)
+    assert state is ConnectionState.OPEN
+    assert remote.unlike_before == ("Gain is 0 instead of 3",)
+    assert why == "but not as before: Gain is 0 instead of 3"
+    assert "Gain is 0 instead of 3" in caplog.text
+
+
+def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back(serve, opened, drive):
     server = serve("/other")
     remote = opened("ros2:/other")
-    states = queue.Queue()
-    remote.connection_changed.connect(lambda state, why: states.put(state))
+    told = queue.Queue()
+    remote.connection_changed.connect(lambda state, why: told.put((state, why)))
     server.stop()
-    assert states.get(timeout=30) is ConnectionState.LOST
+    assert told.get(timeout=30)[0] is ConnectionState.LOST
 
-    drive()
-    assert states.get(timeout=30) is ConnectionState.OPEN
+    driver = drive()
+    state, why = told.get(timeout=30)
+    assert state is ConnectionState.LOST and "/other_driver" in why and "serial SIM001" in why
 
-    assert not remote.has_feature("Gain") and remote.info.model == "/other_driver"
+    driver.close()
+    serve("/other")
+    until(lambda: told.get(timeout=30)[0] is ConnectionState.OPEN)
+    assert remote.has_feature("Gain") and remote.info.model == "Simulated camera"
 
 
 # -- other people's ----------------------------------------------------------------------------------
@@ -207,6 +249,7 @@ def test_parameters_become_controls(driver, opened):
     declare("serial", "4711", ParameterDescriptor(read_only=True))
     declare("awb", "auto", ParameterDescriptor(additional_constraints="one of [off, auto, daylight]"))
     declare("anti_flicker", 50, ParameterDescriptor(description="Mains, in Hz. Valid values: 0, 50 or 60"))
+    declare("power_line", 1, ParameterDescriptor(description="0: Disabled, 1: 50 Hz, 2: 60 Hz"))
     declare("matrix", [1.0, 2.5])
     declare("modes", ["off", "größer"], ParameterDescriptor(read_only=True))
 
@@ -214,7 +257,16 @@ def test_parameters_become_controls(driver, opened):
 
     branches = {branch.name: [m.name for m in branch.members] for branch in remote.feature_tree().members}
     assert branches["rgb"] == ["rgb.binning", "rgb.flip"]
-    assert branches["Parameters"] == ["exposure", "name", "serial", "awb", "anti_flicker", "matrix", "modes"]
+    assert branches["Parameters"] == [
+        "exposure",
+        "name",
+        "serial",
+        "awb",
+        "anti_flicker",
+        "power_line",
+        "matrix",
+        "modes",
+    ]
     exposure = remote.feature("exposure")
     assert (exposure.kind, exposure.value, exposure.tooltip) == (FeatureKind.FLOAT, 2.0, "how bright")
     assert (exposure.minimum, exposure.maximum) == (1.0, 9.0)
@@ -228,6 +280,11 @@ def test_parameters_become_controls(driver, opened):
     assert remote.feature("rgb.flip").kind is FeatureKind.BOOLEAN
     assert remote.feature("name").kind is FeatureKind.STRING
     assert not remote.feature("serial").access.writable
+    assert remote.feature("serial").access_problem() == "is read-only"
+    line = remote.feature("power_line")
+    assert [entry.name for entry in line.entries] == ["Disabled", "50 Hz", "60 Hz"] and line.value == "50 Hz"
+    assert remote.write_feature("power_line", "60 Hz").value == "60 Hz"
+    assert driver.node.get_parameter("power_line").value == 2
     matrix = remote.feature("matrix")
     assert (matrix.kind, matrix.value) == (FeatureKind.STRING, "[1.0, 2.5]")
     assert remote.feature("modes").value == '["off", "größer"]'
@@ -317,6 +374,53 @@ def test_a_node_without_parameters_is_a_picture_only(opened, drive, monkeypatch)
     assert not list(remote.feature_tree().descriptions())
     with pytest.raises(FeatureNotFoundError):
         remote.feature("exposure")
+
+
+def test_a_node_that_answers_no_service_is_a_picture_only(opened, notices, drive, monkeypatch):
+    """As a program that publishes from its own loop and never spins."""
+    drive("mute", callbacks=False)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    remote = opened("ros2:/mute")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(PATIENCE).raw().shape == (2, 4)
+    assert said(notices, "/mute/image_raw is shown without controls")()
+
+
+def test_sixteen_that_answer_no_service_are_sixteen_pictures(opened, domain, monkeypatch):
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    mute = Ros2Node("mute_drivers")  # never started: nothing of it answers
+    publishers = [mute.node.create_publisher(Image, f"/mute{number}/image_raw", 5) for number in range(16)]
+    with ThreadPoolExecutor(16) as pool:
+        cameras = list(pool.map(opened, [f"ros2:/mute{number}" for number in range(16)]))
+    queues = [camera.open_queue() for camera in cameras]
+    for camera in cameras:
+        camera.start()
+
+    def all_seen():
+        for publisher in publishers:
+            publisher.publish(image())
+        return all(camera.statistics().frames for camera in cameras)
+
+    until(all_seen)
+    assert [queue.get(PATIENCE).width for queue in queues] == [4] * 16
+    mute.close()
+
+
+def test_a_publisher_outside_ros_has_no_name_and_is_shown(opened, notices, drive, monkeypatch):
+    drive("other")
+    monkeypatch.setattr("grabbergui.net.ros2.client.NAME_TIMEOUT", 0.1)
+    monkeypatch.setattr(
+        "grabbergui.net.ros2.client_link.publishers_of",
+        lambda node, topic: [replace(found, node="") for found in publishers_of(node, topic)],
+    )
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(PATIENCE).width == 4
+    assert said(notices, "its publisher offers no parameters")()
 
 
 def test_lines_may_be_padded(driver, opened):

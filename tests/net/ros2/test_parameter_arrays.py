@@ -34,7 +34,6 @@ ELEMENTS = {
 def test_what_is_read_can_be_written(data, kind):
     elements = data.draw(st.lists(ELEMENTS[kind], max_size=8))
 
-
     text = text_of(message_of_text("list", kind, json.dumps(elements)))
 
     assert json.loads(text) == elements

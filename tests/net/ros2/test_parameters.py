@@ -94,7 +94,7 @@ def test_what_only_the_stream_locks_can_be_set(parameters, camera):
 
     described = parameters.describe("PixelFormat", "Height", "HeightMax", "AcquisitionMode")
 
-    assert [descriptor.read_only for descriptor in described] == [False, False, True, True]
+    assert [descriptor.read_only for descriptor in described] == [False, False, True, False]
     assert described[0].additional_constraints.startswith("one of Mono8")
     assert parameters.set(Height=64)[0].successful and camera.streaming
 
@@ -246,7 +246,7 @@ def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, pr
     file.write_text(
         "/configured:\n  ros__parameters:\n    Gain: 4.0\n    Gian: 1.0\n    Width: 17\n"
         "    qos_overrides:\n      /configured/image_raw:\n"
-        "        publisher: {reliability: reliable, depth: 3}\n"
+        "        publisher: {reliability: best_effort, depth: 3}\n"
     )
     with Ros2GrabberServer(camera, "/configured", ros_args=["--params-file", str(file)]):
         found = probe.node.get_publishers_info_by_topic
@@ -254,7 +254,7 @@ def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, pr
         other = until(lambda: found("/configured/image"))[0].qos_profile
 
     assert camera.feature("Gain").value == 4
-    assert (offered.reliability.name, other.reliability.name) == ("RELIABLE", "BEST_EFFORT")
+    assert (offered.reliability.name, other.reliability.name) == ("BEST_EFFORT", "RELIABLE")
     warnings = [record.message for record in caplog.records if "given at the start" in record.message]
     assert len(warnings) == 2 and "did you mean Gain" in warnings[0] and "step" in warnings[1]
 
