@@ -199,8 +199,6 @@ def _residuals(view: View, calibration: Calibration) -> NDArray[np.float64]:
     _, rotation, translation = cv2.solvePnP(
         view.board, view.picture, calibration.matrix, calibration.distortion
     )
-    seen, _ = cv2.projectPoints(
-        view.board, rotation, translation, calibration.matrix, calibration.distortion
-    )
+    seen, _ = cv2.projectPoints(view.board, rotation, translation, calibration.matrix, calibration.distortion)
     residuals: NDArray[np.float64] = seen.reshape(-1, 2).astype(np.float64) - view.picture
     return residuals

@@ -120,6 +120,8 @@ class SafetyConfig:
     "Seconds after a loss before the head starts to search."
     command_timeout: float = 0.15
     "Seconds after which the watchdog stops a robot that gets no more commands."
+    guardian_timeout: float = 0.08
+    "Seconds after which the guardian process stops a robot whose program has fallen silent."
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,10 @@ class Config:
             )
         if self.safety.command_timeout > 0.2:
             raise UsageError("[safety] command_timeout must not be more than 0.2 s")
+        if not 0.04 <= self.safety.guardian_timeout <= 0.2:
+            raise UsageError(
+                f"[safety] guardian_timeout of {self.safety.guardian_timeout:g} s; allowed is 0.04 to 0.2"
+            )
 
     @classmethod
     def parse(cls, text: str, where: str = "configuration") -> Config:

@@ -1,7 +1,8 @@
 """The only door through which commands reach a robot.
 
-It lets nothing through that is not finite or too fast, nothing while the emergency stop is on, and it stops a
-robot whose commands have ceased. A stop goes through always, from any thread.
+It lets nothing through that is not finite or too fast, nothing while the emergency stop is on, and nothing
+while the guardian could not stop the robot. It stops a robot whose commands have ceased. A stop always goes
+through, from any thread; every stop is the guardian's too, but for a planned rest that the robot took.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from grabbergui.core.errors import GrabberError
 from grabbergui.servo.config import Config
 from grabbergui.servo.geometry import Vector
+from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
 from grabbergui.servo.robots.robot import Robot
 
 log = logging.getLogger(__name__)
@@ -45,13 +47,14 @@ class Command:
 class CommandGate:
     """Checks commands and passes them on. Any thread."""
 
-    def __init__(self, robot: Robot, config: Config) -> None:
+    def __init__(self, robot: Robot, config: Config, guard: Guard | None = None) -> None:
         self.sent = 0
         "Motion commands that reached the robot."
         self.refused = 0
         "Commands that were not let through."
         self._robot = robot
         self._config = config
+        self._guard = guard or Guard()
         self._lock = threading.RLock()
         self._last_word = -math.inf
         self._until = math.inf
@@ -85,7 +88,13 @@ class CommandGate:
                 self._rest()
                 return True
             # Before it is said: a robot that is long in taking it is stopped by the watchdog.
-            self._moving = True
+            before, self._moving = self._moving, True
+            verdict = self._guard.beat(lambda: self._moving)
+            if verdict != ALLOWED:
+                self.refused += command.moves
+                self._moving = before
+                self._heed(verdict)
+                return False
             try:
                 if command.head_step is not None:
                     self._robot.step_head(command.head_step)
@@ -97,7 +106,12 @@ class CommandGate:
                 self._robot.move_hand(command.hand)
             except GrabberError as error:
                 self.refused += 1
-                log.error("%s does not take a command: %s", self._robot.name, error)
+                if self._halted or not self._moving:
+                    # A stop from another thread came between: the robot refuses what was said before it.
+                    log.info("%s: a command was overtaken by a stop: %s", self._robot.name, error)
+                else:
+                    log.error("%s does not take a command: %s", self._robot.name, error)
+                self._guard.stop()
                 self._robot.stop()
                 self._moving = False
                 return False
@@ -119,15 +133,21 @@ class CommandGate:
         """Emergency stop: the robot is told again though it may rest already, and nothing follows."""
         # Not behind the lock: a command that hangs in the network must not hold up a stop.
         self._halted = reason or "emergency stop"
+        self._guard.stop()
         self._robot.stop()
         with self._lock:
             self._robot.stop()  # whatever was under way in between
             self._moving = False
 
     def release(self) -> None:
-        """End the emergency stop."""
+        """End the emergency stop. Raises SourceUnavailableError, and it stays on, without a guardian."""
+        self._guard.renew()
         with self._lock:
             self._halted = ""
+
+    def beat(self) -> None:
+        """Let the guardian know that this program lives, and heed what it says. For a watchdog."""
+        self._heed(self._guard.beat(lambda: self._moving))
 
     def expire(self, now: float) -> bool:
         """Stop a robot whose last command is over, or too long ago; whether it moved. For a watchdog."""
@@ -136,15 +156,26 @@ class CommandGate:
             return False
         # First, as stopping may take a while: of a command that comes meanwhile the robot moves again.
         self._moving = False
+        self._guard.stop()
         self._robot.stop()
         why = "the picture is too old" if over else f"no command for {1e3 * silent:.0f} ms"
         log.warning("%s: stopped", why)
         return True
 
+    def _heed(self, verdict: Verdict) -> None:
+        if verdict.for_good and not self._halted:
+            log.error("%s", verdict.why_not)
+            self.halt(verdict.why_not)
+        elif verdict != ALLOWED and self._moving:
+            # The robot stands already; but its connections here have to learn of it.
+            self._moving = False
+            self._robot.stop()
+
     def _rest(self) -> None:
         if self._moving:
-            self._robot.stop()
             self._moving = False
+            if not self._robot.stop():
+                self._guard.stop()  # over its own connections
 
     def _problem(self, command: Command) -> str:
         config = self._config

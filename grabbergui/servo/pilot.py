@@ -21,6 +21,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.guardian_link import Guard
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import State
@@ -47,11 +48,15 @@ class Pilot:
         robot: Robot,
         detector: Callable[[Frame], Detector],
         config: Config | None = None,
+        guard: Guard | None = None,
     ) -> None:
-        """`detector` is called with the first picture, whose size a calibration must fit."""
+        """`detector` is called with the first picture, whose size a calibration must fit.
+
+        `guard` is the guardian of a robot that would go on moving without this program.
+        """
         self.config = config or Config()
         self.loop = ServoLoop(self.config, robot)
-        self.gate = CommandGate(robot, self.config)
+        self.gate = CommandGate(robot, self.config, guard)
         self.pictures = 0
         "How many were looked at."
         self.detection_ms: deque[float] = deque(maxlen=TIMES_KEPT)
@@ -97,9 +102,17 @@ class Pilot:
         """Stop the robot at once and let no command follow until `resume`. Any thread."""
         self.gate.halt(reason)
 
-    def resume(self) -> None:
-        """End an emergency stop; the loop decides anew what to do. Any thread."""
-        self.gate.release()
+    def resume(self) -> str:
+        """End an emergency stop, and start the guardian again if it has ended. Any thread.
+
+        Returns why the robot is still stopped: empty unless there is no guardian that could stop it.
+        """
+        try:
+            self.gate.release()
+        except GrabberError as error:
+            log.error("%s", error)
+            return str(error)
+        return ""
 
     @property
     def robot(self) -> Robot:
@@ -154,7 +167,7 @@ class Pilot:
         if not frame.complete:
             return None
         began = time.monotonic()
-        captured = began - max(0.0, (time.time_ns() - frame.received_ns) * 1e-9)
+        captured = min(frame.captured, began)
         if self._detector is None or self._renew:
             self._renew = False  # first: a wish that comes meanwhile is for the next picture
             self._detector = self._make_detector(frame)
@@ -201,4 +214,5 @@ class Pilot:
     def _watch(self) -> None:
         while self._running.is_set():
             self.gate.expire(time.monotonic())
+            self.gate.beat()
             time.sleep(_WATCH_S)

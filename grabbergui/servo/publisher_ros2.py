@@ -80,9 +80,10 @@ class Ros2Publisher:
         return answer
 
     def _on_resume(self, request: Any, answer: Any) -> Any:
-        answer.message = "resumed" if self._pilot.gate.halted else "it was not stopped"
-        self._pilot.resume()
-        answer.success = True
+        was_stopped = bool(self._pilot.gate.halted)
+        why_not = self._pilot.resume()
+        answer.success = not why_not
+        answer.message = why_not or ("resumed" if was_stopped else "it was not stopped")
         return answer
 
     def _on_stop_now(self, message: Any) -> None:

@@ -73,7 +73,9 @@ class YarpPublisher:
         if verb == "stop":
             self._pilot.emergency_stop(f"stopped by {request.info.peer}")
         elif verb == "resume":
-            self._pilot.resume()
+            why_not = self._pilot.resume()
+            if why_not:
+                return Bottle([Vocab("fail"), why_not])
         elif verb == "state":
             return state_bottle(self._turn) if self._turn else Bottle([Vocab("fail"), "no turn yet"])
         else:

@@ -34,7 +34,7 @@ def config():
     With the limits of a real robot it would rightly not move at all there. Tests in simulated time hold them.
     """
     config, slow = Config(), slowness()
-    limits = ("picture_timeout", "robot_timeout", "command_timeout", "freeze", "stuck")
+    limits = ("picture_timeout", "robot_timeout", "command_timeout", "freeze", "stuck", "guardian_timeout")
     relaxed = replace(config.safety, **{name: slow * getattr(config.safety, name) for name in limits})
     object.__setattr__(config, "safety", relaxed)  # past the check, which holds every user to 0.2 s
     return config

@@ -45,7 +45,9 @@ class RecordingRobot(Robot):
 
     def stop(self):
         self.stops += 1
-        self.velocity, self.twist = np.zeros(2), np.zeros(6)
+        if not self.deaf:
+            self.velocity, self.twist = np.zeros(2), np.zeros(6)
+        return not self.deaf
 
     def advance(self, now, seconds):
         if not self.frozen:

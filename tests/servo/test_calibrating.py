@@ -203,6 +203,16 @@ def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
     assert "coverage" in capsys.readouterr().out
 
 
+def test_the_command_says_what_it_waits_for(monkeypatch, capsys):
+    monkeypatch.setattr(calibrate, "REMIND", 0.1)
+    chosen = options("sim:?width=320&height=240&fps=50", "--seconds", "1", "--out", "/dev/null")
+    with pytest.raises(UsageError, match="0 different views"):
+        chosen.run(chosen)
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("show the charuco board (8×6 fields of 0.03 m) to grabbergui Simulated camera")
+    assert "no board is seen" in said[1] and said[1].endswith("s are left")
+
+
 def test_the_command_prints_the_board(tmp_path, capsys):
     chosen = options("--print", str(tmp_path / "board.pdf"), "--board", "chessboard")
     assert chosen.run(chosen) == 0

@@ -2,16 +2,19 @@
 
 import dataclasses
 import math
+import threading
 
 import numpy as np
 import pytest
 from robots_for_tests import RecordingRobot, marker, seeing
 
+from grabbergui.core.errors import TransportError
 from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.guardian_link import Guard
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.state_machine import State
 from patience import PATIENCE, until
@@ -129,6 +132,14 @@ def test_a_picture_from_the_future_is_not_fresh():
     bench.see = lambda now: seeing(bench.robot, now + 5, BOARD)
     bench.run(1.5)
     assert bench.robot.moves == []
+
+
+def test_not_even_a_picture_from_the_near_future_is_fresh():
+    """As near as the head's place is still believed: it is the age alone that refuses it."""
+    bench = Bench().approaching()
+    bench.see = lambda now: seeing(bench.robot, now + 0.04, BOARD)
+    assert bench.run(0.1).state is State.LOST
+    assert not bench.robot.moving
 
 
 def test_it_goes_on_when_pictures_come_again():
@@ -265,8 +276,6 @@ def test_an_emergency_stop_goes_through_and_holds():
 
 
 def test_a_stop_is_not_held_up_by_a_command_that_hangs():
-    import threading
-
     robot = RecordingRobot()
     entered, leave = threading.Event(), threading.Event()
 
@@ -289,6 +298,31 @@ def test_a_stop_is_not_held_up_by_a_command_that_hangs():
     assert not robot.moving
 
 
+def test_a_command_that_reaches_the_robot_after_a_stop_is_stopped_too():
+    """A stop does not wait for a command that is being sent, so it is said again once that is through."""
+    robot = RecordingRobot()
+    entered, leave, move_hand = threading.Event(), threading.Event(), robot.move_hand
+
+    def late(twist):
+        entered.set()
+        leave.wait(PATIENCE)
+        move_hand(twist)
+
+    robot.move_hand = late
+    gate = CommandGate(robot, Config())
+    sender = threading.Thread(target=gate.send, args=(fast(), 0.0))
+    stopper = threading.Thread(target=gate.halt, args=("pressed",))
+    sender.start()
+    assert entered.wait(PATIENCE)
+    stopper.start()
+    until(lambda: robot.stops)
+    leave.set()
+    sender.join(PATIENCE)
+    stopper.join(PATIENCE)
+    assert robot.moves
+    assert not robot.moving
+
+
 def test_the_watchdog_stops_a_robot_that_hears_nothing_more():
     robot = RecordingRobot()
     gate = CommandGate(robot, Config())
@@ -306,6 +340,25 @@ def test_a_robot_that_takes_no_commands_is_told_to_stop():
     robot.deaf = True
     assert not gate.send(fast(), 0.0)
     assert robot.stops == 1
+
+
+def test_a_rest_that_the_robot_cannot_be_given_is_the_guardians_too():
+    class Asked(Guard):
+        stops = 0
+
+        def stop(self):
+            self.stops += 1
+
+    robot, guard = RecordingRobot(), Asked()
+    gate = CommandGate(robot, Config(), guard)
+    assert gate.send(fast(), 0.0)
+    gate.rest()
+    assert guard.stops == 0
+    assert gate.send(fast(), 0.1)
+    robot.deaf = True
+    gate.rest()
+    assert robot.moving
+    assert guard.stops == 1
 
 
 # -- commands that take the robot long -------------------------------------------------------------
@@ -326,6 +379,21 @@ def test_a_robot_that_takes_long_over_its_first_command_is_stopped_meanwhile():
     assert not gate.send(Command(head=np.array([0.1, 0.0]), hand=np.full(6, 0.01)), 1.0)
     assert robot.stops == 1
     assert robot.moves == []
+
+
+def test_a_command_that_a_stop_overtook_is_no_error(caplog):
+    robot = RecordingRobot()
+    gate = CommandGate(robot, Config())
+
+    def refuse(velocity):
+        gate.expire(1.3)
+        raise TransportError("the robot was stopped meanwhile")
+
+    robot.move_head = refuse
+
+    assert not gate.send(Command(head=np.array([0.1, 0])), 1.0)
+    assert not [record for record in caplog.records if record.levelname == "ERROR"]
+    assert robot.stops
 
 
 def test_what_a_picture_led_to_is_over_in_time_though_the_command_came_late():

@@ -29,9 +29,10 @@ MOVE = Command(head=np.array([0.1, 0.0]))
 def test_the_watchdog_knows_of_a_command_that_came_while_it_stopped_the_robot():
     class Slow(RecordingRobot):
         def stop(self):
-            super().stop()
+            delivered = super().stop()
             if self.stops == 1:
                 gate.send(MOVE, 2.0)
+            return delivered
 
     robot = Slow()
     gate = CommandGate(robot, Config())

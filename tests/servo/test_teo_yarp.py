@@ -166,8 +166,10 @@ def test_a_controller_that_was_left_obeying_the_hands_axes_obeys_the_bases(names
         assert other.call(Bottle.from_text("set cpf cpft")) == [messages.OK]
         start = simulated.state().hand
         until(
-            lambda: robot.move_hand(np.array([0, 0, 0.05, 0, 0, 0]))
-            or simulated.state().hand[2, 3] > start[2, 3] + 0.02
+            lambda: (
+                robot.move_hand(np.array([0, 0, 0.05, 0, 0, 0]))
+                or simulated.state().hand[2, 3] > start[2, 3] + 0.02
+            )
         )
         assert np.abs(simulated.state().hand[:2, 3] - start[:2, 3]).max() < 0.01
         assert other.call(Bottle.from_text("get cpf"))[0] == Vocab("cpfb")

@@ -98,8 +98,15 @@ class Robot(ABC):
         """(6,) m/s and rad/s in the base's axes. Raises TransportError."""
 
     @abstractmethod
-    def stop(self) -> None:
-        """Everything at rest, at once, whatever else is under way. Never raises."""
+    def stop(self) -> bool:
+        """Stop everything at once. Return whether that could be delivered; never raises."""
+
+    def stop_channels(self) -> list[dict[str, str]]:
+        """How the guardian can stop it from another process: channels as `servo.guardian` has them.
+
+        None for a robot that comes to rest by itself when this program ends.
+        """
+        return []
 
     def camera_pose(self, head: Vector) -> Pose:
         """The camera's optical frame in the base for given pan and tilt."""

@@ -112,7 +112,7 @@ class SimRobot(Robot):
             self._twist = _finite(twist, 6)
             self._arm_until = self._time + self.COMMAND_TIMEOUT
 
-    def stop(self) -> None:
+    def stop(self) -> bool:
         """See Robot."""
         with self._lock:
             self._advance()
@@ -120,6 +120,7 @@ class SimRobot(Robot):
             self._head_until = self._arm_until = -math.inf
             self._head.halt()
             self._arm.halt()
+        return True
 
     def camera_at(self, moment: float) -> Pose:
         """Where in the room the camera was at a moment on the robot's clock, or is if that is to come."""

@@ -65,6 +65,11 @@ def stop_all() -> Bottle:
     return Bottle([Vocab("set"), Vocab("stos")])
 
 
+def axes() -> Bottle:
+    """The request for the number of joints, which moves nothing."""
+    return Bottle([Vocab("get"), Vocab("axes")])
+
+
 def encoders(angles: Vector) -> Bottle:
     """What a control board streams, of radians."""
     return Bottle(degrees(angles))
@@ -112,6 +117,11 @@ def base_frame() -> Bottle:
 def stop_control() -> Bottle:
     """The request that ends whatever a controller does."""
     return Bottle([Vocab("stop")])
+
+
+def ask_status() -> Bottle:
+    """The request for a controller's status, which moves nothing."""
+    return Bottle([Vocab("stat")])
 
 
 def status(state: Vocab, hand: Pose, time: float) -> Bottle:

@@ -41,6 +41,7 @@ class TeoOverYarp(Robot):
     def __init__(self, names: NameClient, remote: str = "/teoSim", local: str = "/grabbergui/servo") -> None:
         super().__init__(teo.BODY)
         self._remote = remote
+        self._names = names
         self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)
         self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
         self._head_state = InputPort(f"{local}{HEAD}/state:i", names)
@@ -124,7 +125,7 @@ class TeoOverYarp(Robot):
                 self._ready_for_twists = True
         self._send(self._arm_commands, messages.twist(twist), stops)
 
-    def stop(self) -> None:
+    def stop(self) -> bool:
         """See Robot. Says it on the streams, which do not wait, then asks for it and awaits the answers.
 
         The head first, as its board answers at once; drives of an arm take 0.1 s to change their mode.
@@ -135,6 +136,7 @@ class TeoOverYarp(Robot):
             if self._mode != messages.POSITION_MODE:
                 self._head_commands.write_bottle(messages.velocity_moves(np.zeros(2)))
             self._ready_for_twists, self._mode = False, None
+        delivered = True
         for client, request in (
             (self._head_stop, messages.stop_all()),
             (self._arm_stop, messages.stop_control()),
@@ -143,6 +145,27 @@ class TeoOverYarp(Robot):
                 self._ask(client, request, _STOP_TIMEOUT)
             except GrabberError as error:
                 log.error("%s did not confirm the stop: %s", client.target, error)
+                delivered = False
+        return delivered
+
+    def stop_channels(self) -> list[dict[str, str]]:
+        """See Robot. As `stop` does: on the streams first, then by request."""
+        head, arm = f"{self._remote}{HEAD}", f"{self._remote}{ARM}"
+        rest = (
+            (f"{arm}/command:i", messages.twist(np.zeros(6))),
+            (f"{head}/command:i", messages.velocity_moves(np.zeros(2))),
+        )
+        requests = (
+            (f"{head}/rpc:i", messages.stop_all(), messages.axes()),
+            (f"{arm}/rpc:s", messages.stop_control(), messages.ask_status()),
+        )
+        channels = [{"kind": "yarp stream", "port": port, "stop": stop.to_text()} for port, stop in rest]
+        channels += [
+            {"kind": "yarp request", "port": port, "stop": stop.to_text(), "check": check.to_text()}
+            for port, stop, check in requests
+        ]
+        server = self._names.server
+        return [{**channel, "nameserver": f"{server.host}:{server.port}"} for channel in channels]
 
     @property
     def _ports(self) -> tuple[OutputPort | InputPort, ...]:

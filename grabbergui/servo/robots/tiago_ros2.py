@@ -110,7 +110,7 @@ class TiagoOverRos2(Robot):
         """See Robot."""
         self._publish(self._arm, messages.twist_stamped(twist, self._now()))
 
-    def stop(self) -> None:
+    def stop(self) -> bool:
         """See Robot. The hand is told to rest, the head to hold its place."""
         state = self._state
         self._held = np.full(2, np.nan)
@@ -123,6 +123,15 @@ class TiagoOverRos2(Robot):
                 self._head.publish(messages.head_trajectory(state.head if fresh else self._target, HOLD_S))
         except Exception as error:  # rclpy has no common ancestor of what publishing may raise
             log.error("%s could not be told to stop: %s", self.name, error)
+            return False
+        return True
+
+    def stop_channels(self) -> list[dict[str, str]]:
+        """See Robot."""
+        topics = self._topics
+        return [
+            {"kind": "tiago", "head": topics.head, "arm": topics.arm, "joint_states": topics.joint_states}
+        ]
 
     # -- commands ------------------------------------------------------------------------------------
     def _known(self) -> RobotState:

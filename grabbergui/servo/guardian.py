@@ -1,0 +1,315 @@
+"""A process of its own that stops the robot when the servo program no longer can.
+
+The servo program starts it before the first motion (`guardian_link`) and beats at it every 20 ms. When the
+program is killed, the pipe ends; when it is frozen, the beats cease: either way the guardian says the stop on
+connections that it opened beforehand. It imports neither Qt nor numpy, so that it is ready within a moment.
+
+Both directions carry lines of JSON. From the servo program, on standard input:
+
+- `{"silence": 0.08, "channels": [{"kind": "yarp stream", …}, …]}`: first, and once; the other keys of a
+  channel are the arguments of its class;
+- `{"moving": true, "stops": 0}`: a beat. `stops` says how many stops of the guardian's the program knows of,
+  so that a program that was frozen cannot go on as if nothing had happened;
+- `{"stop": 3}`: stop now; numbered, so that its end can be told;
+- `{"quit": true}`: the robot stands still, end.
+
+To it, on standard output, after every line and every stop: a `Report`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+import os
+import select
+import signal
+import sys
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from typing import Any
+
+KINDS = {
+    "yarp stream": "grabbergui.servo.guardian_yarp:StreamChannel",
+    "yarp request": "grabbergui.servo.guardian_yarp:RequestChannel",
+    "tiago": "grabbergui.servo.guardian_ros2:TiagoChannel",
+}
+"""Classes of channels, imported when one is wanted."""
+
+REPEATS = (0.0, 0.05, 0.2, 0.5, 1.0)
+"""Seconds after an alarm at which the stop goes out: a command may still be on its way at the first."""
+CHECK_S, RETRY_S = 1.0, 0.1
+"""Seconds between two checks of a channel that works, and of one that does not."""
+FAREWELL_S = 1.0
+"""Seconds after the last repeat that an answer is waited for."""
+
+
+class Channel(ABC):
+    """One way to tell a robot to stop. Used by one thread."""
+
+    name = ""
+    "What it leads to, for messages."
+
+    @abstractmethod
+    def prepare(self) -> None:
+        """Connect unless connected, and check that a stop would arrive. Raises GrabberError."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Say the stop, and wait for an answer where there is one. Raises GrabberError."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Disconnect for good. Never raises."""
+
+    def reset(self) -> None:
+        """Drop a connection that failed, so that the next call makes another. Never raises."""
+        self.close()
+
+
+@dataclass(frozen=True)
+class Report:
+    """How the guardian is."""
+
+    stops: int = 0
+    "Stops on its own account so far."
+    why: str = ""
+    "Reason of the last of them."
+    problem: str = "the guardian has not answered yet"
+    "Why it could not stop the robot; empty when it could."
+    asked: int = 0
+    "Number of the last stop that was asked for."
+    stopping: bool = False
+    "Whether a stop is on its way or will be repeated; a motion that begins now would be caught by it."
+
+
+class Vigil:
+    """Decides when to stop. No I/O: time is an argument, in seconds on any clock."""
+
+    def __init__(self, silence: float) -> None:
+        """`silence` is how long a moving robot's program may say nothing."""
+        self.stops = 0
+        "Alarms so far."
+        self.why = ""
+        "Reason of the last."
+        self.asked_for = 0
+        "Number of the last stop that the program asked for."
+        self._silence = silence
+        self._limit = math.inf
+        self._repeats: list[float] = []
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop has still to go out."""
+        return bool(self._repeats)
+
+    @property
+    def due(self) -> float:
+        """When to look again at the latest."""
+        return min([self._limit, *self._repeats[:1]])
+
+    def beat(self, now: float, moving: bool, stops: int) -> None:
+        """Take in a beat. One that does not know of the last stop is none."""
+        if stops == self.stops:
+            self._limit = now + self._silence if moving else math.inf
+
+    def alarm(self, now: float, why: str) -> None:
+        """Stop, now and a few times more."""
+        self.stops += 1
+        self.why, self._limit = why, math.inf
+        self._repeats = [now + seconds for seconds in REPEATS]
+
+    def asked(self, now: float, number: int) -> None:
+        """Stop as the program itself wants it."""
+        self.asked_for, self._limit = number, math.inf
+        self._repeats = [now, *self._repeats]
+
+    def stop_due(self, now: float) -> bool:
+        """Whether the stop has to go out now."""
+        if now >= self._limit:
+            self.alarm(now, f"the servo program was silent for {1e3 * self._silence:.0f} ms")
+        pending = [moment for moment in self._repeats if moment > now]
+        due, self._repeats = len(pending) < len(self._repeats), pending
+        return due
+
+
+class Keeper:
+    """Keeps one channel connected on a thread of its own, and says the stop there. `stop` never waits."""
+
+    def __init__(self, channel: Channel) -> None:
+        self.problem = f"{channel.name} is not connected yet"
+        "Why a stop would not arrive; empty when it would."
+        self._channel = channel
+        self._asked = self._done = 0
+        self._closing = False
+        self._wake = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=channel.name, daemon=True)
+        self._thread.start()
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop has not been said yet, or not been answered."""
+        return self._done < self._asked
+
+    def stop(self) -> None:
+        """Say the stop as soon as possible."""
+        self._asked += 1
+        self._wake.set()
+
+    def close(self) -> None:
+        """Begin to disconnect."""
+        self._closing = True
+        self._wake.set()
+
+    def join(self, deadline: float) -> None:
+        """Wait until it is disconnected, or until a moment on the monotonic clock."""
+        self._thread.join(max(0.0, deadline - time.monotonic()))
+
+    def _run(self) -> None:
+        while not self._closing:
+            self._wake.clear()
+            asked = self._asked
+            try:
+                if asked > self._done:
+                    self._channel.stop()
+                else:
+                    self._channel.prepare()
+                self.problem = ""
+            except Exception as error:  # whatever a network's library raises, the next stop must be tried
+                self.problem = f"{self._channel.name}: {error}"
+                self._channel.reset()
+            self._done = asked
+            self._wake.wait(RETRY_S if self.problem else CHECK_S)
+        self._channel.close()
+
+
+class Guardian:
+    """Listens to the servo program and stops the robot; `run` returns when there is nothing left to guard."""
+
+    def __init__(self, keepers: list[Keeper], silence: float) -> None:
+        self._keepers = keepers
+        self._vigil = Vigil(silence)
+
+    def run(self, lines: Lines) -> None:
+        """Serve until the program quits, or ends without: then the robot has been stopped on return."""
+        try:
+            while not self._obey(lines.read(self._vigil.due)):
+                self._act()
+        except BaseException as error:
+            self._vigil.alarm(time.monotonic(), str(error))
+            self._finish()
+            if not isinstance(error, (EOFError, SystemExit)):
+                raise
+        finally:
+            for keeper in self._keepers:
+                keeper.close()
+            deadline = time.monotonic() + FAREWELL_S
+            for keeper in self._keepers:
+                keeper.join(deadline)
+
+    def _obey(self, messages: list[dict[str, Any]]) -> bool:
+        """Follow what the program says; whether it quits."""
+        for message in messages:
+            now = time.monotonic()
+            if "quit" in message:
+                return True
+            if "stop" in message:
+                self._vigil.asked(now, message["stop"])
+            else:
+                self._vigil.beat(now, message["moving"], message["stops"])
+            self._act()
+            self._report()
+        return False
+
+    def _act(self) -> None:
+        """Stop if it is time to; a new alarm is reported."""
+        before = self._vigil.stops
+        if self._vigil.stop_due(time.monotonic()):
+            for keeper in self._keepers:
+                keeper.stop()
+        if self._vigil.stops != before:
+            self._report()
+            _say(self._vigil.why)
+
+    def _report(self) -> None:
+        vigil, keepers = self._vigil, self._keepers
+        problem = next((keeper.problem for keeper in keepers if keeper.problem), "")
+        stopping = vigil.stopping or any(keeper.stopping for keeper in keepers)
+        report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, stopping)
+        with suppress(OSError):  # the program has ended: the next read says so
+            os.write(sys.stdout.fileno(), json.dumps(asdict(report)).encode() + b"\n")
+
+    def _finish(self) -> None:
+        """Send the stop and its repeats, then wait for the answers, but not for ever."""
+        end = time.monotonic() + REPEATS[-1] + FAREWELL_S
+        while (now := time.monotonic()) < end:
+            self._act()
+            if not self._vigil.stopping and not any(keeper.stopping for keeper in self._keepers):
+                break
+            time.sleep(max(0.0, min(self._vigil.due - now, 0.01)))
+        problems = [keeper.problem for keeper in self._keepers if keeper.problem]
+        _say(f"{self._vigil.why}: " + ("; ".join(problems) or "the robot was stopped"))
+
+
+class Lines:
+    """Messages from the servo program."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = descriptor
+        self._rest = b""
+
+    def read(self, until: float) -> list[dict[str, Any]]:
+        """Those that have come, waiting for one until a moment on the monotonic clock at most.
+
+        Raises EOFError at the end. What has come is read even where the moment has passed: on a busy machine
+        the guardian may be the one that is late.
+        """
+        wait = None if math.isinf(until) else max(0.0, until - time.monotonic())
+        if not select.select([self._descriptor], [], [], wait)[0]:
+            return []
+        data = os.read(self._descriptor, 65536)
+        if not data:
+            raise EOFError("the servo program ended without stopping the robot")
+        *whole, self._rest = (self._rest + data).split(b"\n")
+        return [json.loads(line) for line in whole]
+
+
+def channel(declared: Mapping[str, Any]) -> Channel:
+    """The channel that is declared as `{"kind": …, arguments}`; imports what it needs."""
+    arguments = dict(declared)
+    module, _, name = KINDS[arguments.pop("kind")].partition(":")
+    made: Channel = getattr(importlib.import_module(module), name)(**arguments)
+    return made
+
+
+def main() -> None:
+    """Guard whoever started this process."""
+    # Ctrl-C and a closing terminal reach the whole group, and are for the servo program alone.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform != "win32":
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _on_terminate)
+    lines = Lines(sys.stdin.fileno())
+    start = None
+    with suppress(EOFError):
+        while start is None:
+            start = next(iter(lines.read(math.inf)), None)
+    if start is not None:
+        Guardian([Keeper(channel(each)) for each in start["channels"]], start["silence"]).run(lines)
+
+
+def _on_terminate(*_: object) -> None:
+    raise SystemExit("the guardian was terminated")
+
+
+def _say(text: str) -> None:
+    with suppress(OSError):  # the terminal may be gone
+        print(f"grabbergui guardian: {text}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""How the guardian tells YARP ports to stop: a message on a stream, or a request that is answered.
+
+What to say is up to the robot; here are only the connections, which are open before they are needed.
+"""
+
+from __future__ import annotations
+
+import socket
+
+from grabbergui.core.errors import TransportError
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import sockets
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.carrier import Header
+from grabbergui.net.yarp.os.link import greet
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.rpc_client import RpcClient
+from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.servo.guardian import Channel
+
+SENDER = "grabbergui/guardian"
+TIMEOUT = 1.0
+"Seconds for a connection, and for an answer."
+
+
+class StreamChannel(Channel):
+    """Sends a Bottle to a port over fast_tcp, without an answer: the fastest stop."""
+
+    def __init__(self, port: str, nameserver: str, stop: str) -> None:
+        """`stop` is the Bottle as text."""
+        self.name = port
+        self._names = NameClient.find(nameserver)
+        self._stop = wire.encode_message("D", [Bottle.from_text(stop).encode()])
+        self._sock: socket.socket | None = None
+
+    def prepare(self) -> None:
+        """See Channel."""
+        self._connected()
+
+    def stop(self) -> None:
+        """See Channel."""
+        sockets.send(self._connected(), self._stop)
+
+    def close(self) -> None:
+        """See Channel."""
+        if self._sock is not None:
+            sockets.shut_down(self._sock)
+            self._sock = None
+
+    def _connected(self) -> socket.socket:
+        if self._sock is None or sockets.closed_by_peer(self._sock):
+            self.close()
+            address = self._names.query(self.name).address
+            sock = sockets.connect(address, TIMEOUT, self._names.key)
+            self._sock = greet(sock, Header(wire.FAST_TCP, SENDER))[0].sock
+        return self._sock
+
+
+class RequestChannel(Channel):
+    """Asks a port, and expects `ok` somewhere in its answer."""
+
+    def __init__(self, port: str, nameserver: str, stop: str, check: str) -> None:
+        """`stop` and `check` are Bottles as text; the second moves nothing, and is asked now and then."""
+        self.name = port
+        self._client = RpcClient(port, NameClient.find(nameserver), sender=SENDER)
+        self._stop, self._check = Bottle.from_text(stop), Bottle.from_text(check)
+
+    def prepare(self) -> None:
+        """See Channel."""
+        self._client.call(self._check, TIMEOUT)
+
+    def stop(self) -> None:
+        """See Channel."""
+        reply = self._client.call(self._stop, TIMEOUT)
+        if Vocab("ok") not in (reply or []):
+            raise TransportError(f"it refused {self._stop.to_text()}: {reply}")
+
+    def close(self) -> None:
+        """See Channel."""
+        self._client.close()

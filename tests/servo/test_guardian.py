@@ -1,0 +1,346 @@
+"""The guardian: when it stops a robot, and how far the hand still moves when the servo program is killed."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robots_for_tests import RecordingRobot
+
+from benchmarks.servo_guardian import GOAL_MM, at_full_speed, moved_after, running
+from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.server import YarpGrabberServer
+from grabbergui.servo import desk
+from grabbergui.servo.config import Config
+from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.guardian import REPEATS, Vigil
+from grabbergui.servo.guardian_link import ALLOWED, Guard, GuardianLink, Verdict
+from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.robots.teo_ports import TeoPorts
+from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+from patience import PROGRAM, TRIES, until
+
+PROMISED = GOAL_MM / 1000
+"""Metres that the hand may still move."""
+SILENCE = 0.08
+CALIBRATION = Path(__file__).parents[2] / "resources/servo/teo-sim-camera.yaml"
+
+
+# -- when it stops: no process, no clock ----------------------------------------------------------
+def test_a_moving_robot_s_program_that_falls_silent_makes_an_alarm():
+    vigil = Vigil(SILENCE)
+    vigil.beat(1.0, moving=True, stops=0)
+    assert vigil.due == pytest.approx(1.08)
+    assert not vigil.stop_due(1.07)
+    assert vigil.stop_due(1.08)
+    assert vigil.stops == 1
+    assert "silent for 80 ms" in vigil.why
+
+
+def test_a_resting_robot_s_program_may_be_silent():
+    vigil = Vigil(SILENCE)
+    vigil.beat(1.0, moving=True, stops=0)
+    vigil.beat(1.02, moving=False, stops=0)
+    assert math.isinf(vigil.due)
+    assert not vigil.stop_due(100.0)
+
+
+def test_an_alarm_is_repeated_for_what_was_still_on_its_way():
+    vigil = Vigil(SILENCE)
+    vigil.alarm(1.0, "the program ended")
+    sent = []
+    while vigil.stopping:
+        now = vigil.due
+        assert vigil.stop_due(now)
+        sent.append(now - 1.0)
+    assert sent == pytest.approx(REPEATS)
+
+
+def test_a_program_that_does_not_know_of_the_alarm_cannot_go_on_as_if_nothing_had_happened():
+    vigil = Vigil(SILENCE)
+    vigil.alarm(1.0, "silence")
+    vigil.beat(3.0, moving=True, stops=0)
+    while vigil.stopping:
+        vigil.stop_due(vigil.due)
+    assert math.isinf(vigil.due)
+    vigil.beat(3.1, moving=True, stops=1)
+    assert vigil.due == pytest.approx(3.18)
+
+
+# -- what the gate makes of it --------------------------------------------------------------------
+class Obeyed(Guard):
+    """A guardian whose words a test chooses."""
+
+    def __init__(self):
+        self.verdict, self.stops, self.heard = ALLOWED, 0, []
+
+    def beat(self, moving):
+        self.heard.append(moving())
+        return self.verdict
+
+    def stop(self):
+        self.stops += 1
+
+    def renew(self):
+        if self.verdict.for_good:
+            raise SourceUnavailableError(self.verdict.why_not)
+
+
+@pytest.fixture
+def guard():
+    return Obeyed()
+
+
+@pytest.fixture
+def gate(guard):
+    return CommandGate(RecordingRobot(), Config(), guard)
+
+
+MOTION = Command(hand=np.array([0.02, 0, 0, 0, 0, 0]))
+
+
+def test_the_guardian_knows_of_a_motion_before_the_robot_does(gate, guard):
+    guard.beat = lambda moving: guard.heard.append((moving(), gate._robot.moving)) or ALLOWED
+    assert gate.send(MOTION, 0.0)
+    assert guard.heard == [(True, False)]
+
+
+def test_without_a_guardian_that_could_stop_it_nothing_moves(gate, guard):
+    guard.verdict = Verdict("the guardian has ended", for_good=True)
+    assert not gate.send(MOTION, 0.0)
+    assert gate._robot.moves == []
+    assert gate.halted == "the guardian has ended"
+    with pytest.raises(SourceUnavailableError, match="has ended"):
+        gate.release()
+    assert gate.halted
+
+
+def test_a_guardian_that_ends_stops_what_moves(gate, guard):
+    gate.send(MOTION, 0.0)
+    guard.verdict = Verdict("the guardian has ended", for_good=True)
+    gate.beat()
+    assert not gate._robot.moving
+    assert gate.halted == "the guardian has ended"
+
+
+def test_after_a_hiccup_it_goes_on_once_the_stop_is_over(gate, guard):
+    gate.send(MOTION, 0.0)
+    guard.verdict = Verdict("the guardian is stopping the robot")
+    assert not gate.send(MOTION, 0.1)
+    assert not gate._robot.moving
+    assert not gate.halted
+    guard.verdict = ALLOWED
+    assert gate.send(MOTION, 1.2)
+
+
+def test_every_stop_for_a_reason_is_the_guardian_s_too(gate, guard):
+    gate.send(MOTION, 0.0)
+    gate.expire(1.0)
+    assert guard.stops == 1
+    gate.halt("the button")
+    assert guard.stops == 2
+    gate.release()
+    gate._robot.deaf = True
+    gate.send(MOTION, 2.0)
+    assert guard.stops == 3
+    assert guard.heard[-1] is True
+
+
+class Dark:
+    """A source whose pictures never come."""
+
+    def open_queue(self, depth):
+        return FrameQueue(depth)
+
+    def start(self):
+        pass
+
+
+def test_a_loop_that_waits_for_pictures_beats_all_the_same(guard):
+    pilot = Pilot(Dark(), RecordingRobot(), lambda frame: None, guard=guard)
+    pilot.start()
+    try:
+        until(lambda: len(guard.heard) > 3)
+        assert not any(guard.heard)
+    finally:
+        pilot.stop()
+
+
+# -- the process ----------------------------------------------------------------------------------
+class Clock:
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def link():
+    link = GuardianLink([], SILENCE)
+    link.open()
+    yield link
+    link.close()
+
+
+def test_it_ends_when_its_program_has_done(link):
+    link.await_ready()
+    assert link.beat(lambda: False) == ALLOWED
+    pid = link.pid
+    link.close()
+    link.close()
+    assert not running(pid)
+
+
+def test_nothing_moves_after_it_was_let_go(link):
+    link.await_ready()
+    link.close()
+    assert link.beat(lambda: True).for_good
+
+
+def test_one_that_was_killed_is_named_and_another_starts(link):
+    link.await_ready()
+    first = link.pid
+    os.kill(first, signal.SIGKILL)
+    verdict = until(lambda: (found := link.beat(lambda: False)) != ALLOWED and found)
+    assert verdict == Verdict(f"the guardian has ended (process {first})", for_good=True)
+    link.renew()
+    assert link.pid != first
+    assert link.beat(lambda: False) == ALLOWED
+
+
+def test_another_may_take_its_time_to_start_though_the_loop_goes_on_beating(link, monkeypatch):
+    """On a busy machine a process takes longer to start than one that is well takes to answer."""
+    link.close()
+    clock = Clock()
+    monkeypatch.setattr(link, "_clock", clock)
+    link.open()
+    clock.now += 3.0
+    assert link.beat(lambda: True).why_not.endswith("has not answered yet")
+    until(lambda: link.beat(lambda: True) == ALLOWED)
+
+
+def test_one_that_hangs_is_named_and_another_starts(link):
+    link.await_ready()
+    first = link.pid
+    os.kill(first, signal.SIGSTOP)
+    verdict = until(lambda: (found := link.beat(lambda: False)) != ALLOWED and found)
+    assert "does not answer" in verdict.why_not
+    link.renew()
+    assert not running(first)
+
+
+@pytest.mark.parametrize(("gap", "for_good"), [(0.5, False), (5.0, True)])
+def test_only_after_a_short_silence_it_goes_on_by_itself(gap, for_good):
+    clock = Clock()
+    link = GuardianLink([], SILENCE, clock)
+    link.open()
+    try:
+        until(lambda: link.beat(lambda: True) == ALLOWED)
+        until(lambda: link._read(clock.now) or link._report.stops)  # as if it were frozen, and read all later
+        clock.now += gap
+        verdict = link.beat(lambda: True)
+        assert "silent for 80 ms" in verdict.why_not
+        assert verdict.for_good is for_good
+        until(lambda: link.beat(lambda: True) == ALLOWED)
+    finally:
+        link.close()
+
+
+def test_nothing_moves_until_a_stop_that_was_asked_for_is_over(link):
+    link.await_ready()
+    os.kill(link.pid, signal.SIGSTOP)  # so that it cannot be done at once
+    link.stop()
+    assert link.beat(lambda: True) == Verdict("the guardian is stopping the robot")
+    os.kill(link.pid, signal.SIGCONT)
+    until(lambda: link.beat(lambda: True) == ALLOWED)
+
+
+def test_what_it_could_not_stop_must_not_move():
+    link = GuardianLink(
+        [{"kind": "yarp stream", "port": "/nobody", "nameserver": "127.0.0.1:1", "stop": "stop"}], 0.08
+    )
+    link.open()
+    try:
+        with pytest.raises(
+            SourceUnavailableError, match=r"could not stop the robot: /nobody.*127\.0\.0\.1:1"
+        ):
+            link.await_ready(1.0)
+    finally:
+        link.close()
+
+
+# -- a whole program, killed ----------------------------------------------------------------------
+@pytest.fixture
+def simulated(names):
+    robot = SimRobot(teo.BODY)
+    ports = TeoPorts(robot, names)
+    ports.open()
+    yield robot
+    ports.close()
+
+
+@pytest.fixture
+def server(names):
+    return f"{names.server.host}:{names.server.port}"
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
+def test_teo_s_hand_moves_less_than_30_mm_after_its_program_is(simulated, server, number):
+    moved = []
+    while not moved or moved[-1] >= PROMISED:
+        assert len(moved) < TRIES, f"the hand moved {moved} m"
+        with at_full_speed(simulated, "teo", server) as program:
+            moved.append(moved_after(simulated, program.process.pid, number))
+
+
+@pytest.mark.parametrize(
+    ("number", "why"),
+    [(signal.SIGKILL, "has ended"), (signal.SIGSTOP, "does not answer")],
+    ids=["killed", "frozen"],
+)
+def test_a_program_whose_guardian_is_stops_the_robot_first(simulated, server, number, why):
+    with at_full_speed(simulated, "teo", server) as program:
+        moved_after(simulated, program.guardian, number)
+        assert program.said() == f"halted the guardian {why} (process {program.guardian})"
+
+
+def test_what_teo_is_to_be_told_survives_being_text(names):
+    """Channels are declared as text; the bytes must be those that the robot is told otherwise."""
+    robot = TeoOverYarp(names)
+    told = [Bottle.from_text(channel["stop"]).encode() for channel in robot.stop_channels()]
+    assert told == [
+        messages.twist(np.zeros(6)).encode(),
+        messages.velocity_moves(np.zeros(2)).encode(),
+        messages.stop_all().encode(),
+        messages.stop_control().encode(),
+    ]
+
+
+def test_the_program_itself_has_a_guardian(simulated, names, server):
+    camera = desk.mounted_camera(simulated, desk.things_for(Config().marker))
+    pictures = YarpGrabberServer(camera, "/teoSim/camera", names=names)
+    options = ["--robot", "teo", "--nameserver", server, "--headless", "--calibration", CALIBRATION]
+    camera.open()
+    pictures.start()
+    program = subprocess.Popen(
+        [sys.executable, "-m", "grabbergui", "servo", *options], stdout=subprocess.PIPE
+    )
+    try:
+        until(lambda: b"approaching" in program.stdout.readline(), seconds=PROGRAM)
+        until(lambda: simulated.speed > 0.05)
+        moved_after(simulated, program.pid, signal.SIGSTOP)
+        assert simulated.speed < 1e-3
+    finally:
+        program.kill()
+        program.communicate()
+        pictures.stop()
+        camera.close()

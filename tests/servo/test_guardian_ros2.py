@@ -1,0 +1,72 @@
+"""The guardian over ROS 2: how far TIAGo's hand still moves when the servo program is killed or frozen."""
+
+import os
+import signal
+import subprocess
+import sys
+from importlib import resources
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("trajectory_msgs", reason="ros-trajectory-msgs is not installed: make setup-ros2")
+pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
+pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
+pytestmark = pytest.mark.ros2
+
+from test_guardian import PROMISED  # noqa: E402
+
+from benchmarks.servo_guardian import at_full_speed, moved_after, tiago_on_ros2  # noqa: E402
+from patience import PROGRAM, TRIES  # noqa: E402
+
+IN_SHARED_MEMORY = """
+import os, sys
+from grabbergui.core.errors import TransportError
+from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.servo.guardian_ros2 import TiagoChannel
+
+channel = TiagoChannel("/head", "/arm", "/joint_states")
+if sys.argv[1] == "guardian":
+    try:
+        channel.prepare()
+    except TransportError as error:
+        assert "nobody listens" in str(error)
+else:
+    ros = Ros2Node("another")
+with open("/proc/self/maps") as maps:
+    print(sum("/dev/shm/fastdds" in line for line in maps))
+channel.close() if sys.argv[1] == "guardian" else ros.close()
+"""
+
+
+@pytest.fixture
+def simulated(domain):
+    with tiago_on_ros2() as (robot, _):
+        yield robot
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
+def test_tiago_s_hand_moves_less_than_30_mm_after_its_program_is(simulated, number):
+    moved = []
+    while not moved or moved[-1] >= PROMISED:
+        assert len(moved) < TRIES, f"the hand moved {moved} m"
+        with at_full_speed(simulated, "tiago") as program:
+            moved.append(moved_after(simulated, program.process.pid, number))
+
+
+@pytest.mark.parametrize(("program", "uses"), [("guardian", False), ("another", True)])
+def test_the_guardian_shares_no_memory_with_a_program_that_may_be_frozen(domain, program, uses):
+    """Also where the servo program, which started it, has set the profile with shared memory."""
+    done = subprocess.run(
+        [sys.executable, "-c", IN_SHARED_MEMORY, program],
+        env=os.environ | {"FASTDDS_DEFAULT_PROFILES_FILE": profile()},
+        capture_output=True,
+        text=True,
+        timeout=PROGRAM,
+    )
+    assert done.returncode == 0, done.stderr
+    assert (int(done.stdout) > 0) == uses
+
+
+def profile():
+    return str(resources.files("grabbergui.resources") / "ros2" / "fastdds.xml")
