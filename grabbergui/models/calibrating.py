@@ -298,5 +298,4 @@ def hint_text(missing: str) -> str:
 
 def camera_name(info: DeviceInfo) -> str:
     """A name as ROS allows it: letters, digits and underscores."""
-    words = " ".join(part for part in (info.user_name or info.model, info.serial) if part) or "camera"
-    return re.sub(r"\W+", "_", words, flags=re.ASCII).strip("_").lower() or "camera"
+    return re.sub(r"\W+", "_", info.short_title, flags=re.ASCII).strip("_").lower() or "camera"

@@ -9,15 +9,24 @@ from collections.abc import Callable
 from psygnal import Signal
 
 from grabbergui import sources
-from grabbergui.core.errors import AccessDeniedError, GrabberError
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    DeviceLostError,
+    FeatureError,
+    GrabberError,
+    TransportError,
+)
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.error_text import error_text, lost_text
+from grabbergui.models.error_text import error_text, lost_text, returned_text
 from grabbergui.models.language import translate
+from grabbergui.models.messages import ERROR_SECONDS, Cause, Message, MessageModel, Offer, Severity
 from grabbergui.models.open_source import LinkState, OpenSource
 
 CLOSE_PATIENCE = 10.0
 "Seconds that a camera may take to be closed, before it is opened again by another name."
+BACK_SECONDS = 10.0
+"How long it is said that a source is back, or that it did not answer once."
 
 
 class Connection:
@@ -42,12 +51,14 @@ class Connection:
     """What is being opened in place of what is at hand (OpenSource); None once it is there or given up."""
     failed = Signal(str)
     """Something that was asked for did not work, in a sentence for people."""
-    noticed = Signal(str)
-    """What a source says while its connection holds, in a sentence for people."""
-    read_only = Signal(OpenSource)
-    """A source is held by another program: it was opened beside that one, for looking only."""
 
-    def __init__(self, create: Callable[[SourceUri], FrameGrabber] = sources.create) -> None:
+    def __init__(
+        self,
+        create: Callable[[SourceUri], FrameGrabber] = sources.create,
+        messages: MessageModel | None = None,
+    ) -> None:
+        self.messages = messages or MessageModel()
+        """What is said of the sources: who does not answer, who is back, what was refused."""
         self._create = create
         self._source: OpenSource | None = None
         self._sources: tuple[OpenSource, ...] = ()
@@ -92,6 +103,7 @@ class Connection:
         Raises UsageError for a malformed URI; all else by `failed`.
         """
         parsed = SourceUri.parse(uri)
+        self.messages.end(None, Cause.OPENING)
         self.give_up_candidate()
         before = self._source
         if (aside := self._aside(parsed)) is not None:
@@ -103,6 +115,10 @@ class Connection:
         else:
             self._begin_instead(parsed, start, before)
 
+    def replaced_by(self, uri: str) -> OpenSource | None:
+        """The source that `connect_to` would close. Raises UsageError for a malformed URI."""
+        return None if self._aside(SourceUri.parse(uri)) is not None else self._source
+
     def give_up_candidate(self) -> None:
         """Open nothing in place of what is at hand after all; does nothing where nothing was to be."""
         if (source := self._candidate) is not None and self._drop(source):
@@ -111,9 +127,10 @@ class Connection:
     def connect_beside(self, uri: str, *, start: bool = True) -> None:
         """Open one source more and leave what is at hand there. Raises UsageError as `connect_to`."""
         parsed = SourceUri.parse(uri)
+        self.messages.end(None, Cause.OPENING)
         at_hand = self._source
         if at_hand is not None and (self._aside(parsed) or at_hand.is_named(parsed)):
-            self.failed.emit(translate("Connection", "{0} is open already").format(parsed))
+            self._fail(translate("Connection", "{0} is open already").format(parsed))
         else:
             self._begin(parsed, start, at_hand=at_hand is None)
 
@@ -181,7 +198,7 @@ class Connection:
         """
         if (source := self._source) is not None and source.read_only:
             self._end(source, "")
-            self._begin(source.uri, start=True, at_hand=True, access=Access.TAKE_OVER)
+            self._begin(source.exact_uri, start=True, at_hand=True, access=Access.TAKE_OVER)
 
     def start(self) -> None:
         """Start streaming, on the source's own thread."""
@@ -224,7 +241,7 @@ class Connection:
         grabber.connection_changed.connect(
             lambda state, reason: self._noticed(source, state, reason), check_nargs=False
         )
-        grabber.noticed.connect(lambda text: self._pass_on(source, text), check_nargs=False)
+        grabber.noticed.connect(lambda text: self.messages.notice(text, source), check_nargs=False)
         try:
             grabber.open(source.access)
         except GrabberError as error:
@@ -239,13 +256,15 @@ class Connection:
             else:
                 raise
         source.equip()
+        assert source.features is not None
+        source.features.failed.connect(lambda error: self._feature_failed(source, error))
 
     def _make_way(self, source: OpenSource, info: DeviceInfo) -> bool:
         """Close what stands in the way of the same camera by another name, and wait. Whether that was so."""
         before = source.instead_of
         if before is None or not before.is_device(info):
             return False
-        source.comes_back = before.uri
+        source.comes_back = before.exact_uri
         return self._take_place(source) and before.worker.close(CLOSE_PATIENCE)
 
     def _opened(self, source: OpenSource, start: bool) -> None:
@@ -255,6 +274,9 @@ class Connection:
             return
         if self._change(source, LinkState.OPEN, ""):
             self._announce(source)
+        if source.access is Access.TAKE_OVER and not source.read_only:
+            text = translate("Connection", "this window has control now: values can be changed")
+            self.messages.notice(text, source)
         if start:
             self._start(source)
 
@@ -278,16 +300,56 @@ class Connection:
 
     def _noticed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
         """The grabber itself says what became of its connection. Any thread."""
-        if state is ConnectionState.LOST:
+        if state is ConnectionState.LOST and source.state is not LinkState.LOST:
+            source.losses += 1
+            source.lost_since = time.monotonic()
             self._change(source, LinkState.LOST, reason)
-            self._complain(source, lost_text(source.title, reason))
+            self._say_lost(source, reason)
         elif state is ConnectionState.OPEN and source.state is LinkState.LOST and source.grabber is not None:
             streaming = source.grabber.streaming
             self._change(source, LinkState.STREAMING if streaming else LinkState.OPEN, reason)
+            self._say_back(source, reason)
+            source.lost_since = None
+
+    def _say_lost(self, source: OpenSource, reason: str) -> None:
+        if source not in self._sources:
+            return
+        text = translate("Connection", "reconnecting since {0}: {1}")
+        text = text.format(time.strftime("%H:%M:%S"), lost_text(source.title, reason))
+        self.messages.end(source, Cause.LINK)  # also for who dismissed the one before: this is news
+        self.messages.post(Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses))
+        self.failed.emit(text)
+
+    def _say_back(self, source: OpenSource, reason: str) -> None:
+        if source not in self._sources or source.lost_since is None:
+            return
+        seconds = time.monotonic() - source.lost_since
+        text = translate("Connection", "back after {0} s").format(f"{seconds:.{seconds < 1:d}f}")
+        unlike = source.grabber.unlike_before if source.grabber is not None else ()
+        if reason:
+            text = f"{text}, {returned_text(unlike)}"
+        severity = Severity.WARNING if unlike else Severity.NOTICE
+        message = Message(text, severity, source, Cause.LINK, count=source.losses)
+        self.messages.end(source, Cause.LINK)
+        # What is other than before goes on being so: only the user can judge it, and dismiss it.
+        self.messages.post(message, seconds=None if unlike else BACK_SECONDS)
+
+    def _feature_failed(self, source: OpenSource, error: GrabberError) -> None:
+        """A write, command or read did not work. While a source is lost, the loss alone is said."""
+        if isinstance(error, DeviceLostError):
+            return
+        feature = None
+        if isinstance(error, FeatureError) and source.features is not None:
+            feature = source.features.feature(error.feature)
+        text = error_text(error, feature=feature)
+        if not isinstance(error, TransportError):
+            self.messages.error(text, source)
+        elif source.state is not LinkState.LOST:
+            self.messages.post(Message(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
 
     # -- any thread ------------------------------------------------------------------------------
     def _change(self, source: OpenSource, state: LinkState, reason: str) -> bool:
-        """Note and tell a source's state. Whether it is the one at hand."""
+        """Note a source's state and announce it. Whether it is the current one."""
         with self._lock:
             if source not in self._sources:
                 return False
@@ -302,22 +364,31 @@ class Connection:
         """Say that a source at hand can be used, and with which restriction."""
         self.opened.emit(source)
         if source.read_only:
-            self.read_only.emit(source)
-
-    def _pass_on(self, source: OpenSource, text: str) -> None:
-        if source in self._sources:
-            self.noticed.emit(text)
+            reason, _, _ = source.read_only.partition(";")  # what to do about it is on the button
+            text = translate("Connection", "read only: {0}; values follow here but cannot be changed")
+            if source.access is Access.TAKE_OVER:
+                text = translate("Connection", "control was not given: {0}; still read only")
+            offer = Offer(translate("Connection", "Take control"), self.take_control)
+            self.messages.post(
+                Message(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,))
+            )
 
     def _complain(self, source: OpenSource, message: str) -> None:
         if source in self._sources:
+            self.messages.error(message, source)
             self.failed.emit(message)
+
+    def _fail(self, message: str) -> None:
+        """No source could be opened."""
+        self.messages.post(Message(message, Severity.ERROR, cause=Cause.OPENING), seconds=ERROR_SECONDS)
+        self.failed.emit(message)
 
     def _give_up(self, source: OpenSource, message: str) -> None:
         if self._drop(source):
             self.candidate_changed.emit(None)
-            self.failed.emit(message)
+            self._fail(message)
         elif self._end(source, message):
-            self.failed.emit(message)
+            self._fail(message)
             if source.comes_back is not None:
                 self._begin(source.comes_back, start=True, at_hand=True)
             else:
@@ -353,6 +424,7 @@ class Connection:
         if before is not None:
             self.ending.emit(before)
             before.let_go()
+            self.messages.forget(before)
         self.state_changed.emit(LinkState.OPENING, f"Connecting to {source.uri}")
         self.sources_changed.emit(self._sources)
         return True
@@ -380,6 +452,7 @@ class Connection:
                 self.closing.emit(source)
         self.ending.emit(source)
         source.let_go()
+        self.messages.forget(source)
         if at_hand:
             self.state_changed.emit(LinkState.CLOSED, reason)
         self.sources_changed.emit(self._sources)

@@ -10,6 +10,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 from grabbergui.core.sfnc import Role
+from grabbergui.models.features.text import quantity_text
 from grabbergui.models.language import translate
 
 PATIENCE = 2.0
@@ -42,6 +43,10 @@ class CameraFacts:
     "The exposure with its unit, for people."
     period: float | None = None
     "Seconds between two frames as the camera is set."
+    software_trigger: bool = False
+    "Whether TriggerSoftware triggers it now."
+    playing: bool | None = None
+    "Whether a recording plays; None of a camera."
 
     @classmethod
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
@@ -49,15 +54,20 @@ class CameraFacts:
         trigger = _value(grabber, "TriggerMode") == "On"
         rate = _of_role(grabber, Role.FRAME_RATE)
         exposure = _of_role(grabber, Role.EXPOSURE)
+        playing = _value(grabber, "PlaybackActive")
         hertz = rate.value if rate is not None and isinstance(rate.value, (int, float)) else 0
         return cls(
             trigger_source=str(_value(grabber, "TriggerSource") or "an input") if trigger else None,
             stream_port=_integer(_value(grabber, "GevSCPHostPort")),
             packet_size=_integer(_value(grabber, "GevSCPSPacketSize")),
-            exposure=f"{exposure.value:g} {exposure.unit}".strip()
+            exposure=quantity_text(exposure.value, exposure.unit)
             if exposure is not None and isinstance(exposure.value, (int, float))
             else "",
             period=1 / hertz if hertz > 0 else None,
+            software_trigger=trigger
+            and _value(grabber, "TriggerSource") in (None, "Software")
+            and grabber.has_feature("TriggerSoftware"),
+            playing=bool(playing) if playing is not None else None,
         )
 
 
@@ -104,7 +114,7 @@ def diagnose(seen: Observation) -> Diagnosis | None:
         )
     patience = max(PATIENCE, 3 * (seen.facts.period or 0))
     if seen.silent >= patience:
-        return _silent(seen)
+        return _silent(seen) if seen.facts.trigger_source is None else None
     if seen.received and not seen.painted and seen.seconds >= patience:
         return Diagnosis(
             Stage.DISPLAY,
@@ -127,14 +137,6 @@ def diagnose(seen: Observation) -> Diagnosis | None:
 
 def _silent(seen: Observation) -> Diagnosis:
     count = seen.statistics
-    if seen.facts.trigger_source is not None:
-        return Diagnosis(
-            Stage.CONTROL,
-            translate("Diagnosis", "{0} waits for a trigger (source: {1}).").format(
-                seen.source, seen.facts.trigger_source
-            ),
-            translate("Diagnosis", "Send one (TriggerSoftware), or set TriggerMode to Off."),
-        )
     if count.frames:
         return Diagnosis(
             Stage.FRAMES,

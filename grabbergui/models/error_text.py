@@ -7,7 +7,7 @@ sentence around their own words is in the user's language.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from grabbergui.core.errors import (
     AccessDeniedError,
@@ -19,6 +19,7 @@ from grabbergui.core.errors import (
     FeatureNotFoundError,
     FeatureValueError,
     GrabberError,
+    OtherCameraError,
     SourceNotFoundError,
     SourceUnavailableError,
     TransportError,
@@ -27,6 +28,9 @@ from grabbergui.core.errors import (
 from grabbergui.core.features import Feature
 from grabbergui.models.features.wording import access_text, range_text
 from grabbergui.models.language import is_translated, translate
+
+MOST_PROBLEMS = 3
+"Of those that are listed in one line; the log has them all."
 
 
 def error_text(error: Exception, source: object = "", feature: Feature | None = None) -> str:
@@ -50,6 +54,16 @@ def lost_text(title: str, reason: str) -> str:
     return f"{text}: {reason}" if reason else text
 
 
+def returned_text(problems: Sequence[str]) -> str:
+    """How a source came back after it was lost; `problems` are what is not as before, a sentence each."""
+    if not problems:
+        return translate("Errors", "set as before")
+    shown = "; ".join(problems[:MOST_PROBLEMS])
+    if len(problems) > MOST_PROBLEMS:
+        shown += translate("Errors", "; and {0} more").format(len(problems) - MOST_PROBLEMS)
+    return translate("Errors", "but not as before: {0}").format(shown)
+
+
 def held_text(denied: AccessDeniedError) -> str:
     """Why a source that could be opened for reading only could not be controlled."""
     return translate("Errors", "another application controls it") if is_translated() else str(denied)
@@ -69,6 +83,9 @@ def _about_feature(error: FeatureError, feature: Feature | None) -> str:
 
 def _about_source(error: Exception, source: str) -> str:
     """Where the source's own name is told; empty for the errors of other kinds."""
+    if isinstance(error, OtherCameraError):
+        text = translate("Errors", "{0} may be another camera than the one you named: {1}")
+        return text.format(source, error)
     if isinstance(error, SourceNotFoundError):
         return translate("Errors", "{0} was not found; check address, power and cable").format(source)
     if isinstance(error, AckTimeoutError):

@@ -52,6 +52,10 @@ class GalleryModel:
         """The tiles as they are now. Any thread."""
         return self._tiles
 
+    def picture_of(self, source: OpenSource) -> PictureModel | None:
+        """Return the small picture of a source; None where it has no tile. Any thread."""
+        return next((tile.picture for tile in self._tiles if tile.source is source), None)
+
     def close(self, timeout: float) -> bool:
         """Show nothing more. Whether every thread ended within `timeout` seconds; may be asked again."""
         self._connection.sources_changed.disconnect(self._on_sources_changed, missing_ok=True)

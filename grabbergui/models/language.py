@@ -6,6 +6,7 @@ the calls of `translate` as it finds Qt's own.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 Translator = Callable[[str, str], str]
@@ -17,6 +18,9 @@ def _as_written(context: str, text: str) -> str:
 
 
 _translator: Translator = _as_written
+_decimal_point = "."
+
+_POINT = re.compile(r"(?<=\d)\.(?=\d)")
 
 
 def translate(context: str, text: str) -> str:
@@ -24,10 +28,16 @@ def translate(context: str, text: str) -> str:
     return _translator(context, text)
 
 
-def set_translator(translator: Translator | None) -> None:
-    """Translate from now on; None leaves texts as they are written."""
-    global _translator
+def localized(text: str) -> str:
+    """Numbers in a text with the decimal point of the user's language: `0,5` in Spanish. Any thread."""
+    return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
+
+
+def set_translator(translator: Translator | None, decimal_point: str = ".") -> None:
+    """Translate from now on, numbers with that decimal point; None leaves texts as they are written."""
+    global _translator, _decimal_point
     _translator = translator or _as_written
+    _decimal_point = decimal_point
 
 
 def is_translated() -> bool:

@@ -8,6 +8,7 @@ from enum import Enum
 
 from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
+from grabbergui.core.identity import is_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.changes.noting import NotingGrabber
@@ -57,6 +58,10 @@ class OpenSource:
         "`time.monotonic` of the last start."
         self.read_only = ""
         "Why values can be looked at but not changed, for people; empty where they can be changed."
+        self.losses = 0
+        "How often it was lost since it was opened."
+        self.lost_since: float | None = None
+        "`time.monotonic` of the last loss, while it lasts."
         self.no_picture = ""
         "Why the picture cannot be had beside the program that has control."
         self.instead_of: OpenSource | None = None
@@ -73,9 +78,8 @@ class OpenSource:
 
     @property
     def short_title(self) -> str:
-        """What tells it from its neighbours: the name without the maker's."""
-        info = self.grabber.info if self.grabber is not None else None
-        return (info.user_name or info.model or info.title) if info is not None else str(self.uri)
+        """The same without the vendor, where there is little room."""
+        return self.grabber.info.short_title if self.grabber is not None else str(self.uri)
 
     def is_named(self, uri: SourceUri) -> bool:
         """Whether a URI is how it was asked for, or what it calls itself."""
@@ -83,11 +87,14 @@ class OpenSource:
 
     def is_device(self, other: DeviceInfo) -> bool:
         """Whether another name leads to this camera, as far as it says who it is."""
-        if self.grabber is None:
-            return False
-        info = self.grabber.info
-        by_serial = bool(info.serial) and (info.model, info.serial) == (other.model, other.serial)
-        return by_serial or (bool(info.address) and (info.bus, info.address) == (other.bus, other.address))
+        return self.grabber is not None and is_same(self.grabber.info, other)
+
+    @property
+    def exact_uri(self) -> SourceUri:
+        """The URI that leads to this camera again: the camera's own if only the first found was asked for."""
+        if self.uri.name or self.grabber is None:
+            return self.uri
+        return SourceUri.parse(self.grabber.info.uri)
 
     def open_beside(self, denied: AccessDeniedError) -> None:
         """Look at what another program controls. Raises `denied` where even that is not possible."""

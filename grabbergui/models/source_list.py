@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
 
 from psygnal import Signal
 
 from grabbergui import sources
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.identity import differs
 from grabbergui.core.uri import SourceUri
 
 log = logging.getLogger(__name__)
@@ -19,6 +20,7 @@ REFRESH_INTERVAL = 3.0
 "Seconds between the end of one search and the next."
 SEARCH_TIME = 0.6
 "Seconds a search waits for answers; closing the window may have to wait for it."
+SIMULATED_SCHEME = "sim"
 KEEP_MISSES = 2
 "A source stays listed for that many searches that miss it: a broadcast or its answer may get lost."
 
@@ -31,7 +33,9 @@ class ListedSource:
     manual: bool = False
     "Named by the user, not found."
     connected: bool = False
-    "Open just now, at hand or beside."
+    "Open: the current one or in the background."
+    lost: bool = False
+    "Open, but it does not answer."
 
 
 class SourceListModel:
@@ -57,6 +61,7 @@ class SourceListModel:
         self._manual: dict[str, DeviceInfo] = {}
         "By what was typed; what the source says of itself, once it was open."
         self._open: dict[str, DeviceInfo] = {}
+        self._lost: frozenset[str] = frozenset()
         "What is open, by what it was asked for as."
         self._shown: tuple[ListedSource, ...] = ()
         self._lock = threading.Lock()
@@ -102,10 +107,12 @@ class SourceListModel:
         return parsed
 
     def remove(self, uri: str) -> None:
-        """Forget a source named by hand."""
+        """Forget a source named by hand, by whatever name its line has."""
         with self._lock:
-            for typed in [typed for typed, info in self._manual.items() if uri in (typed, info.uri)]:
-                del self._manual[typed]
+            known = [line.info for line in self._shown if line.info.uri == uri]
+            for typed, info in list(self._manual.items()):
+                if uri in (typed, info.uri) or any(_is_one(info, line) for line in known):
+                    del self._manual[typed]
         self._publish()
 
     @property
@@ -114,13 +121,13 @@ class SourceListModel:
         with self._lock:
             return list(self._manual)
 
-    def set_open(self, opened: Mapping[str, DeviceInfo]) -> None:
-        """These are open now, by the URIs they were asked for as.
+    def set_open(self, opened: Mapping[str, DeviceInfo], lost: Collection[str] = ()) -> None:
+        """List these as open, by the URIs they were asked for as, with what they say of themselves.
 
-        They are listed, found or not, with what they say of themselves.
+        Those of `lost` do not answer: they stay listed, though no search finds them.
         """
         with self._lock:
-            self._open = dict(opened)
+            self._open, self._lost = dict(opened), frozenset(lost)
             self._manual.update((uri, info) for uri, info in opened.items() if uri in self._manual)
         self._publish()
 
@@ -158,16 +165,41 @@ class SourceListModel:
         self.changed.emit(shown)
 
     def _lines(self) -> list[ListedSource]:
-        """Those found, those named by hand that were not, and the open ones that are none of these."""
-        opened = {info.uri for info in self._open.values()}
-        infos = dict(self._found)
-        for typed, info in self._manual.items():
-            if typed not in self._found:
-                infos.setdefault(info.uri, info)
-        for info in self._open.values():
-            infos.setdefault(info.uri, info)
-        named = {*self._manual, *(info.uri for info in self._manual.values())}
-        return [
-            ListedSource(info, uri not in self._found and uri in named, uri in opened)
-            for uri, info in infos.items()
-        ]
+        """One line a source: those found, those named by hand that were not, the open ones that are neither.
+
+        A line has the name by which its source is open; else the one typed, where that has options; else the
+        one found.
+        """
+        lines = [ListedSource(info) for info in self._found.values()]
+        for typed in self._manual.values():
+            at, line = _line_of(lines, typed)
+            if line is None:
+                lines.append(ListedSource(typed, manual=True))
+            elif line.manual or SourceUri.parse(typed.uri).options:
+                lines[at] = ListedSource(replace(line.info, uri=typed.uri), manual=True)
+        for asked, opened in self._open.items():
+            at, line = _line_of(lines, opened)
+            manual = line is not None and line.manual
+            lines[at : at + 1] = [ListedSource(opened, manual, connected=True, lost=asked in self._lost)]
+        return lines
+
+
+def _line_of(lines: list[ListedSource], info: DeviceInfo) -> tuple[int, ListedSource | None]:
+    """The line of a source, and where it is."""
+    for at, line in enumerate(lines):
+        if _is_one(info, line.info):
+            return at, line
+    return len(lines), None
+
+
+def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
+    """Whether what was named is what is listed: by URI, or by a name that the listed camera answers to."""
+    uri, known = SourceUri.parse(named.uri), SourceUri.parse(listed.uri)
+    if uri == known:
+        return True
+    # The options of a simulated camera make it another one.
+    if uri.scheme != known.scheme or uri.scheme == SIMULATED_SCHEME or differs(named, listed):
+        return False
+    names = (known.name, listed.address, listed.serial, listed.hardware_id, listed.user_name)
+    wanted = {name.lower() for name in (uri.name, named.address) if name}
+    return not wanted.isdisjoint(name.lower() for name in names)

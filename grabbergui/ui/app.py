@@ -18,8 +18,8 @@ from grabbergui import sources
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
+from grabbergui.models.messages import MessageModel
 from grabbergui.ui import icons, qt_messages
-from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.language import speak
 from grabbergui.ui.preferences import Preferences
@@ -76,9 +76,10 @@ def run(
     controller = MainController(window, preferences, create)
     if preferences.geometry is None and not offscreen:
         window.takeRoom()
-    with _guarded(window), closed_by(stop, app.quit):
+    with _guarded(controller.messages), closed_by(stop, app.quit):
         window.show()
-        report = _Report(controller, screenshot)
+        wanted = screenshot is not None or (offscreen and script is None)
+        report = _Report(controller, screenshot, wanted=wanted)
         if code_of_script is None:
             controller.begin(first_source(uri, preferences))
         else:
@@ -90,7 +91,7 @@ def run(
             report.on_taken = app.quit
             QTimer.singleShot(round(SCREENSHOT_PATIENCE * 1000), app.quit)
         app.exec_()
-        code = report.finish()
+        code = report.finish(interrupted=stop is not None and stop.is_set())
         window.close()
     # The window is gone: nobody minds the wait, and a movie that is cut off here could not be opened.
     if late := controller.shut_down(FINISH_TIME):
@@ -109,16 +110,17 @@ def first_source(uri: str | None, preferences: Preferences) -> str:
 class _Report:
     """Takes the window's picture once frames flow, and says how it went at the end."""
 
-    def __init__(self, controller: MainController, path: Path | None) -> None:
+    def __init__(self, controller: MainController, path: Path | None, *, wanted: bool) -> None:
+        """`wanted` says that a run without a single picture has failed: nobody looks at the window."""
         self._controller = controller
         self._path = path
+        self._wanted = wanted
         self._painted = 0
         self._rate = 0.0
         self._taken = False
         self._code = 0
         self.on_taken: Callable[[], object] = lambda: None
-        if path is not None:
-            controller.window.picture.painted.connect(self._on_painted)
+        controller.window.picture.painted.connect(self._on_painted)
 
     def _on_painted(self) -> None:
         self._painted += 1
@@ -143,15 +145,17 @@ class _Report:
         self._code = code
         QCoreApplication.quit()
 
-    def finish(self) -> int:
-        """Print what came of it; the exit code."""
-        if self._path is None or self._code:
+    def finish(self, *, interrupted: bool) -> int:
+        """Print what came of it; the exit code. A run that a signal ended need not have got anywhere."""
+        if self._code or (interrupted and self._path is None):
             return self._code
-        if self._painted == 0:
-            messages = self._controller.window.messages.messages
-            reason = messages[0] if messages else "no frame came from the source in time"
+        if self._painted == 0 and self._wanted:
+            messages = self._controller.messages.shown(self._controller.connection.source)
+            reason = messages[0].text if messages else "no frame came from the source in time"
             print(f"grabbergui: {reason}", file=sys.stderr)
             return 1
+        if self._path is None:
+            return 0
         if not self._taken and not self._save(self._path):
             print(f"grabbergui: the screenshot could not be written to {self._path}", file=sys.stderr)
             return 1
@@ -192,14 +196,13 @@ def look(theme: Theme, screenshot: bool = False) -> Theme:
 
 
 @contextmanager
-def _guarded(window: MainWindow) -> Iterator[None]:
-    """Log what nobody caught, on any thread, and show it in the error bar instead of ending."""
-    bridge = Bridge(window)
+def _guarded(messages: MessageModel) -> Iterator[None]:
+    """Log what nobody caught, on any thread, and say it in the window instead of ending."""
 
     def show(error: BaseException | None, trace: TracebackType | None) -> None:
         log.error("nobody caught this", exc_info=(type(error), error, trace) if error else None)
         text = f"internal error: {type(error).__name__}: {error}; the log has the details"
-        bridge.call(lambda: window.messages.showError(text))
+        messages.error(text)
 
     before, before_threads = sys.excepthook, threading.excepthook
     sys.excepthook = lambda kind, error, trace: show(error, trace)
@@ -208,7 +211,6 @@ def _guarded(window: MainWindow) -> Iterator[None]:
         yield
     finally:
         sys.excepthook, threading.excepthook = before, before_threads
-        bridge.close()
 
 
 @contextmanager

@@ -36,7 +36,9 @@ def speak(app: QCoreApplication, language: str | None = None) -> str:
     translators = [] if chosen == WRITTEN_IN else [_of_qt(chosen, app), _ours(chosen, app)]
     for translator in translators:
         app.installTranslator(translator)
-    set_translator(QCoreApplication.translate if translators else None)
+    locale = QLocale(chosen)
+    QLocale.setDefault(locale)  # of the fields that are Qt's own
+    set_translator(QCoreApplication.translate if translators else None, locale.decimalPoint())
     return chosen
 
 

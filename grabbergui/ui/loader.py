@@ -15,4 +15,4 @@ def load_form(name: str, into: QWidget) -> None:
     """
     form = resources.files("grabbergui.ui") / "forms" / f"{name}.ui"
     with resources.as_file(form) as path:
-        uic.loadUi(str(path), into)
+        uic.loadUi(str(path), into)  # type: ignore[no-untyped-call]

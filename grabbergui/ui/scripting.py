@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 from PyQt5.QtCore import QEventLoop, QTimer
 from PyQt5.QtWidgets import QWidget
 
+from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
@@ -66,8 +67,9 @@ class ScriptDesk:
 
     @property
     def messages(self) -> list[str]:
-        """What the bars above the picture say, the newest first."""
-        return self.window.messages.messages
+        """What the window says now, the newest first."""
+        program = self.program
+        return [message.text for message in program.messages.shown(program.connection.source)]
 
     def open(self, uri: str, timeout: float = PATIENCE) -> FrameGrabber:
         """Open a source in place of what is at hand, and start it."""
@@ -85,6 +87,18 @@ class ScriptDesk:
         self.until(settled, timeout, f"{uri} is not open")
         if connection.source is before or connection.state is not LinkState.STREAMING:
             raise GrabberError(self._failures[0] if self._failures else f"{uri} was closed")
+        return self.grabber
+
+    def wait_for_source(self, timeout: float = PATIENCE) -> FrameGrabber:
+        """Wait until the source that the command line named is open and streams, and return it."""
+        connection = self.program.connection
+
+        def settled() -> bool:
+            return bool(self._failures) or connection.state is LinkState.STREAMING
+
+        self.until(settled, timeout, "the source of the command line is not open")
+        if connection.state is not LinkState.STREAMING:
+            raise GrabberError(self._failures[0])
         return self.grabber
 
     def close(self, timeout: float = PATIENCE) -> None:
@@ -194,7 +208,8 @@ class ScriptDesk:
 
 
 def load_script(path: Path) -> CodeType:
-    """A script, read and compiled. Raises UsageError."""
+    """Read and compile a script of the user's, or one that is shipped. Raises UsageError."""
+    path = find_file(path, "script")
     try:
         return compile(path.read_bytes(), str(path), "exec")
     except OSError as error:

@@ -55,6 +55,7 @@ class Colours:
     good: str
     busy: str
     bad: str
+    busy_back: str
     bad_back: str
     info_back: str
 
@@ -78,6 +79,7 @@ LIGHT = Colours(
     good="#137a3e",
     busy="#8f5a00",
     bad="#b3261e",
+    busy_back="#fdf0d5",
     bad_back="#fbe4e2",
     info_back="#e2effc",
 )
@@ -101,6 +103,7 @@ DARK = Colours(
     good="#5ccf8a",
     busy="#f0b253",
     bad="#ff8a80",
+    busy_back="#403218",
     bad_back="#45211f",
     info_back="#1b3450",
 )

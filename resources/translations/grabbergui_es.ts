@@ -4,95 +4,30 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="82"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="160"/>
+        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="140"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="177"/>
-        <source>The picture goes to the program that has control.</source>
-        <translation>La imagen va al programa que tiene el control.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="187"/>
-        <source>Connecting to {0} …</source>
-        <translation>Conectando con {0} …</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="188"/>
-        <source>Nothing is connected.</source>
-        <translation>No hay nada conectado.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="188"/>
-        <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
-        <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="258"/>
-        <source>Paused</source>
-        <translation>En pausa</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="260"/>
-        <source>Live</source>
-        <translation>En directo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="262"/>
-        <source>Waiting for a frame, {0:.0f} s</source>
-        <translation>Esperando una imagen, {0:.0f} s</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="264"/>
-        <source>Stalled for {0:.0f} s</source>
-        <translation>Detenida desde hace {0:.0f} s</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="267"/>
-        <source>Not connected</source>
-        <translation>Sin conexión</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="268"/>
-        <source>Connecting</source>
-        <translation>Conectando</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="269"/>
-        <source>Connection lost</source>
-        <translation>Conexión perdida</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="270"/>
-        <source>Stopped</source>
-        <translation>Parada</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="272"/>
-        <source>Read only</source>
-        <translation>Solo lectura</translation>
     </message>
 </context>
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="36"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="38"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="36"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="38"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="42"/>
+        <location filename="../../grabbergui/ui/editors/auto_button.py" line="44"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -205,27 +140,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="68"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="73"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="70"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="116"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="113"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="121"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="144"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="141"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -547,19 +482,24 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/camera_tile.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/camera_tile.py" line="46"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/camera_tile.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/camera_tile.py" line="63"/>
         <source>This source is at hand</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/camera_tile.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/camera_tile.py" line="63"/>
         <source>Take this source to hand</source>
         <translation>Hacer activa esta fuente</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="44"/>
+        <source>This source is being recorded</source>
+        <translation>Esta fuente se está grabando</translation>
     </message>
 </context>
 <context>
@@ -674,59 +614,64 @@ It {1}.</source>
         <translation>Cambios de todos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="21"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="22"/>
         <source>The operator’s changes</source>
         <translation>Cambios del operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="32"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="33"/>
         <source>Copy what is selected, or else all that is shown, as something that makes the changes again</source>
         <translation>Copiar lo seleccionado, o si no todo lo mostrado, como algo que repite los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="34"/>
         <source>Copy as</source>
         <translation>Copiar como</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="38"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="39"/>
         <source>Save what is selected, or else all that is shown: a Python program, a shell script or a table</source>
         <translation>Guardar lo seleccionado, o si no todo lo mostrado: programa de Python, script de shell o tabla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="39"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="40"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="45"/>
         <source>Forget the list; what can be undone stays</source>
         <translation>Olvidar la lista; lo que se puede deshacer se conserva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="45"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="46"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="53"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="65"/>
         <source>&amp;Command line</source>
         <translation>&amp;Línea de órdenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="65"/>
         <source>&amp;Python program</source>
         <translation>Programa de &amp;Python</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/changes_panel.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/changes_panel.py" line="65"/>
         <source>&amp;Table</source>
         <translation>&amp;Tabla</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/changes_panel.ui" line="21"/>
+        <source>Without the camera’s own</source>
+        <translation>Sin los de la propia cámara</translation>
     </message>
 </context>
 <context>
@@ -740,19 +685,49 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="116"/>
+        <location filename="../../grabbergui/models/connection.py" line="133"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="200"/>
+        <location filename="../../grabbergui/models/connection.py" line="217"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="274"/>
+        <location filename="../../grabbergui/models/connection.py" line="296"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="317"/>
+        <source>reconnecting since {0}: {1}</source>
+        <translation>reconectando desde las {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="327"/>
+        <source>back after {0} s</source>
+        <translation>de vuelta tras {0} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="368"/>
+        <source>read only: {0}; values follow here but cannot be changed</source>
+        <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="371"/>
+        <source>Take control</source>
+        <translation>Tomar el control</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="278"/>
+        <source>this window has control now: values can be changed</source>
+        <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/connection.py" line="370"/>
+        <source>control was not given: {0}; still read only</source>
+        <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
 </context>
 <context>
@@ -799,187 +774,240 @@ It {1}.</source>
 <context>
     <name>Diagnosis</name>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="110"/>
         <source>Frames arrive but cannot be shown: {0}</source>
         <translation>Llegan imágenes pero no se pueden mostrar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="100"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="110"/>
         <source>Choose another PixelFormat; a snapshot still saves the raw bytes.</source>
         <translation>Elija otro PixelFormat; una captura guarda de todos modos los bytes en bruto.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="109"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
         <source>Frames arrive but the window does not paint them.</source>
         <translation>Llegan imágenes pero la ventana no las dibuja.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="109"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="119"/>
         <source>See the log.</source>
         <translation>Vea el registro.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="126"/>
         <source>The picture is black: the exposure{0} may be too short.</source>
         <translation>La imagen es negra: la exposición{0} puede ser demasiado corta.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="116"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="126"/>
         <source>Raise exposure or gain, press auto, open the iris, or take the lens cap off.</source>
         <translation>Aumente la exposición o la ganancia, pulse Autom., abra el iris o quite la tapa del objetivo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="131"/>
-        <source>{0} waits for a trigger (source: {1}).</source>
-        <translation>{0} espera un disparo (fuente: {1}).</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="131"/>
-        <source>Send one (TriggerSoftware), or set TriggerMode to Off.</source>
-        <translation>Envíe uno (TriggerSoftware) o ponga TriggerMode en Off.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="139"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="141"/>
         <source>No frame for {0:.0f} s, after {1} that came.</source>
         <translation>Ninguna imagen desde hace {0:.0f} s, tras {1} que llegaron.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="139"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="141"/>
         <source>Look at the cable and the camera&apos;s power; then stop and start again.</source>
         <translation>Compruebe el cable y la alimentación de la cámara; luego pare e inicie de nuevo.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="149"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="151"/>
         <source> (GevSCPSPacketSize, now {0} bytes)</source>
         <translation> (GevSCPSPacketSize, ahora {0} bytes)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="151"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="153"/>
         <source>Packets arrive, but no frame is complete: {0} packets are missing.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="162"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="164"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="174"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="176"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="177"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="179"/>
         <source>Stop and start again; look at the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="179"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="181"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="181"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="183"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="184"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="186"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="188"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="190"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="190"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="192"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
     </message>
 </context>
 <context>
+    <name>DoctorDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="73"/>
+        <source>Doctor</source>
+        <translation>Diagnóstico</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="76"/>
+        <source>What was found</source>
+        <translation>Resultados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="77"/>
+        <source>Checking this computer…</source>
+        <translation>Revisando este equipo…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="79"/>
+        <source>good</source>
+        <translation>bien</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="80"/>
+        <source>note</source>
+        <translation>aviso</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="81"/>
+        <source>problem</source>
+        <translation>problema</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="99"/>
+        <source>{0} problems found</source>
+        <translation>{0} problemas encontrados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="100"/>
+        <source>Nothing is wrong</source>
+        <translation>No hay ningún problema</translation>
+    </message>
+</context>
+<context>
     <name>Errors</name>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="49"/>
+        <location filename="../../grabbergui/models/error_text.py" line="53"/>
         <source>the connection to {0} was lost</source>
         <translation>se perdió la conexión con {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="55"/>
+        <location filename="../../grabbergui/models/error_text.py" line="69"/>
         <source>another application controls it</source>
         <translation>otra aplicación la controla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="61"/>
+        <location filename="../../grabbergui/models/error_text.py" line="75"/>
         <source>the camera has no {0}</source>
         <translation>la cámara no tiene {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="65"/>
+        <location filename="../../grabbergui/models/error_text.py" line="79"/>
         <source>{0} does not take this value; allowed is {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="67"/>
+        <location filename="../../grabbergui/models/error_text.py" line="81"/>
         <source>{0} was refused: {1}</source>
         <translation>la cámara rechazó {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="73"/>
+        <location filename="../../grabbergui/models/error_text.py" line="90"/>
         <source>{0} was not found; check address, power and cable</source>
         <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="75"/>
+        <location filename="../../grabbergui/models/error_text.py" line="92"/>
         <source>{0} does not answer; check address, power and cable</source>
         <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="77"/>
+        <location filename="../../grabbergui/models/error_text.py" line="94"/>
         <source>no access to {0}: {1}</source>
         <translation>no hay acceso a {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="79"/>
+        <location filename="../../grabbergui/models/error_text.py" line="96"/>
         <source>{0} cannot be used on this computer: {1}</source>
         <translation>{0} no se puede usar en este equipo: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>the camera does not answer: {0}</source>
         <translation>la cámara no responde: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>the connection to the camera was lost: {0}</source>
         <translation>se perdió la conexión con la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>the camera cannot be reached: {0}</source>
         <translation>no se llega a la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>the camera refused it: {0}</source>
         <translation>la cámara lo rechazó: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>access denied: {0}</source>
         <translation>acceso denegado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>not found: {0}</source>
         <translation>no encontrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="83"/>
+        <location filename="../../grabbergui/models/error_text.py" line="100"/>
         <source>this cannot be understood: {0}</source>
         <translation>no se entiende: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="87"/>
+        <source>{0} may be another camera than the one you named: {1}</source>
+        <translation>{0} puede no ser la cámara que indicó: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="63"/>
+        <source>; and {0} more</source>
+        <translation>; y {0} más</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="60"/>
+        <source>set as before</source>
+        <translation>ajustada como antes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/error_text.py" line="64"/>
+        <source>but not as before: {0}</source>
+        <translation>pero no como antes: {0}</translation>
     </message>
 </context>
 <context>
@@ -1006,17 +1034,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="103"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="102"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="104"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="103"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="105"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="104"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1024,42 +1052,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="40"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="38"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="43"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="41"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="47"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="45"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="55"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="53"/>
         <source>Keep at &amp;hand</source>
         <translation>Tener a &amp;mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="57"/>
         <source>&amp;Remove from what is at hand</source>
         <translation>&amp;Quitar de lo que está a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="60"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="58"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="60"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="58"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="67"/>
+        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="65"/>
         <source>&amp;Usual controls at hand</source>
         <translation>Controles &amp;habituales a mano</translation>
     </message>
@@ -1140,84 +1168,94 @@ It {1}.</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="28"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="30"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="30"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="32"/>
         <source>is not available just now; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="32"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="34"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="33"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="35"/>
         <source>cannot be used just now</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="40"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="42"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="42"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="44"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="45"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="47"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="46"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="48"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="48"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="50"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="51"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="54"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="62"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="65"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="62"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="65"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="75"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="77"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="80"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="85"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="81"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="86"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="83"/>
+        <location filename="../../grabbergui/models/features/wording.py" line="88"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="80"/>
+        <source>Changing it pauses the stream for a moment.</source>
+        <translation>Cambiarlo detiene la captura un momento.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/features/wording.py" line="28"/>
+        <source>is read-only</source>
+        <translation>es de solo lectura</translation>
     </message>
 </context>
 <context>
@@ -1263,17 +1301,17 @@ It {1}.</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="41"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="42"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="60"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="61"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="54"/>
+        <location filename="../../grabbergui/ui/views/focus_panel.py" line="55"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
@@ -1284,29 +1322,6 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/gallery.ui" line="6"/>
         <source>Open sources</source>
         <translation>Fuentes abiertas</translation>
-    </message>
-</context>
-<context>
-    <name>GalleryController</name>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="71"/>
-        <source>{0:.0f} fps</source>
-        <translation>{0:.0f} im/s</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="73"/>
-        <source>connecting</source>
-        <translation>conectando</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="74"/>
-        <source>stopped</source>
-        <translation>parada</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/gallery.py" line="75"/>
-        <source>lost</source>
-        <translation>perdida</translation>
     </message>
 </context>
 <context>
@@ -1352,12 +1367,12 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="59"/>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="60"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="55"/>
+        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="56"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -1365,72 +1380,72 @@ It {1}.</source>
 <context>
     <name>KeepingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="35"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="34"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="80"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="79"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="88"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="87"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="93"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="92"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="120"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="119"/>
         <source>Saved {0} settings to {1}</source>
         <translation>{0} ajustes guardados en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="142"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="141"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="194"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="193"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="166"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="165"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="98"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="121"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="195"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="194"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="144"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="143"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="167"/>
+        <location filename="../../grabbergui/ui/controllers/keeping.py" line="166"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
@@ -1496,27 +1511,17 @@ It {1}.</source>
 <context>
     <name>MainController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="204"/>
-        <source>For reading only: {0}. Values follow here but cannot be changed.</source>
-        <translation>Solo lectura: {0}. Aquí se siguen los valores, pero no se pueden cambiar.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="204"/>
-        <source>Take control</source>
-        <translation>Tomar el control</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="221"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="273"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="238"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="283"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="238"/>
+        <location filename="../../grabbergui/ui/controllers/main.py" line="283"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -1529,32 +1534,32 @@ It {1}.</source>
         <translation>grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="31"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="28"/>
         <source>&amp;Camera</source>
         <translation>&amp;Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="54"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="52"/>
         <source>&amp;Edit</source>
         <translation>&amp;Editar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="59"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="57"/>
         <source>&amp;Picture</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="71"/>
         <source>&amp;View</source>
         <translation>&amp;Ver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="75"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
         <source>&amp;Theme</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="108"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="106"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
@@ -1564,700 +1569,778 @@ It {1}.</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="130"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="135"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="155"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="160"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="161"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="166"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="167"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="172"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="174"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="181"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="188"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="195"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="202"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="209"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="210"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="211"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="216"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="216"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="217"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="222"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="222"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="223"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="238"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="234"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
         <source>Take the next of the open sources to hand</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="253"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="259"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
         <source>Save the newest frame at full resolution: PNG, or TIFF for more than 8 bits</source>
         <translation>Guardar la última imagen a resolución completa: PNG, o TIFF para más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="270"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="276"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="281"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="304"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="313"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="308"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="339"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="340"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="346"/>
-        <source>Draw the part of the sensor that the camera is to send</source>
-        <translation>Dibujar la parte del sensor que la cámara debe enviar</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="352"/>
-        <source>Let the camera send the whole sensor again</source>
-        <translation>Que la cámara envíe de nuevo todo el sensor</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
         <source>&amp;Clipping</source>
-        <translation>&amp;Saturación</translation>
+        <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="389"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="395"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="394"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="411"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="430"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="443"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="486"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="490"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="494"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="204"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="81"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
         <source>Orie&amp;ntation</source>
         <translation>&amp;Orientación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="90"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="88"/>
         <source>Colours of gre&amp;y pictures</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="276"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="358"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="364"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="369"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="370"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="383"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <source>Draw the part of the sensor that the camera is to send; this pauses the stream for a moment</source>
+        <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
+        <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <source>&amp;Load calibration…</source>
+        <translation>Car&amp;gar calibración…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
+        <source>Read a camera_info file, and show the picture without the distortion it describes</source>
+        <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
+        <source>&amp;Show calibration</source>
+        <translation>&amp;Mostrar calibración</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
+        <source>Show the picture without the lens&apos;s distortion; neither the camera nor what is saved changes</source>
+        <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
+        <source>&amp;Manual</source>
+        <translation>&amp;Manual</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="466"/>
+        <source>Read the manual</source>
+        <translation>Leer el manual</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <source>&amp;What&apos;s this?</source>
+        <translation>¿&amp;Qué es esto?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <source>Click on anything to read what it does</source>
+        <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
+        <source>Shift+F1</source>
+        <translation>Shift+F1</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
+        <source>&amp;Doctor…</source>
+        <translation>&amp;Diagnóstico…</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="475"/>
+        <source>Check this computer for what usually goes wrong with cameras</source>
+        <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <source>Connect to the source chosen and set format and region before its first picture</source>
+        <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
+        <source>Connect wit&amp;hout starting</source>
+        <translation>Conectar sin inici&amp;ar</translation>
+    </message>
+</context>
+<context>
+    <name>ManualDialog</name>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="46"/>
+        <source>Manual</source>
+        <translation>Manual</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="50"/>
+        <source>&amp;Back</source>
+        <translation>&amp;Atrás</translation>
     </message>
 </context>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="107"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="108"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="137"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="138"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -2265,20 +2348,43 @@ It {1}.</source>
 <context>
     <name>MessageBar</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="31"/>
         <source>Dismiss</source>
         <translation>Descartar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/message_bar.ui" line="30"/>
         <source>Dismiss this message</source>
         <translation>Descartar este mensaje</translation>
     </message>
 </context>
 <context>
+    <name>MessageLine</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/message_line.ui" line="29"/>
+        <source>Show the messages in full</source>
+        <translation>Mostrar los mensajes completos</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/message_line.ui" line="38"/>
+        <source>Dismiss</source>
+        <translation>Descartar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/message_line.ui" line="37"/>
+        <source>Dismiss this message</source>
+        <translation>Descartar este mensaje</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/message_line.py" line="107"/>
+        <source>{0} more</source>
+        <translation>{0} más</translation>
+    </message>
+</context>
+<context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_field.py" line="151"/>
+        <location filename="../../grabbergui/ui/editors/number_field.py" line="173"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -2311,7 +2417,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/pause_bar.py" line="34"/>
+        <location filename="../../grabbergui/ui/widgets/pause_bar.py" line="35"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -2332,27 +2438,27 @@ It {1}.</source>
         <translation>El camino de una imagen, y dónde se detiene</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="51"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="41"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="52"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="42"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="53"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="43"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="54"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="44"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="55"/>
+        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="45"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -2400,34 +2506,39 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="98"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="99"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="100"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="112"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="131"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="101"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="102"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="74"/>
+        <source>Last picture, {0} old</source>
+        <translation>Última imagen, de hace {0}</translation>
     </message>
 </context>
 <context>
@@ -2453,7 +2564,7 @@ It {1}.</source>
         <translation>Una imagen atrás</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="50"/>
+        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="51"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -2513,7 +2624,7 @@ It {1}.</source>
         <translation>Volver a empezar al final</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="50"/>
+        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="51"/>
         <source>Hold</source>
         <translation>Congelar</translation>
     </message>
@@ -2564,40 +2675,55 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="116"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="119"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="129"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="132"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="161"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="164"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="167"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="170"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="168"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="171"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="188"/>
+        <location filename="../../grabbergui/models/recording/recorder.py" line="191"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recordings.py" line="157"/>
+        <source>the recording of {0} ended: {1}</source>
+        <translation>la grabación de {0} terminó: {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recordings.py" line="160"/>
+        <source>nothing was recorded of {0}</source>
+        <translation>no se grabó nada de {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recording/recordings.py" line="163"/>
+        <source>recorded {0} frames to {1}</source>
+        <translation>{0} imágenes grabadas en {1}</translation>
     </message>
 </context>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="85"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -2687,52 +2813,52 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="17"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="18"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="18"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="19"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="19"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="20"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="20"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="21"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="21"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="22"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="85"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="96"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="99"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="101"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="117"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="118"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
@@ -2740,24 +2866,34 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="115"/>
-        <source>The recording ended: {0}</source>
-        <translation>La grabación ha acabado: {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="119"/>
-        <source>Recorded {0} frames to {1}</source>
-        <translation>{0} imágenes grabadas en {1}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="128"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="107"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="117"/>
-        <source>Nothing was recorded</source>
-        <translation>No se ha grabado nada</translation>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="75"/>
+        <source>Recording</source>
+        <translation>Grabación</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="77"/>
+        <source>Closing ends the recording; what was recorded so far is kept.</source>
+        <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="78"/>
+        <source>Stop recording and close</source>
+        <translation>Detener la grabación y cerrar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="79"/>
+        <source>Go on recording</source>
+        <translation>Seguir grabando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="76"/>
+        <source>Being recorded: {0}</source>
+        <translation>Se está grabando: {0}</translation>
     </message>
 </context>
 <context>
@@ -2789,17 +2925,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="144"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="150"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -2993,39 +3129,39 @@ It {1}.</source>
 <context>
     <name>Settings</name>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="135"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="130"/>
         <source>the stream does not start again: {0}</source>
         <translation>la captura no vuelve a arrancar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="206"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="209"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="224"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="249"/>
         <source>{0} sets it</source>
         <translation>lo fija {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="228"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="253"/>
         <source>{0} is off in the set; writing this would turn it on</source>
         <translation>{0} está apagado en el archivo; escribir esto lo encendería</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="245"/>
-        <source>{0} cannot be selected on this camera</source>
-        <translation>{0} no se puede seleccionar en esta cámara</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="256"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="225"/>
         <source>it is a command; loading settings runs none</source>
         <translation>es una orden; al cargar ajustes no se ejecuta ninguna</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/settings/loading.py" line="280"/>
+        <location filename="../../grabbergui/models/settings/loading.py" line="193"/>
         <source>the camera stands at {0}</source>
         <translation>la cámara está en {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/settings/loading.py" line="136"/>
+        <source>interrupted: {0}</source>
+        <translation>interrumpido: {0}</translation>
     </message>
 </context>
 <context>
@@ -3041,7 +3177,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="47"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="48"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -3051,22 +3187,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="43"/>
         <source>{0} settings differ. What is ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Lo marcado se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="43"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="49"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="50"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="66"/>
+        <location filename="../../grabbergui/ui/views/settings_difference.py" line="67"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
@@ -3114,32 +3250,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="79"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="80"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="83"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="85"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="81"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="86"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="82"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="87"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -3154,19 +3290,29 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="71"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="84"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="81"/>
         <source>would be written</source>
         <translation>por escribir</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="65"/>
+        <source>not a setting</source>
+        <translation>no es un ajuste</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_report.py" line="82"/>
+        <source>depends on the others</source>
+        <translation>depende de los demás</translation>
     </message>
 </context>
 <context>
@@ -3177,42 +3323,65 @@ It {1}.</source>
         <translation>Teclado y ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="28"/>
-        <source>Over the picture the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the arrow keys, Page Up and Down, Home and End. Esc gives up what is being drawn or typed.</source>
-        <translation>Sobre la imagen, la rueda amplía, arrastrar la mueve y un doble clic la encaja o la muestra a 1:1. Un deslizador acepta las flechas, Re Pág y Av Pág, Inicio y Fin. Esc cancela lo que se dibuja o escribe.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="54"/>
         <source>Close</source>
         <translation>Cerrar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/shortcuts_dialog.ui" line="35"/>
+        <source>Over the picture the wheel zooms, dragging moves it, and a double click fits it or shows it 1:1. A slider takes the wheel, the arrow keys, Page Up and Down, Home and End; with Shift it goes a tenth as far, with Ctrl ten times as far. Esc gives up what is being drawn or typed. Letters work while the picture has the focus: Enter gives it back.</source>
+        <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/shortcuts_dialog.py" line="67"/>
+        <source>Shift</source>
+        <translation>Mayús</translation>
+    </message>
+</context>
+<context>
+    <name>ShowingCalibrationController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/showing_calibration.py" line="65"/>
+        <source>Load a calibration</source>
+        <translation>Cargar una calibración</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/showing_calibration.py" line="61"/>
+        <source>{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°</source>
+        <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
 </context>
 <context>
     <name>SourceDelegate</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="92"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="93"/>
         <source>serial {0}</source>
         <translation>n.º de serie {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="97"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="100"/>
         <source>connected</source>
         <translation>conectada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="99"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="102"/>
         <source>named by hand</source>
         <translation>añadida a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="107"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="110"/>
         <source>Simulated</source>
         <translation>Simulada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="108"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="111"/>
         <source>File</source>
         <translation>Archivo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="98"/>
+        <source>lost, reconnecting</source>
+        <translation>perdida, reconectando</translation>
     </message>
 </context>
 <context>
@@ -3273,7 +3442,7 @@ It {1}.</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="199"/>
         <source>Connect</source>
         <translation>Conectar</translation>
     </message>
@@ -3283,75 +3452,80 @@ It {1}.</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="167"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="177"/>
         <source>Open beside</source>
         <translation>Abrir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="179"/>
         <source>Forget</source>
         <translation>Olvidar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="199"/>
         <source>Disconnect</source>
         <translation>Desconectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="189"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="199"/>
         <source>Show</source>
         <translation>Mostrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="200"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="210"/>
         <source>source</source>
         <translation>fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="201"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="211"/>
         <source>vendor</source>
         <translation>fabricante</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="202"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="212"/>
         <source>model</source>
         <translation>modelo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="203"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="213"/>
         <source>name</source>
         <translation>nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="204"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="214"/>
         <source>serial</source>
         <translation>n.º de serie</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="205"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="215"/>
         <source>address</source>
         <translation>dirección</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="206"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="216"/>
         <source>version</source>
         <translation>versión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="207"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="217"/>
         <source>seen on</source>
         <translation>vista en</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/source_list.py" line="208"/>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="218"/>
         <source>note</source>
         <translation>nota</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/source_list.py" line="175"/>
+        <source>Connect without starting</source>
+        <translation>Conectar sin iniciar</translation>
     </message>
 </context>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="134"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -3365,71 +3539,215 @@ It {1}.</source>
     </message>
 </context>
 <context>
-    <name>StatusStrip</name>
+    <name>Status</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="14"/>
-        <source>State of the connection and of the picture</source>
-        <translation>Estado de la conexión y de la imagen</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="15"/>
-        <source>Connection</source>
-        <translation>Conexión</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="31"/>
-        <source>Resolution and pixel format of the newest frame</source>
-        <translation>Resolución y formato de píxel de la última imagen</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="32"/>
-        <source>Resolution and pixel format</source>
-        <translation>Resolución y formato de píxel</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="40"/>
-        <source>Frames per second from the camera, and pictures painted</source>
-        <translation>Imágenes por segundo de la cámara y dibujadas</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="41"/>
-        <source>Frame rates</source>
-        <translation>Frecuencias</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="49"/>
-        <source>Payload received per second</source>
-        <translation>Datos recibidos por segundo</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="50"/>
-        <source>Bandwidth</source>
-        <translation>Ancho de banda</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="58"/>
-        <source>Frames of which nothing arrived, and frames with packets missing, since the start</source>
-        <translation>Imágenes de las que no llegó nada e imágenes con paquetes perdidos, desde el inicio</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="59"/>
-        <source>Lost and incomplete frames</source>
-        <translation>Imágenes perdidas e incompletas</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="43"/>
+        <location filename="../../grabbergui/models/status.py" line="132"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="82"/>
+        <location filename="../../grabbergui/models/status.py" line="133"/>
+        <source>Connecting</source>
+        <translation>Conectando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="134"/>
+        <source>Stopped</source>
+        <translation>Parada</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="135"/>
+        <source>Read only</source>
+        <translation>Solo lectura</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="136"/>
+        <source>Starting</source>
+        <translation>Arrancando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="137"/>
+        <source>Live</source>
+        <translation>En directo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="138"/>
+        <source>Playing</source>
+        <translation>Reproduciendo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="139"/>
+        <source>Paused</source>
+        <translation>En pausa</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="140"/>
+        <source>Waiting for trigger</source>
+        <translation>Esperando disparo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="141"/>
+        <source>No frame for {0:.0f} s</source>
+        <translation>Sin imagen desde hace {0:.0f} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="142"/>
+        <source>Lost for {0:.0f} s</source>
+        <translation>Perdida desde hace {0:.0f} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="159"/>
+        <source>{0:.0f} fps</source>
+        <translation>{0:.0f} im/s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="161"/>
+        <source>{0}, losing frames</source>
+        <translation>{0}, pierde imágenes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="170"/>
+        <source>● Recording</source>
+        <translation>● Grabando</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/status.py" line="172"/>
+        <source>connection lost</source>
+        <translation>conexión perdida</translation>
+    </message>
+</context>
+<context>
+    <name>StatusController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="97"/>
+        <source>The camera does not answer; what was set last is shown until it is back.</source>
+        <translation>La cámara no responde; hasta que vuelva se muestra lo último que se ajustó.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
+        <source>Nothing is connected.</source>
+        <translation>No hay nada conectado.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="141"/>
+        <source>Choose a source on the left, or type its address; sim: is the simulated camera.</source>
+        <translation>Elija una fuente a la izquierda o escriba su dirección; sim: es la cámara simulada.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="147"/>
+        <source>Connecting to {0} …</source>
+        <translation>Conectando con {0} …</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="149"/>
+        <source>Waiting for a trigger</source>
+        <translation>Esperando un disparo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="151"/>
+        <source>The picture goes to the program that has control.</source>
+        <translation>La imagen va al programa que tiene el control.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="182"/>
+        <source>Trigger off</source>
+        <translation>Quitar disparo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="184"/>
+        <source>Send trigger</source>
+        <translation>Enviar disparo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/status.py" line="185"/>
+        <source>frames come when triggered by {0}</source>
+        <translation>las imágenes llegan con disparo por {0}</translation>
+    </message>
+</context>
+<context>
+    <name>StatusStrip</name>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="17"/>
+        <source>State of the connection and of the picture</source>
+        <translation>Estado de la conexión y de la imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="18"/>
+        <source>Connection</source>
+        <translation>Conexión</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="41"/>
+        <source>Resolution and pixel format of the newest frame</source>
+        <translation>Resolución y formato de píxel de la última imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="42"/>
+        <source>Resolution and pixel format</source>
+        <translation>Resolución y formato de píxel</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="50"/>
+        <source>Frames per second from the camera, and pictures painted</source>
+        <translation>Imágenes por segundo de la cámara y dibujadas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="51"/>
+        <source>Frame rates</source>
+        <translation>Frecuencias</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="59"/>
+        <source>Payload received per second</source>
+        <translation>Datos recibidos por segundo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="60"/>
+        <source>Bandwidth</source>
+        <translation>Ancho de banda</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="78"/>
+        <source>{0:.1f} fps · {1:.0f} shown</source>
+        <translation>{0:.1f} im/s · {1:.0f} mostradas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/status_strip.ui" line="68"/>
+        <source>Lost and incomplete frames, resent packets</source>
+        <translation>Imágenes perdidas e incompletas, paquetes reenviados</translation>
+    </message>
+</context>
+<context>
+    <name>StreamHealth</name>
+    <message>
+        <location filename="../../grabbergui/models/stream_health.py" line="78"/>
+        <source>more arrives than this computer can take</source>
+        <translation>llega más de lo que este ordenador puede recibir</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/stream_health.py" line="80"/>
         <source>{0} lost · {1} incomplete</source>
         <translation>{0} perdidas · {1} incompletas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="74"/>
-        <source>{0:.1f} fps · {1:.0f} shown</source>
-        <translation>{0:.1f} im/s · {1:.0f} mostradas</translation>
+        <location filename="../../grabbergui/models/stream_health.py" line="84"/>
+        <source>{0} resent</source>
+        <translation>{0} reenviados</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/stream_health.py" line="90"/>
+        <source>Since the start: {0} frames, {1} lost, {2} incomplete</source>
+        <translation>Desde el inicio: {0} imágenes, {1} perdidas, {2} incompletas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/stream_health.py" line="95"/>
+        <source>{0} frames dropped because nobody took them in time</source>
+        <translation>{0} imágenes descartadas porque nadie las recogió a tiempo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/stream_health.py" line="98"/>
+        <source>{0} packets, {1} of them resent, {2} never arrived</source>
+        <translation>{0} paquetes, {1} de ellos reenviados, {2} no llegaron nunca</translation>
     </message>
 </context>
 <context>
@@ -3448,7 +3766,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="102"/>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="103"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -3483,52 +3801,52 @@ It {1}.</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="40"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="42"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="44"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="46"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="46"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="48"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="49"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="51"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="78"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="77"/>
         <source>there is no colour in this pixel format; choose an RGB or a Bayer format first</source>
         <translation>este formato de píxel no tiene color; elija antes uno RGB o Bayer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="84"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="83"/>
         <source>{0:.0%} of the region is saturated and has lost its colour; set the exposure first</source>
         <translation>el {0:.0%} de la región está saturado y ha perdido su color; ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="89"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="88"/>
         <source>the region is too dark ({0:.1%} of white); set the exposure first</source>
         <translation>la región es demasiado oscura ({0:.1%} del blanco); ajuste antes la exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="118"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="114"/>
         <source>red {0}, blue {1}</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="118"/>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="119"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="122"/>
+        <location filename="../../grabbergui/models/tuning/bench.py" line="123"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
@@ -3622,32 +3940,32 @@ It {1}.</source>
         <translation>Juegos de ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="26"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="27"/>
         <source>Set the camera as this set says; it can be undone</source>
         <translation>Ajustar la cámara según este juego; se puede deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="27"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="28"/>
         <source>&amp;Load</source>
         <translation>&amp;Cargar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="33"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="34"/>
         <source>Keep the present settings in this set; what it held is lost</source>
         <translation>Guardar los ajustes actuales en este juego; lo que contenía se pierde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="34"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="35"/>
         <source>&amp;Save here</source>
         <translation>&amp;Guardar aquí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="40"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="41"/>
         <source>Let the camera wake up with this set from its next power-on</source>
         <translation>Que la cámara arranque con este juego la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/user_sets_dialog.ui" line="42"/>
         <source>S&amp;tart with this</source>
         <translation>&amp;Arrancar con este</translation>
     </message>
@@ -3657,9 +3975,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="54"/>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="56"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="69"/>
+        <source>Save the present settings in {0}?</source>
+        <translation>¿Guardar los ajustes actuales en {0}?</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="70"/>
+        <source>What it held is lost; that cannot be undone.</source>
+        <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="71"/>
+        <source>Overwrite</source>
+        <translation>Sobrescribir</translation>
+    </message>
+</context>
+<context>
+    <name>ValueSlider</name>
+    <message>
+        <location filename="../../grabbergui/ui/editors/value_slider.py" line="178"/>
+        <source>{0} … {1}; hold the handle beyond an end to go on.</source>
+        <translation>{0} … {1}; mantenga el control más allá de un extremo para seguir.</translation>
     </message>
 </context>
 <context>
@@ -3723,39 +4064,54 @@ It {1}.</source>
         <translation>Última hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="41"/>
         <source>Stop reading the values for a while</source>
         <translation>Dejar de leer los valores un rato</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
         <source>Save everything that was read as a table of comma-separated values</source>
         <translation>Guardar todo lo leído como tabla de valores separados por comas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="43"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="49"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="54"/>
         <source>Forget what was read, and go on</source>
         <translation>Olvidar lo leído y seguir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="55"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="62"/>
         <source>Right-click a feature and choose “Plot over time”.</source>
         <translation>Pulse un parámetro con el botón derecho y elija «Representar en el tiempo».</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="29"/>
+        <source>Lay all curves over each other, each over a range of its own</source>
+        <translation>Superponer todas las curvas, cada una en su propio rango</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="30"/>
+        <source>In one plot</source>
+        <translation>En un solo gráfico</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/values_panel.py" line="59"/>
+        <source>All curves over time</source>
+        <translation>Todas las curvas en el tiempo</translation>
     </message>
 </context>
 </TS>

@@ -1,5 +1,6 @@
 """The connection: its states in order, failures in words, and nothing left behind."""
 
+import re
 import threading
 import time
 from dataclasses import replace
@@ -7,9 +8,17 @@ from dataclasses import replace
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.core.errors import AccessDeniedError, SourceNotFoundError, TransportError, UsageError
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    DeviceLostError,
+    FeatureValueError,
+    SourceNotFoundError,
+    TransportError,
+    UsageError,
+)
 from grabbergui.core.grabber import Access, ConnectionState
 from grabbergui.models.connection import Connection
+from grabbergui.models.messages import Severity
 from grabbergui.models.open_source import LinkState
 from patience import PATIENCE, until
 
@@ -62,6 +71,10 @@ class Bench:
         self.link.state_changed.connect(lambda state, reason: self.states.append(state))
         self.link.failed.connect(self.failures.append)
 
+    def said(self):
+        """The messages that are to be seen."""
+        return [message.sentence for message in self.link.messages.shown(self.link.source)]
+
     def until(self, state, seconds=PATIENCE):
         deadline = time.monotonic() + seconds
         while self.link.state is not state:
@@ -112,14 +125,12 @@ def test_features_are_there_when_it_says_opened(bench):
 
 
 def test_what_a_source_notices_is_passed_on_until_it_is_let_go(bench):
-    heard = []
-    bench.link.noticed.connect(heard.append)
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     bench.source.noticed.emit("pictures are 320×240 now")
+    assert bench.said() == ["Pictures are 320×240 now"] and bench.failures == []
     bench.link.disconnect()
-    bench.source.noticed.emit("nobody listens any more")
-    assert heard == ["pictures are 320×240 now"] and bench.failures == []
+    assert bench.said() == []
 
 
 def test_connecting_does_not_wait_and_can_be_given_up(bench):
@@ -163,14 +174,88 @@ def test_a_malformed_uri_is_refused_and_leaves_what_is_open(bench):
     assert bench.link.state is S.STREAMING
 
 
-def test_a_lost_source_is_told_and_its_return_too(bench):
+def lose(bench, reason="the camera does not answer"):
+    bench.source.connection_changed.emit(ConnectionState.LOST, reason)
+
+
+def come_back(bench, reason="set as before"):
+    bench.source.connection_changed.emit(ConnectionState.OPEN, reason)
+
+
+def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
-    bench.source.connection_changed.emit(ConnectionState.LOST, "the camera does not answer any more")
-    assert bench.link.state is S.LOST
-    assert bench.failures == ["the camera does not answer any more"]
-    bench.source.connection_changed.emit(ConnectionState.OPEN, "")
-    assert bench.link.state is S.STREAMING
+    for losses in (1, 2):
+        lose(bench)
+        lose(bench)  # said by two threads, it is still one loss
+        assert bench.link.state is S.LOST
+        (said,) = bench.said()
+        assert re.match(r"Reconnecting since \d\d:\d\d:\d\d: the camera does not answer", said)
+        assert ("(×2)" in said) == (losses == 2)
+        come_back(bench)
+        assert bench.link.state is S.STREAMING
+        (said,) = bench.said()
+        assert said.startswith("Back after ") and "s, set as before" in said
+    assert len(bench.failures) == 2
+
+
+def test_settings_that_did_not_come_back_are_said_until_they_are_dismissed(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    lose(bench)
+    bench.source.unlike_before = ("Gain=6: the camera answered: busy",)
+    come_back(bench)
+    (message,) = bench.link.messages.shown(bench.link.source)
+    assert "but not as before: Gain=6" in message.text
+    assert (message.severity, message.ends) == (Severity.WARNING, None)
+    bench.link.messages.dismiss(message)
+    bench.source.unlike_before = ()
+    lose(bench)
+    (lost,) = bench.link.messages.shown(bench.link.source)
+    assert "reconnecting since" in lost.text, "a new loss is news"
+    bench.link.messages.dismiss(lost)
+    come_back(bench)
+    assert "set as before" in bench.said()[0], "and so is its end"
+
+
+def test_what_fails_because_it_is_lost_is_not_said_beside_the_loss(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    features = bench.link.source.features
+    features.failed.emit(TransportError("no answer within 0.5 s"))
+    assert bench.said() == ["No answer within 0.5 s"]
+    lose(bench)
+    features.failed.emit(TransportError("no answer within 0.5 s"))
+    features.failed.emit(DeviceLostError("the camera is lost"))
+    assert len(bench.said()) == 1 and "Reconnecting since" in bench.said()[0]
+    come_back(bench)
+    features.failed.emit(DeviceLostError("the camera is lost"))
+    assert len(bench.said()) == 1 and "Back after" in bench.said()[0]
+
+
+def test_a_refused_write_is_said_of_its_own_camera_alone(bench):
+    bench.link.connect_to("sim:")
+    bench.until(S.STREAMING)
+    first = bench.link.source
+    bench.others["sim:2"] = Source()
+    bench.link.connect_beside("sim:2")
+    first.features.failed.emit(FeatureValueError("Gain=99 is above 24", "Gain"))
+    assert bench.said() == ["Gain=99 is above 24"]
+    second = bench.link.sources[1]
+    until(lambda: second.state is S.STREAMING)
+    bench.link.bring_forward(second)
+    assert bench.said() == []
+
+
+def test_what_could_not_be_opened_is_said_until_the_next_attempt(bench):
+    bench.source.problem = SourceNotFoundError("no camera answers")
+    bench.link.connect_to("sim:")
+    bench.until(S.CLOSED)
+    until(bench.said)
+    assert bench.said() == ["No camera answers"]
+    bench.source.problem = None
+    bench.link.connect_to("sim:")
+    assert bench.said() == []
 
 
 def test_another_source_takes_the_place_of_the_first(bench):
@@ -200,10 +285,12 @@ class Held(Source):
     def __init__(self, held=True, monitored=True):
         super().__init__()
         self.held, self.monitored = held, monitored
+        self.refuses_take_over = False
 
     def open(self, access=Access.CONTROL):
         self._note(f"open {access.value}")
-        if self.held and (access is Access.CONTROL or not self.monitored):
+        taken = access is Access.TAKE_OVER and self.refuses_take_over
+        if taken or (self.held and (access is Access.CONTROL or not self.monitored)):
             raise AccessDeniedError("another application at 10.0.0.5 controls it; close it there")
         self._access = access
 
@@ -213,23 +300,31 @@ class Held(Source):
         super().start()
 
 
+def said(bench):
+    return [message.text for message in bench.link.messages.shown(bench.link.source)]
+
+
 def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     bench.source = source = Held()
-    told = []
-    bench.link.read_only.connect(told.append)
     bench.link.connect_to("fake:")
     bench.until(S.OPEN)
-    deadline = time.monotonic() + PATIENCE
-    while not (told and told[0].no_picture):
-        assert time.monotonic() < deadline
-        time.sleep(0.002)
-    assert source.access is Access.MONITOR and "10.0.0.5" in told[0].read_only
+    until(lambda: bench.link.source.no_picture)
+    assert source.access is Access.MONITOR and "10.0.0.5" in bench.link.source.read_only
     assert bench.failures == []
+    (message,) = bench.link.messages.shown(bench.link.source)
+    assert "10.0.0.5" in message.text and [offer.label for offer in message.offers] == ["Take control"]
 
-    source.held = False
+    source.refuses_take_over = True
+    bench.link.take_control()
+    until(lambda: any("control was not given" in text for text in said(bench)), "the refusal")
+    assert "10.0.0.5" in said(bench)[0] and bench.link.source.read_only
+
+    source.held = source.refuses_take_over = False
+    until(lambda: bench.link.source.no_picture)
     bench.link.take_control()
     bench.until(S.STREAMING)
     assert not bench.link.source.read_only
+    assert said(bench) == ["this window has control now: values can be changed"]
     assert source.access is Access.TAKE_OVER, "on purpose, so that it may be taken from one who offers it"
 
 

@@ -10,6 +10,7 @@ from grabbergui.core.errors import (
     FeatureNotFoundError,
     FeatureValueError,
     GrabberError,
+    OtherCameraError,
     SourceNotFoundError,
     UsageError,
 )
@@ -70,6 +71,8 @@ def test_in_the_language_they_are_written_in_errors_speak_for_themselves():
          "Width <is read-only; streaming or another feature may lock it>"),
         (FeatureNotFoundError("no Gamma", "Gamma"), "", None, "<the camera has no Gamma>"),
         (FeatureValueError("Gain=x: no number", "Gain"), "", None, "<Gain was refused: Gain=x: no number>"),
+        (OtherCameraError("two"), "gige:7", None,
+         "<gige:7 may be another camera than the one you named: two>"),
         (SourceNotFoundError("nobody"), "gige:7", None,
          "<gige:7 was not found; check address, power and cable>"),
         (AckTimeoutError("3 tries"), "gige:7", None,

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -137,6 +138,52 @@ def test_a_typed_address_and_the_camera_found_there_are_one_line(listing):
     assert model.named_by_hand == ["gige:192.168.0.10"]
 
 
+FOUND = DeviceInfo(
+    "gige:7", "Acme", "One", "7", "GigE Vision", "10.0.0.7", "left", hardware_id="00:30:53:0a:0b:0c"
+)
+TWIN = replace(FOUND, uri="gige:10.0.0.8", address="10.0.0.8", hardware_id="00:30:53:0a:0b:0d")
+
+
+@pytest.mark.parametrize("typed", ["gige:10.0.0.7", "gige:7", "gige:left", "gige:00:30:53:0a:0b:0c"])
+def test_a_camera_typed_by_any_of_its_names_and_then_found_is_one_line(listing, typed):
+    model = listing(Network())
+    model.add(typed)
+    model._note([FOUND])
+    assert uris(model) == [FOUND.uri]
+    model.set_open({typed: replace(FOUND, uri=typed)})
+    (line,) = model.sources
+    assert (line.info.uri, line.connected) == (typed, True), "it is open under the name that was typed"
+    model.set_open({})
+    assert uris(model) == [FOUND.uri]
+
+
+def test_a_typed_camera_with_options_keeps_them_in_its_one_line_and_can_be_forgotten(listing):
+    model = listing(Network())
+    model.add("gige:10.0.0.7?packet_size=1500")
+    model._note([FOUND])
+    (line,) = model.sources
+    assert (line.info.uri, line.info.model, line.manual) == ("gige:10.0.0.7?packet_size=1500", "One", True)
+    model.remove(line.info.uri)
+    assert uris(model) == [FOUND.uri] and model.named_by_hand == []
+
+
+def test_two_cameras_of_one_serial_number_are_two_lines_whichever_is_open(listing):
+    model = listing(Network())
+    model._note([replace(FOUND, uri="gige:10.0.0.7"), TWIN])
+    model.set_open({"gige:10.0.0.8": TWIN})
+    assert [(line.info.uri, line.connected) for line in model.sources] == [
+        ("gige:10.0.0.7", False),
+        ("gige:10.0.0.8", True),
+    ]
+
+
+def test_a_simulated_camera_with_options_is_another_camera(listing):
+    model = listing(Network())
+    model._note([DeviceInfo("sim:", model="Simulated camera", serial="SIM001")])
+    model.add("sim:?width=640")
+    assert uris(model) == ["sim:", "sim:?width=640"]
+
+
 def test_a_typed_source_is_forgotten_under_either_name(listing):
     model = listing(Network())
     model.add("gige:192.168.0.10")
@@ -144,3 +191,12 @@ def test_a_typed_source_is_forgotten_under_either_name(listing):
     model.set_open({})
     model.remove(CAMERA.uri)
     assert model.sources == () and model.named_by_hand == []
+
+
+def test_a_camera_that_is_lost_stays_listed_and_is_marked(listing):
+    model = listing(Network())
+    model.set_open({"gige:192.168.0.10": CAMERA})
+    model.set_open({"gige:192.168.0.10": CAMERA}, lost=["gige:192.168.0.10"])
+    assert [(line.info, line.connected, line.lost) for line in model.sources] == [(CAMERA, True, True)]
+    model.set_open({"gige:192.168.0.10": CAMERA})
+    assert not model.sources[0].lost

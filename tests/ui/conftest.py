@@ -43,7 +43,9 @@ class Desk:
 
     @property
     def errors(self):
-        return self.window.messages.messages
+        """What is said of the current camera, the newest first."""
+        program = self.program
+        return [message.text for message in program.messages.shown(program.connection.source)]
 
     @property
     def grabber(self):

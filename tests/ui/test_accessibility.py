@@ -22,11 +22,14 @@ from PyQt5.QtWidgets import (
     QLabel,
     QLineEdit,
     QPlainTextEdit,
+    QPushButton,
     QScrollBar,
     QTableView,
     QToolBar,
+    QToolButton,
     QWidget,
 )
+from screen_reader import Heard, hear
 
 from grabbergui.ui.language import speak
 from grabbergui.ui.widgets.elided_label import ElidedLabel
@@ -240,3 +243,38 @@ desk.screenshot("window.png")
     assert done.returncode == 0, done.stderr
     picture = QImage(str(tmp_path / "window.png"))
     assert (picture.width(), picture.height()) == (1200 * float(scale), 760 * float(scale))
+
+
+ROLES_OF = (
+    (QAbstractSpinBox, {"spin box"}),
+    (QCheckBox, {"check box"}),
+    (QToolButton, {"push button", "button menu", "check box", "button drop-down"}),
+    (QPushButton, {"push button", "button menu", "check box", "button drop-down"}),
+    (QComboBox, {"combo box"}),
+    (QAbstractSlider, {"slider"}),
+    (QLineEdit, {"editable text"}),
+    (QPlainTextEdit, {"editable text"}),
+)
+"What each kind of control must be to a screen reader."
+
+
+def test_a_screen_reader_hears_a_name_and_a_role_of_every_control(window_desk):
+    window = full_of_panels(window_desk)
+    wrong, heard = set(), 0
+    for control in controls(window):
+        said, name = hear(control), f"{type(control).__name__} {control.objectName()}"
+        roles = next((roles for kind, roles in ROLES_OF if isinstance(control, kind)), None)
+        heard += 1
+        if said is None or not said.name.strip() or (roles is not None and said.role not in roles):
+            wrong.add((name, said))
+    assert heard > 60
+    assert not wrong
+
+
+def test_a_screen_reader_hears_what_a_control_of_the_camera_is_called(window_desk):
+    window_desk.connect("sim:colour")
+    row = window_desk.window.favourites.rows.rows("ExposureTime")[0]
+    window_desk.until(lambda: row.editor is not None and row.auto is not None)
+    assert hear(row.editor.field) == Heard("Exposure Time", "spin box")
+    assert hear(row.editor.slider()) == Heard("Exposure Time", "slider")
+    assert hear(row.auto).name == "Exposure Auto"

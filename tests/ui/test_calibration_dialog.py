@@ -324,7 +324,7 @@ def test_what_cannot_be_written_is_said(stand, tmp_path):
         (DeviceInfo("a:", model="acA2440-75um", serial="23 17"), "aca2440_75um_23_17"),
         (DeviceInfo("a:", model="x", user_name="Left eye"), "left_eye"),
         (DeviceInfo("a:", model="相机"), "camera"),
-        (DeviceInfo("a:"), "camera"),
+        (DeviceInfo("ros2:/left"), "ros2_left"),
     ],
 )
 def test_a_camera_is_named_as_ros_allows(info, name):

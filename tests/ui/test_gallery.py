@@ -33,7 +33,7 @@ def test_a_second_camera_opens_in_a_tile_and_the_first_stays_at_hand(window_desk
     assert str(window_desk.program.connection.source.uri) == GREY
     assert window_desk.window.gallery.isVisible()
     assert first.property("current") and not second.property("current")
-    assert second.titleLabel.text() == "Simulated colour camera"
+    assert second.titleLabel.text() == "Simulated colour camera SIM002"
     window_desk.until(lambda: "fps" in second.stateLabel.text())
     assert not second.thumbnail.image.isGrayscale() and first.thumbnail.image.isGrayscale()
     view = window_desk.window.sources.sourceList
@@ -77,7 +77,7 @@ def test_values_changed_meanwhile_are_shown_when_it_comes_back_to_hand(window_de
         editors = [row.editor for row in rows.rows(name) if row.editor is not None]
         return editors[0].field.text() if editors else ""
 
-    window_desk.until(lambda: text("Gain") == "7 dB" and text("ExposureTime") == "10000 µs")
+    window_desk.until(lambda: text("Gain") == "7 dB" and text("ExposureTime") == "10 ms")
 
 
 def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(window_desk):
@@ -114,15 +114,18 @@ def test_the_camera_at_hand_closed_leaves_the_other_at_hand(window_desk):
     assert not window_desk.window.gallery.isVisible() and not window_desk.errors
 
 
-def test_a_recording_goes_on_while_another_camera_is_at_hand(window_desk):
-    _, second = two_cameras(window_desk)
+def test_a_recording_goes_on_while_another_camera_is_current(window_desk):
+    tile, second = two_cameras(window_desk)
+    recorded, recordings = window_desk.program.connection.source, window_desk.program.recordings
     bar = window_desk.window.recordingBar
     bar.recordButton.click()
     window_desk.until(lambda: "frames" in bar.progressLabel.text() and bar.recordButton.isChecked())
     window_desk.qtbot.mouseClick(second, Qt.LeftButton)
     window_desk.until(lambda: str(window_desk.program.connection.source.uri) == COLOUR)
     window_desk.watch()
-    assert bar.recordButton.isChecked() and not bar.playButton.isVisible()
+    assert recordings.runs(recorded) and not bar.recordButton.isChecked()
+    window_desk.qtbot.mouseClick(tile, Qt.LeftButton)
+    window_desk.until(bar.recordButton.isChecked)
     bar.recordButton.click()
     window_desk.until(bar.playButton.isVisible)
 

@@ -7,12 +7,13 @@ import cv2
 import pytest
 from PyQt5.QtCore import QMimeData, QPoint, Qt, QUrl
 from PyQt5.QtGui import QDragEnterEvent, QDropEvent
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QMessageBox
 
 from grabbergui import sources
+from grabbergui.core.selection import SettingKey
 from grabbergui.models.recording.writers import MovieWriter, RecordingKind
 from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import FeatureSet, SettingKey
+from grabbergui.models.settings.feature_set import FeatureSet
 from patience import PATIENCE
 
 
@@ -125,10 +126,12 @@ def test_closing_the_window_does_not_cut_a_recording_off(desk, monkeypatch):
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MP4))
     bar.recordButton.click()
     desk.until(lambda: "frames" in bar.progressLabel.text())
-    (movie,) = desk.program.preferences.snapshot_folder.glob("*.mp4")
+    folder = desk.program.preferences.snapshot_folder
+    desk.until(lambda: list(folder.glob("*.mp4")))  # the encoder makes it on a thread of its own
+    (movie,) = folder.glob("*.mp4")
 
     desk.window.close()  # waits a moment, not for ever
-    assert "the recording" in desk.program.shut_down(0)
+    assert "a recording" in desk.program.shut_down(0)
     finish.set()
 
     assert desk.program.shut_down(PATIENCE) == []
@@ -277,6 +280,14 @@ def test_settings_are_kept_in_the_camera_and_come_back(desk):
     assert not dialog.saveButton.isEnabled(), "the factory's set is selected at first"
     choose(desk, dialog, "UserSet1")
     desk.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
+    desk.until(lambda: dialog.question is not None and dialog.question.isVisible())
+    assert dialog.question.defaultButton() is dialog.question.button(QMessageBox.Cancel)
+    desk.qtbot.mouseClick(dialog.question.button(QMessageBox.Cancel), Qt.LeftButton)
+    desk.until(lambda: dialog.question is None)
+    assert not any("in the camera as" in text for text in desk.errors), "nothing was saved"
+    desk.qtbot.mouseClick(dialog.saveButton, Qt.LeftButton)
+    (overwrite,) = [b for b in dialog.question.buttons() if b.text() == "Overwrite"]
+    desk.qtbot.mouseClick(overwrite, Qt.LeftButton)
     desk.until(lambda: any("in the camera as UserSet1" in text for text in desk.errors))
     desk.qtbot.mouseClick(dialog.startButton, Qt.LeftButton)
     desk.until(lambda: desk.grabber.feature("UserSetDefault").value == "UserSet1")

@@ -2,14 +2,19 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from PyQt5.QtCore import QRect
-from PyQt5.QtWidgets import QDockWidget
+from PyQt5.QtCore import QPoint, QRect, Qt
+from PyQt5.QtWidgets import QApplication, QDockWidget, QToolButton
 
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.messages import Message, Offer, Severity
+from grabbergui.models.status import Tone
+from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.picture_view import PictureView
-from grabbergui.ui.widgets.message_stack import MessageBar, MessageStack
-from grabbergui.ui.widgets.status_strip import StateTone, StatusStrip
+from grabbergui.ui.widgets.message_stack import MessageBar
+from grabbergui.ui.widgets.status_strip import StatusStrip
+from grabbergui.ui.widgets.tab_order import reading_order
 from grabbergui.ui.widgets.task_stack import TaskStack
 
 
@@ -17,19 +22,22 @@ from grabbergui.ui.widgets.task_stack import TaskStack
 def strip(qtbot):
     made = StatusStrip()
     qtbot.addWidget(made)
-    made.resize(900, 28)
+    made.resize(940, 28)
     made.show()
-    made.setState("Live", StateTone.GOOD)
+    made.setState("Live", Tone.GOOD)
     made.setFormat("2448 × 2048  BayerRG12p")
     made.setRates(9.9, 9)
     made.setBandwidth(40e6)
-    made.setLosses(0, 0)
+    made.setLosses("0 lost · 0 incomplete", Tone.IDLE, "")
     return made
 
 
 def test_the_whole_window_fits_800_pixels(window_desk):
     window_desk.connect()
     window = window_desk.window
+    window_desk.program.connection.connect_beside("sim:colour")
+    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+    window.recordingBar.setPlayable("what was recorded")
     window.resize(800, 600)
     window_desk.until(lambda: window.width() == 800)
     assert window.height() == 600
@@ -41,7 +49,7 @@ def test_the_figures_that_matter_least_make_way(strip):
     strip.resize(strip.stateLabel.sizeHint().width() + 330, 28)
     assert not strip.lossLabel.isHidden()
     assert strip.bandwidthLabel.isHidden()
-    strip.resize(900, 28)
+    strip.resize(940, 28)
     assert not strip.bandwidthLabel.isHidden()
 
 
@@ -55,18 +63,37 @@ def test_a_figure_with_a_digit_less_keeps_its_place(strip, qtbot):
     assert strip.rateLabel.minimumWidth() == 0
 
 
-def test_an_invitation_stands_in_the_middle_and_a_problem_below(qtbot):
+def test_figures_make_way_for_a_message_that_keeps_its_place(strip):
+    strip.resize(890, strip.height())
+    assert not strip.bandwidthLabel.isHidden()
+    strip.setMessages([Message("the file could not be written to a folder that is not there")])
+    assert strip.bandwidthLabel.isHidden() and strip.messages.isVisible() and not strip.titleLabel.isVisible()
+    assert strip.messages.sizeHint().height() <= strip.height() == strip.maximumHeight()
+    strip.setMessages([])
+    assert not strip.bandwidthLabel.isHidden() and strip.titleLabel.isVisible()
+
+
+def test_while_a_figure_is_shown_the_message_beside_it_is_whole(strip, qtbot):
+    strip.setMessages([Message("reconnecting since 12:38:16: the camera does not answer")])
+    label = strip.messages.textLabel
+    needed = label.fontMetrics().horizontalAdvance(label.text())
+    for width in range(700, 1300, 7):
+        strip.resize(width, strip.height())
+        strip.layout().activate()
+        strip.messages.layout().activate()
+        assert label.width() >= needed or strip.lossLabel.isHidden(), width
+
+
+def test_a_note_stands_in_the_middle_and_says_what_it_is_by_its_colour(qtbot):
     view = PictureView()
     qtbot.addWidget(view)
     view.resize(640, 480)
     view.show()
-    view.setNote("Nothing is connected.")
-    middle = view.canvas.geometry().center().y()
-    assert abs(view.note.geometry().center().y() - middle) < 5
-    assert view.note.property("tone") == "info"
-    view.setNote("No packet comes.", "Check the firewall.", Stage.PACKETS)
-    assert view.note.geometry().top() > middle
-    assert view.note.property("tone") == "busy"
+    for note, tone in ((("Nothing is connected.",), "info"), (("No packet", "", Stage.PACKETS), "busy")):
+        view.setNote(*note)
+        middle = view.canvas.geometry().center().y()
+        assert abs(view.note.geometry().center().y() - middle) < 5
+        assert view.note.property("tone") == tone
 
 
 def test_every_panel_can_be_open_on_800_pixels(window_desk):
@@ -102,29 +129,92 @@ def test_work_under_way_on_something_with_a_long_name_takes_no_more_room_than_th
     assert row.textLabel.toolTip() == row.textLabel.text()
 
 
-@pytest.mark.parametrize(
-    ("told", "shown"),
-    [("no camera answers", "No camera answers"), ("sim: is open already", "sim: is open already"),
-     ("ExposureTime is locked", "ExposureTime is locked"), ("/data/x.mp4 is full", "/data/x.mp4 is full")],
-)  # fmt: skip
-def test_a_message_begins_large_unless_it_begins_with_a_name(qtbot, told, shown):
-    stack = MessageStack()
-    qtbot.addWidget(stack)
-    stack.showError(told)
-    bar = stack.findChild(MessageBar)
-    assert bar.textLabel.text() == shown
-    stack.showError(told)
-    assert bar.textLabel.text() == f"{shown}  (×2)" and stack.messages == [told]
-
-
 def test_the_picture_stays_where_it_is_under_a_message(window_desk):
     window = window_desk.window
     window_desk.connect()
-    before = window.picture.geometry()
-    window.messages.showNotice("saved " * 40)
-    window_desk.until(lambda: window.messages.height() > 30)
-    assert window.picture.geometry() == before
-    assert window.messages.width() == before.width()
-    bar = window.messages.findChild(MessageBar)
-    corner = bar.closeButton.mapTo(window.centre, bar.closeButton.rect().center())
-    assert window.centre.childAt(corner) is bar.closeButton
+    window_desk.watch()
+    before = window.picture.geometry(), window.statusbar.geometry()
+    for text in ("saved " * 40, "no space left on the disk"):
+        window_desk.program.messages.error(text)
+        window_desk.until(lambda text=text: text in window.messages.messages)
+    assert window.messages.isVisible() and (window.picture.geometry(), window.statusbar.geometry()) == before
+    corner = window.messages.mapTo(window, QPoint(0, 0)).y()
+    assert corner > window.recordingBar.mapTo(window, QPoint(0, 0)).y(), "it lies over nothing"
+
+
+def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(window_desk):
+    window, messages = window_desk.window, window_desk.program.messages
+    messages.error("a first failure")
+    messages.error("a long one " * 30)
+    window_desk.until(lambda: len(window.messages.messages) == 2)
+    assert window.messages.moreButton.text() == "1 more"
+    window_desk.qtbot.mouseClick(window.messages.moreButton, Qt.LeftButton)
+    bars = window.messages._popup.findChildren(MessageBar)
+    assert [bar.textLabel.text().strip() for bar in bars] == [("A long one " + "a long one " * 29).strip(),
+                                                             "A first failure"]  # fmt: skip
+    assert bars[0].textLabel.height() >= bars[0].textLabel.heightForWidth(bars[0].textLabel.width())
+    window_desk.qtbot.mouseClick(bars[0].closeButton, Qt.LeftButton)
+    window_desk.until(lambda: window.messages.messages == ["a first failure"])
+    assert not window.messages.moreButton.isVisible(), "all of it is to be seen"
+
+
+def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(window_desk):
+    window, pressed = window_desk.window, []
+    offers = (Offer("Do it", lambda: pressed.append(1)),)
+    window_desk.program.messages.post(Message("it can be done", Severity.WARNING, offers=offers))
+    window_desk.until(lambda: window.messages.messages)
+    reached = reading_order([window.messages])
+    assert [button.text() for button in reached] == ["Do it"]
+    window_desk.qtbot.keyClick(reached[0], Qt.Key_Space)
+    assert pressed == [1]
+    window_desk.qtbot.mouseClick(window.messages.closeButton, Qt.LeftButton)
+    window_desk.until(lambda: not window.messages.messages)
+    assert not isinstance(QApplication.focusWidget(), QToolButton)
+
+
+def test_panels_that_were_squeezed_get_their_width_back(window_desk):
+    window_desk.connect()
+    window = window_desk.window
+    docks = (window.sourcesDock, window.featuresDock)
+    window_desk.until(lambda: window.features.watched)
+    window_desk.qtbot.wait(50)
+    before = [dock.width() for dock in docks]
+    window.resize(800, 600)
+    window_desk.until(lambda: sum(dock.width() for dock in docks) < sum(before) - 50)
+    window.resize(1280, 800)
+    window_desk.until(lambda: [dock.width() for dock in docks] == before)
+
+
+def test_the_overflow_arrow_of_the_tool_bar_is_whole(window_desk, qapp, request):
+    request.addfinalizer(lambda: qapp.setStyleSheet(""))
+    dress(qapp, Theme.LIGHT)
+    window = window_desk.window
+    window.resize(800, 600)
+    arrow = window.toolBar.findChild(QToolButton, "qt_toolbar_ext_button")
+    window_desk.until(arrow.isVisible)
+    window_desk.qtbot.wait(50)
+    assert arrow.width() >= 16
+    assert window.toolBar.rect().contains(arrow.geometry())
+
+
+def test_histogram_and_focus_aid_are_seen_together(window_desk):
+    window = window_desk.window
+    for key in (Qt.Key_F2, Qt.Key_F3):
+        window_desk.qtbot.keyClick(window, key)
+    window_desk.until(lambda: not window.histogramDock.visibleRegion().isEmpty())
+    assert not window.focusDock.visibleRegion().isEmpty()
+    assert window.focusDock.x() > window.histogramDock.x()
+    window_desk.qtbot.keyClick(window, Qt.Key_F3)
+    window_desk.until(lambda: not window.focusDock.isVisible())
+    assert window.focusDock in window.tabifiedDockWidgets(window.histogramDock)
+
+
+def test_a_line_profile_without_a_line_takes_no_room(window_desk):
+    window = window_desk.window
+    window.profileDock.show()
+    window.profileDock.raise_()
+    window_desk.until(lambda: window.profile.isVisible())
+    assert window.profile.plot.isHidden()
+    assert window.profile.maximumHeight() < 60
+    window.profile.setProfile({"Y": np.arange(5)})
+    assert window.profile.plot.isVisible() and window.profile.maximumHeight() > 1000

@@ -59,6 +59,7 @@ def test_it_plays_holds_and_steps(player):
     seen = set()
     player.until(lambda: seen.add(shown(player)) or len(seen) > 5)
     assert "00:01.0" in bar.placeLabel.text(), "how long it is"
+    player.until(lambda: "Playing" in player.window.status.stateLabel.text())
     player.qtbot.mouseClick(bar.playButton, Qt.LeftButton)
     player.until(lambda: bar.playButton.text() == "Play")
     player.until(lambda: "Paused" in player.window.status.stateLabel.text())
@@ -140,9 +141,9 @@ def test_a_recording_ends_at_its_limit(window_desk, limit, amount, check):
     window_desk.qtbot.keyClicks(bar.amountBox, str(amount))
     window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     window_desk.until(bar.recordButton.isChecked)
-    recorder = window_desk.program.recording._recorder
     window_desk.until(bar.playButton.isVisible)
-    assert check(recorder.progress), recorder.progress
+    progress = window_desk.program.recordings.of(window_desk.program.connection.source).progress
+    assert check(progress), progress
     assert not bar.recordButton.isChecked()
 
 

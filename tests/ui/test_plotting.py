@@ -1,6 +1,7 @@
 """Values over time, plotted as a person asks for it."""
 
 import csv
+from itertools import pairwise
 
 import pytest
 from feature_menus import choose_from_menu, menu_of
@@ -30,6 +31,13 @@ def choose(desk, name, text):
 def curve(desk, name):
     values = desk.window.values.row(name).plot.values(name)
     return [] if values is None else values[values == values].tolist()
+
+
+def beginnings_of_lines(desk, name):
+    """How many separate lines are drawn for a curve."""
+    path = desk.window.values.row(name).plot._lines[name].curve.getPath()
+    elements = [path.elementAt(index) for index in range(path.elementCount())]
+    return sum(here.isMoveTo() and after.isLineTo() for here, after in pairwise(elements))
 
 
 def test_a_feature_is_plotted_from_its_menu_and_follows_the_camera(desk):
@@ -84,7 +92,8 @@ def test_another_camera_takes_the_curves_over(desk):
     desk.until(lambda: len(curve(desk, "Gain")) >= 2)
     desk.program.connection.disconnect()
     desk.connect("sim:?width=64&height=64&gain=3")
-    desk.until(lambda: curve(desk, "Gain")[-1] == 3.0)
+    desk.until(lambda: curve(desk, "Gain")[-2:] == [3.0, 3.0])
+    assert beginnings_of_lines(desk, "Gain") == 2, "no line leads from one camera's value to the other's"
 
 
 def test_too_many_curves_are_refused_in_words(desk):
@@ -112,3 +121,24 @@ def test_what_is_no_number_cannot_be_plotted(desk):
     menu = desk.program.feature_menu.menu
     assert "Plot over time" not in [a.text().replace("&", "") for a in menu.actions()]
     menu.close()
+
+
+def test_two_curves_are_laid_over_each_other_each_over_its_own_range(desk):
+    panel = desk.window.values
+    for name in ("Gain", "ExposureTime"):
+        choose(desk, name, "Plot over time")
+        desk.until(lambda name=name: len(curve(desk, name)) >= 2)
+    desk.grabber.write_feature("Gain", 6.0)
+    desk.until(lambda: curve(desk, "Gain")[-1] == 6.0)
+    panel.togetherBox.click()
+    assert panel.overlay.isVisible() and not panel.row("Gain").plot.isVisible()
+    desk.until(lambda: panel.overlay.values("Gain") is not None)
+    gain = panel.overlay.values("Gain")
+    assert (gain[0], gain[-1]) == (0.0, 1.0), "from 0 to 6 dB"
+    assert panel.overlay.values("ExposureTime")[0] == 0.5, "it did not change"
+    colours = {panel.row(name).titleLabel.styleSheet() for name in ("Gain", "ExposureTime")}
+    assert len(colours) == 2
+    desk.qtbot.mouseClick(panel.row("Gain").removeButton, Qt.LeftButton)
+    assert panel.overlay.values("Gain") is None
+    panel.togetherBox.click()
+    assert not panel.overlay.isVisible() and panel.row("ExposureTime").plot.isVisible()

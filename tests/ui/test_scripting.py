@@ -80,7 +80,7 @@ def test_the_exit_code_says_how_it_went(run, capsys):
             assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
 
 
-@pytest.mark.parametrize(("text", "said"), [("def (", "is no Python"), (None, "cannot be read")])
+@pytest.mark.parametrize(("text", "said"), [("def (", "is no Python"), (None, "there is no script")])
 def test_what_is_no_script_is_wrong_usage(tmp_path, text, said):
     script = tmp_path / "script.py"
     if text is not None:
@@ -102,10 +102,22 @@ def started(tmp_path, text, *options):
 
 
 def test_a_source_on_the_command_line_is_open_already(tmp_path):
-    text = "desk.until(lambda: desk.program.connection.state.connected)\nprint(desk.wait_for_frames().width)"
+    text = "desk.wait_for_source()\nprint(desk.wait_for_frames().width)"
     process = started(tmp_path, text + "\ndesk.end(4)", "sim:?width=320")
     out, _ = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (4, "320\n")
+
+
+def test_a_source_on_the_command_line_that_does_not_open_ends_the_wait(tmp_path):
+    process = started(tmp_path, "desk.wait_for_source()\nprint('never')", "gentl:/no/such.cti")
+    out, errors = process.communicate(timeout=PROGRAM)
+    assert (process.returncode, out) == (1, "") and "no GenTL producer" in errors
+
+
+def test_a_shipped_script_is_found_from_any_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert load_script(Path("resources/scripts/check_camera.py")) == load_script(EXAMPLE)
+    assert load_script(Path("check_camera.py")) == load_script(EXAMPLE)
 
 
 def test_a_time_limit_ends_it_with_a_failure(tmp_path):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PyQt5.QtCore import QEvent, QPoint, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent, QWheelEvent
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtWidgets import QApplication, QPushButton
 from test_accessibility import controls, spoken_name
 
 from grabbergui.core.errors import FrameTimeoutError
@@ -29,7 +29,6 @@ from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
-from grabbergui.ui.widgets.message_stack import MessageBar
 from grabbergui.ui.widgets.orbit import NEAR, Orbit
 from patience import PATIENCE, attempts
 
@@ -235,7 +234,9 @@ def test_a_line_is_cut_off_before_the_eye():
 
 
 @pytest.mark.parametrize(
-    "make", [ServoWindow, CalibrationDialog, lambda: CalibrationChoiceDialog("Left eye")], ids=str
+    "make",
+    [ServoWindow, CalibrationDialog, lambda: CalibrationChoiceDialog("Left eye")],
+    ids=["servo window", "calibration", "choice of a calibration"],
 )
 def test_every_control_has_a_name_to_be_read_aloud(qtbot, make):
     made = make()
@@ -363,7 +364,7 @@ def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibrat
     pilot.start()
     qtbot.waitUntil(lambda: bool(window.messages.messages))
     assert "not calibrated" in window.messages.messages[0]
-    window.findChild(MessageBar).actionButton.click()
+    window.findChild(QPushButton, "offerButton").click()
     dialog = window.findChild(CalibrationDialog)
     assert dialog.isVisible()
     qtbot.waitUntil(lambda: bool(pilot.gate.halted) and robot.speed == 0)
@@ -372,7 +373,5 @@ def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibrat
     dialog.findChild(CalibratingController).model.saved.emit(path)
     qtbot.waitUntil(lambda: "in use" in window.messages.messages[0])
     assert not calibration(608, 512).nominal
-    qtbot.waitUntil(
-        lambda: not any("not calibrated" in text for text in window.messages.messages)
-    )
+    qtbot.waitUntil(lambda: not any("not calibrated" in text for text in window.messages.messages))
     dialog.reject()

@@ -351,3 +351,37 @@ def test_single_pixels_show_their_values_once_they_are_large_enough(desk):
     assert all(text == str(frame.raw()[y, x]) for (x, y), text in canvas.values.texts.items())
     canvas.fit()
     desk.until(lambda: not canvas.values.texts)
+
+
+def test_a_pixel_format_is_chosen_while_it_streams(desk):
+    window = desk.window
+    desk.until(lambda: window.features.watched)
+    window.features.filterEdit.setText("PixelFormat")
+    rows = window.features.rows
+    desk.until(lambda: rows.rows("PixelFormat") and rows.rows("PixelFormat")[0].editor is not None)
+    row = rows.rows("PixelFormat")[0]
+    assert row.editor.isEnabled()
+    assert "pauses the stream for a moment" in row.toolTip()
+    row.editor.combo.setCurrentIndex(row.editor.combo.findText("Mono12"))
+    row.editor.combo.activated[int].emit(row.editor.combo.currentIndex())
+    desk.until(lambda: desk.program.picture.frame.pixel_format.name == "Mono12")
+    assert desk.grabber.streaming and not desk.errors
+    desk.watch()
+    window.actionUndo.trigger()
+    desk.until(lambda: desk.program.picture.frame.pixel_format.name == "Mono8")
+
+
+def test_format_and_region_are_set_before_the_first_start(desk):
+    window, link = desk.window, desk.program.connection
+    link.disconnect()
+    desk.until(lambda: link.state is LinkState.CLOSED)
+    window.sources.addressEdit.setText("sim:?width=320&height=240")
+    window.actionConnectStill.trigger()
+    desk.until(lambda: link.state is LinkState.OPEN)
+    assert not desk.grabber.streaming
+    features = link.source.features
+    features.write("PixelFormat", "Mono16")
+    features.write("Width", 160)
+    window.actionStart.trigger()
+    desk.until(lambda: desk.program.picture.frame is not None and desk.program.picture.frame.width == 160)
+    assert desk.program.picture.frame.pixel_format.name == "Mono16"

@@ -8,9 +8,9 @@ from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.region import Region
+from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.change import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
-from grabbergui.models.settings.feature_set import SettingKey
 from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.change_table import ChangeTable
 from grabbergui.ui.widgets.drawing_tool import Purpose
@@ -84,7 +84,7 @@ def test_a_dragged_slider_is_undone_in_one_press(desk):
         slider.setSliderPosition(position)
         desk.qtbot.wait(5)
     slider.setSliderDown(False)
-    last = float(row(desk, "ExposureTime").editor.field.text().split()[0])
+    last = 1000 * float(row(desk, "ExposureTime").editor.field.text().removesuffix(" ms"))
     desk.until(lambda: value(desk, "ExposureTime") == pytest.approx(last))
     desk.until(desk.window.actionUndo.isEnabled)
     desk.window.actionUndo.trigger()
@@ -96,10 +96,10 @@ def test_an_undo_the_camera_refuses_is_said(desk, monkeypatch):
     type_value(desk, "Gain", "6")
     desk.until(desk.window.actionUndo.isEnabled)
 
-    def refuse(name, value):
-        raise FeatureError(f"{name}={value}: the camera answered: busy", name)
+    def refuse(key, value):
+        raise FeatureError(f"{key}={value}: the camera answered: busy", key.name)
 
-    monkeypatch.setattr(desk.grabber, "write_feature", refuse)
+    monkeypatch.setattr(desk.grabber, "write_setting", refuse)
     desk.window.actionUndo.trigger()
     desk.until(lambda: desk.errors)
     assert desk.errors[0] == "Undo of Gain 0 → 6: Gain=0.0: the camera answered: busy"
@@ -126,7 +126,7 @@ def test_changes_are_copied_as_a_command_line_a_program_and_a_table(desk, tmp_pa
     window = desk.window
     type_value(desk, "Gain", "6")
     desk.until(lambda: len(shown(desk)) == 1)
-    type_value(desk, "ExposureTime", "2500")
+    type_value(desk, "ExposureTime", "2500 us")
     desk.until(lambda: len(shown(desk)) == 2)
     command, program, table = window.changes.copyMenu.actions()
     command.trigger()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from grabbergui.core.features import FeatureValue, format_value
-from grabbergui.models.settings.feature_set import SettingKey
+from grabbergui.core.selection import SettingKey
 
 
 class Origin(Enum):

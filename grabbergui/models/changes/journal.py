@@ -12,15 +12,12 @@ from dataclasses import replace
 from psygnal import Signal
 
 from grabbergui.core.features import FeatureValue
+from grabbergui.core.selection import SettingKey, ValueChange
 from grabbergui.models.changes.change import Change, Origin
 from grabbergui.models.changes.undo_history import Direction, Step, UndoHistory, goes_on
-from grabbergui.models.settings.feature_set import SettingKey
 
 MOST_CHANGES = 2000
 "Kept to be looked at; older ones are forgotten."
-
-Written = tuple[SettingKey, FeatureValue | None, FeatureValue | None]
-"A setting, what it was and what it became."
 
 
 class ChangeJournal:
@@ -53,6 +50,8 @@ class ChangeJournal:
         "Since when a control is in somebody's hand."
         self._step: Step | None = None
         self._reverting: Direction | None = None
+        self._owed: tuple[Direction, dict[SettingKey, FeatureValue]] = (Direction.UNDO, {})
+        "What the steps reverted last could not bring back."
         self._lock = threading.RLock()
 
     # -- what is known ---------------------------------------------------------------------------
@@ -80,23 +79,29 @@ class ChangeJournal:
 
     # -- what happens ----------------------------------------------------------------------------
     def wrote(
-        self, written: Sequence[Written], regulated: Mapping[SettingKey, FeatureValue] | None = None
+        self,
+        written: Sequence[ValueChange],
+        consequences: Sequence[ValueChange] = (),
+        regulated: Mapping[SettingKey, FeatureValue] | None = None,
     ) -> None:
-        """The operator changed settings with one write: the one that was meant comes last.
+        """Note what one write of the operator changed: the setting that was meant comes last in `written`.
 
-        `regulated` are values that an automatic mode takes over with this write.
+        `consequences` are what the camera changed because of it, `regulated` values that an automatic mode
+        takes over with this write. All of them belong to the same step.
         """
         with self._lock:
-            now, since = self._clock(), self._held.get(written[-1][0].name)
-            changes = [self._enter(*setting, Origin.OPERATOR, now, since) for setting in written]
+            now, since = self._clock(), self._held.get(written[-1].key.name)
+            changes = [self._enter(*change, Origin.OPERATOR, now, since) for change in written]
+            followed = [self._enter(*change, Origin.CAMERA, now, None) for change in consequences]
             if self._reverting is None:
+                self._owed = (Direction.UNDO, {})
                 # The log joins by its own rule what goes on; a step counts from where it began.
-                pairs = zip(changes, written, strict=True)
+                pairs = zip((*followed, *changes), (*consequences, *written), strict=True)
                 begun = [replace(change, before=before) for change, (_, before, _) in pairs]
                 step = self._history.note(begun, self._step, now, since)
                 for key, value in (regulated or {}).items():
                     step.regulated.setdefault(key, value)
-        for change in changes:
+        for change in (*changes, *followed):
             self.noted.emit(change)
         self.steps_changed.emit()
 
@@ -155,6 +160,16 @@ class ChangeJournal:
                 if step is not None:
                     self._history.put(direction.back if reverted else direction, step)
             self.steps_changed.emit()
+
+    def owed(self, direction: Direction) -> dict[SettingKey, FeatureValue]:
+        """Return what steps reverted one after the other could not bring back so far."""
+        with self._lock:
+            return self._owed[1] if self._owed[0] is direction else {}
+
+    def owe(self, direction: Direction, values: dict[SettingKey, FeatureValue]) -> None:
+        """Keep what could not be brought back for the next step in this direction."""
+        with self._lock:
+            self._owed = (direction, values)
 
     # -- the log, under the lock -----------------------------------------------------------------
     def _enter(

@@ -6,14 +6,15 @@ import logging
 import time
 from collections.abc import Callable
 
+from grabbergui.core.companions import is_on, regulated_by_mode, regulating
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.sfnc import AUTO_OFF, automatic_mode_of, enabler_of
+from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.changes.change import Origin
-from grabbergui.models.changes.journal import ChangeJournal, Written
-from grabbergui.models.settings.feature_set import Selectors, SettingKey, every_instance
+from grabbergui.models.changes.journal import ChangeJournal
+from grabbergui.models.settings.feature_set import every_instance
 
 log = logging.getLogger(__name__)
 
@@ -26,8 +27,9 @@ MOST_KNOWN = 20_000
 class NotingGrabber(SharedGrabber):
     """A handle on an open grabber; all that is written or run through it goes into a journal.
 
-    For the thread that makes the grabber's calls. What a write moves besides (an automatic mode that is
-    switched off, a switch that is turned on) is noted with it.
+    For the thread that makes the grabber's calls. What a write changes besides (a mode that is switched off,
+    a height that no longer fits) is noted with it. Selectors that are moved to reach a setting are put back,
+    and not noted.
     """
 
     def __init__(
@@ -47,37 +49,37 @@ class NotingGrabber(SharedGrabber):
         return self._grabber
 
     def selectors_of(self, name: str) -> tuple[str, ...]:
-        """What selects which instance of a feature is seen, outermost first. Any thread; asks no camera."""
-        return self._selectors.of(name)
+        """Return what selects an instance of a feature, outermost first. Any thread; asks no camera."""
+        return self.selectors.of(name)
 
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
         """See FrameGrabber."""
-        feature = self._grabber.feature(name)
-        besides = [other for other in (feature.auto, enabler_of(name, self.has_feature)) if other]
-        before = {other: self._grabber.feature(other).value for other in besides}
-        regulated = self._taken_over(feature)
+        return self.write_setting(SettingKey(name), value).feature
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """See FrameGrabber."""
+        displaced = self._displaced(key, value)
         self._wrote = self._clock()
-        after = self._grabber.write_feature(name, value)
+        result = self._grabber.write_setting(key, value)
         self._wrote = self._clock()
-        written: list[Written] = [
-            (self._key(other), before[other], self._grabber.feature(other).value) for other in besides
-        ]
-        became = after.value if after.value is not None else value
-        written.append((self._key(name), feature.value, became))
-        for key, _, now in written:
-            self._remember(key, now)
-        changed = [setting for setting in written if setting[1] != setting[2]]
-        # Within a larger step selectors only lead to what is meant, and are put back.
-        if changed and not (self.journal.gathering and name in self._choosing):
-            self.journal.wrote(changed, regulated)
-        return after
+        for changed, _, now in (*result.consequences, *result.written):
+            self._remember(changed, now)
+        *companions, meant = result.written
+        companions = [change for change in companions if change.before != change.after]
+        if companions or result.consequences or meant.before != meant.after:
+            self.journal.wrote([*companions, meant], result.consequences, displaced)
+        return result
 
     def execute(self, name: str) -> None:
         """See FrameGrabber."""
+        self.execute_setting(SettingKey(name))
+
+    def execute_setting(self, key: SettingKey) -> None:
+        """See FrameGrabber."""
         self._wrote = self._clock()
-        self._grabber.execute(name)
+        self._grabber.execute_setting(key)
         self._wrote = self._clock()
-        self.journal.ran(name)
+        self.journal.ran(key.name)
 
     def watch(self, feature: Feature) -> None:
         """A feature was read: note what was not changed here. On the same thread.
@@ -87,7 +89,7 @@ class NotingGrabber(SharedGrabber):
         if feature.value is None or not (feature.access.writable or feature.auto):
             return
         try:
-            key = self._key(feature.name)
+            key = self.setting(feature.name)
             known = self._known.get(key)
             self._remember(key, feature.value)
             if known is not None and known != feature.value:
@@ -97,33 +99,24 @@ class NotingGrabber(SharedGrabber):
 
     def learn(self) -> None:
         """Look at the grabber's tree, which is another than before."""
-        self._selectors = Selectors(self._grabber)
-        self._choosing = self._selectors.all_names()
-        self._regulates: dict[str, list[str]] = {}
-        for name in self._selectors.descriptions:
-            if (auto := automatic_mode_of(name, self.has_feature)) is not None:
-                self._regulates.setdefault(auto, []).append(name)
+        self._regulates = regulated_by_mode(self.selectors.descriptions, self.has_feature)
 
-    def _taken_over(self, mode: Feature) -> dict[SettingKey, FeatureValue]:
-        """What stands by hand until an automatic mode is switched on."""
-        if mode.value not in (AUTO_OFF, False):
+    def _displaced(self, key: SettingKey, value: FeatureValue) -> dict[SettingKey, FeatureValue]:
+        """Return the manual values that are lost when a write switches an automatic mode on."""
+        regulated = self._regulates.get(key.name, ())
+        if not regulated or not is_on(value) or regulating(self._grabber.read_setting(key)):
             return {}
         found: dict[SettingKey, FeatureValue] = {}
-        for name in self._regulates.get(mode.name, ()):
-            found.update(every_instance(self._grabber, self._selectors, name))
+        for name in regulated:
+            found.update(every_instance(self._grabber, name))
         return found
 
     def _origin(self, feature: Feature) -> Origin:
-        if feature.auto and self._grabber.feature(feature.auto).value not in (AUTO_OFF, False, None):
+        if feature.auto and regulating(self._grabber.feature(feature.auto)):
             return Origin.CAMERA
         others = self._others_write or self._grabber.access is not Access.CONTROL
         ours = self._clock() - self._wrote < CONSEQUENCES
         return Origin.NETWORK if others and not ours else Origin.CAMERA
-
-    def _key(self, name: str) -> SettingKey:
-        """The setting that a feature is just now, with its selectors where they stand."""
-        path = self._selectors.of(name)
-        return SettingKey(name, tuple((s, str(self._grabber.feature(s).value)) for s in path))
 
     def _remember(self, key: SettingKey, value: FeatureValue | None) -> None:
         if value is None:

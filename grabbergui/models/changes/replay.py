@@ -11,8 +11,8 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 
 from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.change import Change, Origin
-from grabbergui.models.settings.feature_set import SettingKey
 
 Write = tuple[str, FeatureValue | None]
 "A feature and its value; None runs a command."

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from grabbergui.core.features import FeatureValue
-from grabbergui.models.changes.change import Change
-from grabbergui.models.settings.feature_set import SettingKey
+from grabbergui.core.selection import SettingKey
+from grabbergui.models.changes.change import Change, Origin
 
 MOST_STEPS = 200
 MOST_SETTINGS = 5000
@@ -47,6 +47,8 @@ class Step:
     "Values from before an automatic mode took them over: taking back the mode brings them back."
     last: float = 0.0
     "When the last write came, in seconds of the journal's clock."
+    meant: SettingKey | None = None
+    "The setting that was written last; the others changed with it."
 
     def add(self, change: Change, now: float) -> None:
         """Take a change in; one of the same setting goes on from where it was."""
@@ -72,7 +74,11 @@ class Step:
         return [(key, value) for key, value in (*before, *self.regulated.items()) if value is not None]
 
     def __str__(self) -> str:
-        return self.cause or ", ".join(str(change) for change in self.changes.values() if change.effective)
+        if self.cause:
+            return self.cause
+        changes = [change for change in self.changes.values() if change.effective]
+        meant = [change for change in changes if change.origin is not Origin.CAMERA]
+        return ", ".join(str(change) for change in meant or changes)
 
 
 class UndoHistory:
@@ -99,6 +105,7 @@ class UndoHistory:
         step = step or self._going_on(changes[-1].key, now, since) or Step()
         for change in changes:
             step.add(change, now)
+        step.meant = changes[-1].key
         done = self._steps[Direction.UNDO]
         if step not in done:
             done.append(step)
@@ -126,8 +133,7 @@ class UndoHistory:
         step = self.next(Direction.UNDO)
         if step is None or step.cause or self._interrupted:
             return None
-        same = next(reversed(step.changes)) == key
-        return step if same and goes_on(step.last, now, since) else None
+        return step if step.meant == key and goes_on(step.last, now, since) else None
 
 
 def goes_on(last: float, now: float, since: float | None) -> bool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import Enum
 
 from grabbergui.core.features import Feature, FeatureKind, Representation
 
@@ -13,12 +14,29 @@ STEPS = 1000
 HUGE = 1e9
 """A range from here on is no real range: nobody finds a value in it with a slider."""
 
+PER_PIXEL = 0.025
+"""By which share a pixel of a logarithmic track changes the number at most; coarser cannot be aimed."""
+
+STEP = 0.01
+"""One step of an arrow key, as a share of the range or the number."""
+
 _SLIDABLE = (Representation.LINEAR, Representation.LOGARITHMIC)
+
+
+class Pace(Enum):
+    """How far one step goes: Shift makes it fine, Ctrl coarse."""
+
+    FINE = 0.1
+    USUAL = 1.0
+    COARSE = 10.0
 
 
 @dataclass(frozen=True)
 class SliderScale:
-    """A feature's range as positions 0 … `steps`; linear or logarithmic, zero included."""
+    """A feature's range as positions 0 … `steps`; linear or logarithmic, zero included.
+
+    `around` is the part of it that a track shows.
+    """
 
     minimum: int | float
     maximum: int | float
@@ -26,6 +44,8 @@ class SliderScale:
     "0 where any value is taken."
     integer: bool = False
     logarithmic: bool = False
+    first: float = 0.0
+    "Where the logarithm begins; 0 where that follows from the range."
 
     @classmethod
     def of(cls, feature: Feature) -> SliderScale | None:
@@ -48,6 +68,23 @@ class SliderScale:
         if self.integer and not self.logarithmic:
             return min(STEPS, int(self.maximum - self.minimum) // int(self.increment))
         return STEPS
+
+    def around(self, number: int | float, pixels: int, share: float = 0.5) -> SliderScale:
+        """Return the part of the range that a track of so many pixels shows, with `number` on it.
+
+        `share` is where on the track that stands, 0 … 1; near an end of the range the part begins or ends
+        there. It is all of the range, unless a pixel of a logarithmic track would then change the number by
+        more than `PER_PIXEL`.
+        """
+        span = pixels * math.log1p(PER_PIXEL)
+        if not self.logarithmic or (longest := math.log(self.maximum / self._floor)) <= span:
+            return self
+        start = math.log(max(number, self._floor) / self._floor) - share * span
+        start = min(max(start, 0.0), longest - span)
+        low, high = (_significant(self._floor * math.exp(end), 3) for end in (start, start + span))
+        low = self._on_step(low) if start > 0 else self.minimum
+        high = self._on_step(high) if start < longest - span else self.maximum
+        return replace(self, minimum=low, maximum=high, first=max(low, self._floor)) if high > low else self
 
     def to_value(self, position: int) -> int | float:
         """The number at a position; both ends are exact, between them it is rounded to what one can see."""
@@ -87,6 +124,8 @@ class SliderScale:
     @property
     def _floor(self) -> float:
         """Where the logarithm begins, as a number: a slider has no use for more than nine decades."""
+        if self.first:
+            return self.first
         if self.minimum >= self.maximum * 1e-9:
             return self.minimum
         return min(self.increment or self.maximum * 1e-6, self.maximum / 2)
@@ -116,25 +155,33 @@ def nearest_allowed(feature: Feature, number: int | float) -> int | float:
     return snapped if high is None or snapped <= high else snapped - step
 
 
-def natural_step(feature: Feature) -> int | float:
-    """What one press of an arrow key adds: the increment, or about a hundredth of the range or the value."""
+def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
+    """Return what one press of an arrow key adds: the increment, or about 1 %.
+
+    That is 1 % of the range, or of the value where the scale is logarithmic or endless. A tenth of it with
+    Pace.FINE, ten times as much with Pace.COARSE, and never less than the increment.
+    """
     integer = feature.kind is FeatureKind.INTEGER
     scale = SliderScale.of(feature)
-    increment = feature.increment or (1 if integer else 0)
-    if increment and not feature.logarithmic:
-        return increment
-    size = abs(feature.value) if isinstance(feature.value, int | float) else 0
-    if scale is not None and not scale.logarithmic:
+    linear = scale is not None and not scale.logarithmic
+    least = feature.increment or (1 if integer else 0)
+    if linear and scale is not None:
         size = scale.maximum - scale.minimum
-    step = 10.0 ** math.floor(math.log10(size / 100)) if size and math.isfinite(size) else 1.0
-    if integer:
-        return max(int(increment), int(step))
-    return max(step, increment)
+    else:
+        size = abs(feature.value) if isinstance(feature.value, int | float) else 0
+    step: int | float = _significant(size * STEP, 1) if size and math.isfinite(size) else 1.0
+    # An increment that only a machine counts in (1e-6 dB) would take thousands of presses.
+    if least and not feature.logarithmic and (integer or not linear or least * 1000 >= size):
+        step = least
+    step *= pace.value
+    if least:
+        step = max(1, round(step / least)) * least
+    return int(step) if integer else step
 
 
-def stepped(feature: Feature, steps: int) -> int | float:
+def stepped(feature: Feature, steps: int, pace: Pace = Pace.USUAL) -> int | float:
     """The value some presses of an arrow key away; 64-bit integers exact, fractions on the step's grid."""
-    step = natural_step(feature)
+    step = natural_step(feature, pace)
     value = feature.value if isinstance(feature.value, int | float) else feature.minimum or 0
     number = value + steps * step
     if isinstance(number, float) and not feature.increment:

@@ -6,7 +6,8 @@ import ipaddress
 import math
 import re
 
-from grabbergui.core.features import Feature, FeatureKind, Representation
+from grabbergui.core.features import Feature, FeatureKind, FeatureValue, Representation
+from grabbergui.models.language import localized
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
 """Representations of integers that are typed as text."""
@@ -26,11 +27,21 @@ _UNITS = {
     "percent": "%",
 }
 
+LONG = 10_000
+"""From here on a number is shown in a larger unit, where its unit has one."""
+
 _POWERS = (
-    {"s": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9},
+    {"s": 0, "sec": 0, "ms": -3, "us": -6, "µs": -6, "ns": -9},
     {"Hz": 0, "kHz": 3, "MHz": 6},
+    {"Bps": 0, "kBps": 3, "MBps": 6, "GBps": 9},
 )
 """Units that can be typed for each other, as powers of ten."""
+
+_SHOWN_IN = (("s", "ms", "µs"), ("MHz", "kHz"), ("GBps", "MBps", "kBps"))
+"""Of each of those families, the units that long numbers are shown in, largest first."""
+
+_NUMBER_BEGUN = re.compile(r"[+-]?(?:0[xX][0-9a-fA-F]*|[0-9]*[.,]?[0-9]*(?:[eE][+-]?[0-9]*)?)")
+"""A number, or the beginning of one."""
 
 _LOWER_UPPER = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 _ZERO_WIDTH_SPACE = "\u200b"
@@ -39,6 +50,31 @@ _ZERO_WIDTH_SPACE = "\u200b"
 def unit_text(unit: str) -> str:
     """A unit as people write it: `us` is `µs`."""
     return _UNITS.get(unit, unit)
+
+
+def shown_unit(number: int | float, unit: str) -> str:
+    """The unit in which to show a number that has `unit`: seconds for a million microseconds."""
+    for powers, larger in zip(_POWERS, _SHOWN_IN, strict=True):
+        if unit in powers and LONG <= abs(number) < math.inf:
+            exact = [name for name in larger if abs(number) >= 10.0 ** (powers[name] - powers[unit])]
+            if exact and powers[exact[0]] > powers[unit]:
+                return exact[0]
+    return unit
+
+
+def quantity_text(number: int | float, unit: str, digits: int = DIGITS, shown_in: str | None = None) -> str:
+    """A number with its unit to look at: `1 s` for 1000000 us; `shown_in` is another unit of the family."""
+    shown = shown_unit(number, unit) if shown_in is None else shown_in
+    if (powers := _power_between(unit, shown)) > 0:
+        # An integer keeps its digits.
+        digits = max(digits, len(str(abs(number)))) if isinstance(number, int) else digits
+        number = number / 10**powers
+    return f"{number_text(number, digits)} {unit_text(shown)}".rstrip()
+
+
+def _power_between(unit: str, larger: str) -> int:
+    """By which power of ten a unit is larger than another of its family; 0 for units of no family."""
+    return next((p[larger] - p[unit] for p in _POWERS if unit in p and larger in p), 0)
 
 
 def breakable(title: str) -> str:
@@ -51,18 +87,48 @@ def number_text(number: int | float, digits: int = DIGITS) -> str:
     if isinstance(number, int):
         return str(number)
     if not math.isfinite(number) or (number and not 1e-6 <= abs(number) < 1e15):
-        return f"{number:.{digits}g}"
+        return localized(f"{number:.{digits}g}")
     decimals = digits - 1 - math.floor(math.log10(abs(number))) if number else 0
     text = f"{number:.{max(decimals, 0)}f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text
+    return localized(text.rstrip("0").rstrip(".") if "." in text else text)
 
 
-def parse_number(text: str, feature: Feature) -> int | float:
+def can_become_number(text: str, unit: str, shown_in: str) -> bool:
+    """Whether what somebody types is a number or can still become one, with a unit of the feature's family.
+
+    Behind it may stand the unit that was shown when the typing began.
+    """
+    text = text.strip()
+    rest = text[_begun_number(text) :].strip()
+    own = {unit, unit_text(unit), shown_in, unit_text(shown_in)}
+    units = own.union(*(powers for powers in _POWERS if unit in powers))
+    typed = rest.removesuffix(unit_text(shown_in)).strip() if unit_text(shown_in) else rest
+    return any(name.startswith(part) for part in (rest, typed) for name in units)
+
+
+def without_shown_unit(text: str, shown_in: str) -> str:
+    """What somebody types without the unit that was shown, once another one is being typed before it."""
+    typed = text.removesuffix(unit_text(shown_in)).strip()
+    another = typed != text.strip() and bool(typed[_begun_number(typed) :].strip())
+    return typed if another else text
+
+
+def _begun_number(text: str) -> int:
+    """How many characters at the beginning are a number."""
+    begun = _NUMBER_BEGUN.match(text)
+    return begun.end() if begun is not None else 0
+
+
+def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float:
     """What somebody typed into a number's field, with or without a unit. Raises ValueError.
 
-    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 where that is `us`.
+    The unit may be a multiple of the feature's own: `12,5 ms` is 12500 where that is `us`. Without one it is
+    the unit `shown_in`, or else the feature's own.
     """
-    bare, power = _without_unit(text.strip(), feature.unit)
+    text = text.strip()
+    if shown_in and _begun_number(text) == len(text):
+        text = f"{text} {shown_in}"
+    bare, power = _without_unit(text, feature.unit)
     if power:
         scale = 10.0 ** abs(power)
         number = _fraction(bare) * scale if power > 0 else _fraction(bare) / scale
@@ -78,6 +144,21 @@ def parse_number(text: str, feature: Feature) -> int | float:
                 raise ValueError("not a finite number") from None
             return round(as_float)
     return _fraction(bare)
+
+
+def typed_value(text: str, feature: Feature) -> FeatureValue:
+    """Return what to write for a text from a command line: `20ms` is 20000 where the unit is `us`.
+
+    A text that is no number with a unit is returned as it is; writing it says what is allowed.
+    """
+    is_number = feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT)
+    has_unit = is_number and _without_unit(text.strip(), feature.unit)[0] != text.strip()
+    if not has_unit or feature.representation in CODED:
+        return text
+    try:
+        return parse_number(text, feature)
+    except ValueError:
+        return text
 
 
 def _without_unit(text: str, unit: str) -> tuple[str, int]:

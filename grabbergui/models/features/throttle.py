@@ -10,9 +10,9 @@ class WriteThrottle:
     its automatic mode was switched on would switch it off again. Times are seconds of any one clock.
     """
 
-    def __init__(self, interval: float = 0.05) -> None:
+    def __init__(self, interval: float = 1 / 60) -> None:
         self.interval = interval
-        "Least time between two writes of one feature, seconds."
+        "Least time between two writes of one feature, seconds: a screen shows no more than 60 pictures."
         self._sent: dict[str, float] = {}
         self._waiting: dict[str, float] = {}
 

@@ -20,8 +20,10 @@ from grabbergui.core.features import (
     FeatureDescription,
     FeatureKind,
     FeatureValue,
+    format_value,
 )
 from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import FAVOURITES
 from grabbergui.models.features.throttle import WriteThrottle
 from grabbergui.models.features.worker import FeatureWorker
@@ -31,7 +33,7 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 READ_TURN = 0.01
-"""Seconds of reading after which other jobs of the worker get their turn."""
+"""Seconds of reading at a stretch; a job that waits, such as a write, is run after the next feature."""
 
 
 class FeatureTreeModel:
@@ -77,13 +79,16 @@ class FeatureTreeModel:
         "Changed while held."
         self._throttle = WriteThrottle()
         self._values: dict[str, FeatureValue] = {}
-        "What waiting writes will write."
+        "What was asked for and is not known to be written yet."
+        self._being_written: tuple[int, str] | None = None
+        "The thread that writes a feature now, and its name: the write itself returns what became of it."
         self._load()
         grabber.features_changed.connect(self._on_grabber_features_changed)
 
     def _load(self) -> None:
         self.root: Category = self._grabber.feature_tree()
-        self._descriptions = {description.name: description for description in self.root.descriptions()}
+        self._selectors = self._grabber.selectors
+        self._descriptions = self._selectors.descriptions
         found = (role.find(self._grabber.has_feature) for role in FAVOURITES)
         self.favourites: tuple[str, ...] = tuple(name for name in found if name is not None)
 
@@ -140,8 +145,9 @@ class FeatureTreeModel:
 
     # -- writing ---------------------------------------------------------------------------------
     def write(self, name: str, value: FeatureValue) -> None:
-        """Write soon: at most once in 50 ms a feature, the last value always, features in order.
+        """Write at once, but at most 60 times a second a feature: the last value always, features in order.
 
+        What is written is the instance that is shown, whatever others select meanwhile.
         What the camera then reports follows as `feature_changed`. A refusal is told by `failed`, and the
         feature is read again, so that whoever shows it shows the truth.
         """
@@ -154,7 +160,8 @@ class FeatureTreeModel:
 
     def execute(self, name: str) -> None:
         """Run a command, after the writes asked for before it."""
-        self.run(partial(self._grabber.execute, name), done=lambda _: self.request([name]))
+        key = self._shown_setting(name)
+        self.run(partial(self._grabber.execute_setting, key), done=lambda _: self.request([name]))
 
     def run(
         self,
@@ -200,20 +207,38 @@ class FeatureTreeModel:
 
     def _submit_write(self, name: str, value: FeatureValue, delay: float) -> None:
         self._worker.submit(
-            partial(self._send, name, value),
+            partial(self._send, self._shown_setting(name), value),
             key=f"write {name}",
-            done=partial(self._publish, tell=True),
+            done=lambda feature: self._publish(self._as_granted(feature), tell=True),
             failed=partial(self._on_write_refused, name),
             delay=delay,
         )
 
-    def _send(self, name: str, value: FeatureValue) -> Feature:
+    def _shown_setting(self, name: str) -> SettingKey:
+        """The instance that is shown: with its selectors as they were asked to stand, else as last known."""
         with self._lock:
-            self._throttle.sent(name, time.monotonic())
-            del self._values[name]
-        return self._grabber.write_feature(name, value)
+            selected = []
+            for selector in self._selectors.of(name):
+                known = self._features.get(selector)
+                value = self._values.get(selector, known.value if known is not None else None)
+                if value is None:
+                    return SettingKey(name)
+                selected.append((selector, format_value(value)))
+            return SettingKey(name, tuple(selected))
+
+    def _send(self, key: SettingKey, value: FeatureValue) -> Feature:
+        with self._lock:
+            self._throttle.sent(key.name, time.monotonic())
+        if not key.selected:
+            self._being_written = (threading.get_ident(), key.name)
+        try:
+            return self._grabber.write_setting(key, value).feature
+        finally:
+            self._being_written = None
 
     def _on_write_refused(self, name: str, error: GrabberError) -> None:
+        with self._lock:
+            self._forget_asked(name)
         self._fail(error)
         self._want([name], tell=True)
 
@@ -228,13 +253,15 @@ class FeatureTreeModel:
 
     def _read_some(self) -> None:
         deadline = time.monotonic() + READ_TURN
-        while time.monotonic() < deadline:
+        while True:
             with self._lock:
                 if not self._wanted:
                     break
                 name = next(iter(self._wanted))
                 tell = self._wanted.pop(name)
             self._read(name, tell)
+            if time.monotonic() >= deadline or self._worker.pressed:
+                break
         with self._lock:
             self._reading = bool(self._wanted) and self._worker.submit(self._read_some)
 
@@ -257,8 +284,17 @@ class FeatureTreeModel:
             self._publish(self._broken(name, f"{type(error).__name__}: {error}"), tell)
 
     def _as_granted(self, feature: Feature) -> Feature:
-        """Beside the program that has control nothing can be written, and no command be run."""
-        if self._grabber.access is Access.CONTROL or not feature.access.writable:
+        """Return the feature as it may be used here.
+
+        What only the stream locks can be written, as the grabber pauses it. Beside the program that has
+        control nothing can be written, and no command be run.
+        """
+        if self._grabber.access is Access.CONTROL:
+            locked = feature.access is AccessMode.READ_ONLY and feature.kind is not FeatureKind.COMMAND
+            if locked and self._grabber.streaming and self._grabber.pauses_for(feature.name):
+                return replace(feature, access=AccessMode.READ_WRITE, pauses_stream=True)
+            return feature
+        if not feature.access.writable:
             return feature
         readable = feature.access.readable
         return replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
@@ -273,6 +309,7 @@ class FeatureTreeModel:
         with self._lock:
             changed = self._features.get(name) != feature
             self._features[name] = feature
+            self._forget_asked(name)
             self._stale.discard(name)
             if self._closed or not (changed or tell):
                 return
@@ -288,12 +325,18 @@ class FeatureTreeModel:
             self._deferred.discard(name)
         self.feature_changed.emit(feature)
 
+    def _forget_asked(self, name: str) -> None:
+        if not self._throttle.waits(name):
+            self._values.pop(name, None)
+
     def _fail(self, error: GrabberError) -> None:
         if not self._closed:
             self.failed.emit(error)
 
     # -- from anywhere ---------------------------------------------------------------------------
     def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
+        # A second request for what a write returns anyway costs a remote source as much as the write.
+        names = frozenset(name for name in names if (threading.get_ident(), name) != self._being_written)
         with self._lock:
             followed = {name for name in names if self._follows(name)}
             self._stale |= names - followed

@@ -16,14 +16,16 @@ from grabbergui.core.features import (
     format_number,
     format_value,
 )
-from grabbergui.models.features.text import CODED, coded_text, number_text, unit_text
-from grabbergui.models.language import translate
+from grabbergui.models.features.text import CODED, coded_text, quantity_text, unit_text
+from grabbergui.models.language import localized, translate
 
 
 def access_text(feature: Feature) -> str:
     """Why it cannot be written, as the end of a sentence."""
     if feature.problem:
         return translate("Features", "is not available: {0}").format(feature.problem)
+    if feature.constant:
+        return translate("Features", "is read-only")
     if feature.access is AccessMode.NOT_IMPLEMENTED:
         return translate("Features", "is not implemented by this camera")
     if feature.access is AccessMode.NOT_AVAILABLE:
@@ -46,10 +48,11 @@ def range_text(feature: Feature) -> str:
         return translate("Features", "text")
     if feature.minimum is None or feature.maximum is None:
         return translate("Features", "a number")
-    text = f"{format_number(feature.minimum)} … {format_number(feature.maximum)} {unit_text(feature.unit)}"
+    low, high = (localized(format_number(limit)) for limit in (feature.minimum, feature.maximum))
+    text = f"{low} … {high} {unit_text(feature.unit)}"
     if feature.increment and feature.increment != 1:
         step = translate("Features", "{0}, step {1}")
-        return step.format(text.rstrip(), format_number(feature.increment))
+        return step.format(text.rstrip(), localized(format_number(feature.increment)))
     return text.rstrip()
 
 
@@ -64,8 +67,7 @@ def value_text(feature: Feature) -> str:
         return next((e.display_name or e.name for e in feature.entries if e.name == value), value)
     if feature.representation in CODED and isinstance(value, int):
         return coded_text(value, feature.representation)
-    unit = unit_text(feature.unit)
-    return f"{number_text(value)} {unit}".rstrip()
+    return quantity_text(value, feature.unit)
 
 
 def tooltip_html(feature: Feature) -> str:
@@ -74,6 +76,9 @@ def tooltip_html(feature: Feature) -> str:
     if not feature.access.writable:
         why = translate("Features", "It {0}.").format(access_text(feature))
         parts.append(f"<i>{html.escape(why)}</i>")
+    elif feature.pauses_stream:
+        pause = translate("Features", "Changing it pauses the stream for a moment.")
+        parts.append(f"<i>{html.escape(pause)}</i>")
     parts.extend(html.escape(text) for text in dict.fromkeys((feature.tooltip, feature.description)) if text)
     if feature.kind is not FeatureKind.COMMAND and not feature.problem:
         if feature.value is not None:
@@ -91,7 +96,9 @@ def _line(text: str, value: str) -> str:
 
 def _exact(feature: Feature) -> str:
     """The value with all its digits, which the control may have no room for."""
-    return f"{format_value(feature.value)} {unit_text(feature.unit)}".rstrip()
+    text = format_value(feature.value)
+    number = isinstance(feature.value, int | float)
+    return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()
 
 
 def _shortened(text: str, length: int = 300) -> str:

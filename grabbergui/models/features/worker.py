@@ -66,6 +66,13 @@ class FeatureWorker:
             self._wakeup.notify()
             return True
 
+    @property
+    def pressed(self) -> bool:
+        """Whether a job waits only for the one that runs. A long job that can pause should, then."""
+        with self._wakeup:
+            now = time.monotonic()
+            return any(job.due <= now for job in self._waiting.values())
+
     def close(self, timeout: float = 6.0) -> bool:
         """Take no more jobs, finish those waiting, end the thread. Whether it ended within `timeout` seconds.
 

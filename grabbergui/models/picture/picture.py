@@ -69,6 +69,8 @@ class PictureModel:
         "Frames that came since the source was attached."
         self.converted = 0
         "Pictures made of them since."
+        self.mean: float | None = None
+        "Of the 8-bit pixels of the last picture made; None where none was made."
         self.last_received: float | None = None
         "`time.monotonic` of the last frame; None where none came yet."
 
@@ -87,16 +89,21 @@ class PictureModel:
         """Pictures painted per second, over the last two seconds."""
         return self._painted.rates()[0]
 
-    def attach(self, grabber: FrameGrabber) -> None:
-        """Show this source's frames from here on."""
+    def attach(self, grabber: FrameGrabber, other: PictureModel | None = None) -> None:
+        """Show this source's frames from here on, and until one comes, the last that `other` got of it."""
         self.detach()
         queue = grabber.open_queue(depth=2)
-        self._queue = queue
+        with self._lock:
+            self._queue = queue
+            self._frame = frame = other.frame if other is not None else None
         self._held = None
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
-        self.last_received = None
+        self.mean = None
+        self.last_received = other.last_received if other is not None else None
+        if frame is not None:
+            queue.put(frame)
         self._painted.clear()
         self._thread = threading.Thread(target=self._show, args=(queue,), name="display", daemon=True)
         self._thread.start()
@@ -106,7 +113,9 @@ class PictureModel:
 
         Whether the thread ended within `timeout` seconds; may be asked again.
         """
-        queue, self._queue = self._queue, None
+        with self._lock:
+            queue, self._queue = self._queue, None
+            self._offer = None
         if queue is not None:
             queue.close()
             self._taken.set()
@@ -117,7 +126,7 @@ class PictureModel:
 
     def restarted(self) -> None:
         """Streaming begins anew: what is known of the time before says nothing about it."""
-        self.last_received = None
+        self.mean = self.last_received = None
         self.received = self.converted = 0
 
     @property
@@ -177,9 +186,9 @@ class PictureModel:
             self._again.clear()
             held = self._held
             if held is None:
-                self._convert(frame)
+                self._convert(frame, queue)
             elif again:
-                self._convert(held)
+                self._convert(held, queue)
             self._taken.wait(PAINT_WAIT)
 
     def _newest(self, queue: FrameQueue) -> Frame:
@@ -201,10 +210,12 @@ class PictureModel:
             self.last_received = time.monotonic()
         return newest
 
-    def _convert(self, frame: Frame) -> None:
+    def _convert(self, frame: Frame, queue: FrameQueue) -> None:
         with self._lock:
+            if self._queue is not queue:
+                return
             region, size, settings = self._region, self._size, self._settings
-        self._frame = frame
+            self._frame = frame
         try:
             image = render(frame, region, size, settings)
             picture = Picture(frame, image, *settings.orientation.view_size(frame.width, frame.height))
@@ -217,8 +228,12 @@ class PictureModel:
             self._report(f"frame {frame.frame_id} ({frame.pixel_format}) cannot be shown: {error}")
             return
         self._problem = ""
+        # Every tenth line and column is plenty to tell black from not black.
+        self.mean = float(image.pixels[::10, ::10].mean())
         self.converted += 1
         with self._lock:
+            if self._queue is not queue:
+                return  # another source is shown by now
             self._taken.clear()
             self._offer = picture
         self.ready.emit()

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family
 from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
 from grabbergui.models.picture import clipping
 from grabbergui.models.picture.orientation import Orientation
+from grabbergui.models.picture.undistortion import undistorted
 
 COLOUR_MAPS = {
     "Inferno": cv2.COLORMAP_INFERNO,
@@ -25,6 +27,10 @@ COLOUR_MAPS = {
     "Bone": cv2.COLORMAP_BONE,
 }
 """For pictures in grey, by the names people know."""
+_SAMPLES = 20_000
+"""Pixels of a depth image that its range is estimated from."""
+_WITHOUT_OUTLIERS = (0.5, 99.5)
+"""Percentiles."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,13 @@ class DisplaySettings:
     "One of COLOUR_MAPS; empty for grey."
     show_clipping: bool = False
     orientation: Orientation = field(default_factory=Orientation)
+    calibration: Calibration | None = None
+    "Without whose distortion the picture is shown; None shows it as it is. Only for frames of its size."
+
+    def undistorts(self, frame: Frame) -> Calibration | None:
+        """Return the calibration without whose distortion a frame is shown, if any."""
+        known = self.calibration
+        return known if known and (known.width, known.height) == (frame.width, frame.height) else None
 
 
 def render(
@@ -63,17 +76,55 @@ def render(
         region = orientation.to_frame(region, frame.width, frame.height)
     if size is not None:
         size = orientation.view_size(*size)
-    image = for_display(_levelled(frame, settings.levels), region, size)
+    calibration = settings.undistorts(frame)
+    if calibration is not None:
+        view = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
+        wanted = _fitting(view, size)
+        # The whole frame, as fine as the view: distortion takes pixels from anywhere.
+        region, size = (
+            None,
+            (
+                max(1, round(frame.width * wanted[0] / view.width)),
+                max(1, round(frame.height * wanted[1] / view.height)),
+            ),
+        )
+    levels = settings.levels
+    if levels.neutral and frame.pixel_format.is_distance:
+        levels = _measured(frame)
+    image = for_display(_levelled(frame, levels), region, size)
     pixels = image.pixels
-    if not settings.levels.neutral and frame.pixel_format.depth <= 8:
-        pixels = np.asarray(cv2.LUT(pixels, _stretch(settings.levels)), np.uint8)
+    if not levels.neutral and frame.pixel_format.depth <= 8:
+        pixels = np.asarray(cv2.LUT(pixels, _stretch(levels)), np.uint8)
     if settings.colour_map and pixels.ndim == 2:
         pixels = np.asarray(cv2.applyColorMap(pixels, _colours(settings.colour_map)), np.uint8)
     if settings.show_clipping:
         pixels = clipping.painted(pixels, *clipping.masks(frame, image.region))
-    return DisplayImage(
-        orientation.applied(pixels), orientation.to_view(image.region, frame.width, frame.height)
-    )
+    shown = image.region
+    if calibration is not None:
+        pixels, shown = undistorted(pixels, calibration, view, wanted), view
+    return DisplayImage(orientation.applied(pixels), orientation.to_view(shown, frame.width, frame.height))
+
+
+def _fitting(region: Region, size: tuple[int, int] | None) -> tuple[int, int]:
+    """Width and height of a region's picture: no more than `size`, nothing enlarged."""
+    scale = min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
+    return max(1, round(region.width * scale)), max(1, round(region.height * scale))
+
+
+def _measured(frame: Frame) -> Levels:
+    """From the nearest to the farthest distance of a depth image, a few outliers aside.
+
+    A sample will do; 0 is where nothing was measured.
+    """
+    every = max(1, round((frame.width * frame.height / _SAMPLES) ** 0.5))
+    sample = frame.raw()[::every, ::every]
+    found = sample[sample > 0]
+    if not found.size:
+        return Levels()
+    top = (1 << frame.pixel_format.depth) - 1
+    near, far = np.percentile(found, _WITHOUT_OUTLIERS)
+    # The nearest is not quite black, which is what was not measured.
+    return Levels(max(0.0, near - 1 - (far - near) / 16) / top, max(far, near + 1) / top)
 
 
 def _levelled(frame: Frame, levels: Levels) -> Frame:

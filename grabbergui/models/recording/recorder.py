@@ -25,6 +25,8 @@ RESERVE_BYTES = 32 << 20
 "Kept free on the disk, so that any file can be finished."
 RESERVE_FRAMES = 4
 "Frames more that must fit besides the reserve."
+ON_ITS_WAY = 1.0
+"Seconds that the last frame within the limit may take to arrive; without one the recording ends then."
 NOTICE_PERIOD = 0.2
 "Seconds between signals of progress."
 
@@ -81,7 +83,8 @@ class Recorder:
         self._reserve = reserve
         self._queue: FrameQueue = grabber.open_queue(QUEUE_DEPTH)
         self._progress = RecordingProgress()
-        self._first_ns = 0
+        self._first = 0.0
+        "`captured` of the first frame."
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"record {writer.path.name}", daemon=True)
 
@@ -125,12 +128,12 @@ class Recorder:
             try:
                 frame = self._queue.get(NOTICE_PERIOD)
             except FrameTimeoutError:
-                if self._queue.closed:
+                if self._queue.closed and not self._stopping.is_set():
                     return translate("Recording", "the source was closed")
                 frame = None
+            if self._beyond_limit(frame.captured if frame is not None else time.monotonic() - ON_ITS_WAY):
+                return ""
             if frame is not None:
-                if self._beyond_limit(frame):
-                    return ""
                 if full := self._full(frame):
                     return full
                 self.writer.write(frame)
@@ -142,11 +145,11 @@ class Recorder:
                 self.changed.emit(self._progress)
         return ""
 
-    def _beyond_limit(self, frame: Frame) -> bool:
+    def _beyond_limit(self, now: float) -> bool:
         seconds = self._limits.seconds
         if seconds is None or not self._progress.frames:
             return False
-        return frame.received_ns - self._first_ns > seconds * 1e9
+        return now - self._first > seconds
 
     def _reached_limit(self) -> bool:
         frames, size = self._limits.frames, self._limits.size
@@ -170,12 +173,12 @@ class Recorder:
     def _count(self, frame: Frame) -> None:
         before = self._progress
         if not before.frames:
-            self._first_ns = frame.received_ns
+            self._first = frame.captured
         self._progress = replace(
             before,
             frames=before.frames + 1,
             dropped=self._queue.dropped,
-            seconds=max(0.0, (frame.received_ns - self._first_ns) / 1e9),
+            seconds=max(0.0, frame.captured - self._first),
             size=self.writer.size(),
         )
 

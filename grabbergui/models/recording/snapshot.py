@@ -105,10 +105,8 @@ def _encode(suffix: str, pixels: NDArray[Any]) -> bytes:
 
 def _stem(info: DeviceInfo, moment: float) -> str:
     """`Model_Serial_20260801-142530.125`, without what a file's name cannot hold."""
-    name = "_".join(part for part in (info.model or info.title, info.serial) if part)
-    safe = "".join(c if c.isalnum() or c in "-_." else "-" for c in name).strip("-.")[:80]
-    milliseconds = int(moment * 1000) % 1000
-    return f"{safe or 'frame'}_{time.strftime('%Y%m%d-%H%M%S', time.localtime(moment))}.{milliseconds:03d}"
+    second = time.strftime("%Y%m%d-%H%M%S", time.localtime(moment))
+    return f"{info.file_name or 'frame'}_{second}.{int(moment * 1000) % 1000:03d}"
 
 
 def _write_new(folder: Path, stem: str, suffix: str, content: bytes) -> Path:

@@ -7,8 +7,10 @@ readable. `driver.playback` reads them all.
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import shutil
+import sys
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
@@ -35,6 +37,9 @@ from grabbergui.models.recording.ordered_work import OrderedWork
 
 MOVIE_RATE = 25.0
 "Frames per second that a movie's own clock gets where the camera's rate is not known; notes have the times."
+INDEX_BYTES = 8 << 20
+"Enough for the index of 400,000 frames."
+log = logging.getLogger(__name__)
 
 
 class RecordingKind(Enum):
@@ -198,6 +203,29 @@ class FolderWriter(RecordingWriter):
         return self._suffix, content.data, pixel_format
 
 
+class DiskReserve:
+    """Room for a movie's index, which is written last and without which nothing can be read.
+
+    Other programs may fill the disk meanwhile. The file has no name, so it ends with this program.
+    """
+
+    def __init__(self, folder: Path, size: int = INDEX_BYTES) -> None:
+        self._file = -1
+        try:
+            if sys.platform != "linux":
+                raise OSError("only Linux has files without a name")
+            self._file = os.open(folder, os.O_TMPFILE | os.O_RDWR)
+            os.posix_fallocate(self._file, 0, size)
+        except OSError as error:  # a file system or a system that has none
+            log.info("nothing is reserved in %s for the end of a movie: %s", folder, error)
+
+    def release(self) -> None:
+        """Give the room back to the disk. May be called twice."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+
 class MovieWriter(RecordingWriter):
     """A movie of 8-bit pictures by OpenCV, and the times of its frames beside it.
 
@@ -211,6 +239,7 @@ class MovieWriter(RecordingWriter):
         self._notes: TextIO = notes_beside(path).open("x", encoding="utf-8", buffering=1)
         self._movie: cv2.VideoWriter | None = None
         self._shape: tuple[int, int, bool] | None = None
+        self._reserve = DiskReserve(path.parent)
         self._work = OrderedWork(f"encode {path.name}", 1, 2, self._notes.write)
 
     def write(self, frame: Frame) -> None:
@@ -233,6 +262,7 @@ class MovieWriter(RecordingWriter):
             self._work.finish()
         finally:
             movie, self._movie = self._movie, None
+            self._reserve.release()
             if movie is not None:
                 movie.release()
             self._notes.close()
@@ -313,7 +343,7 @@ class McapWriter(RecordingWriter):
             if frame.timestamp_ns:
                 self._add(self._clock_channel(), frame, self._time_of(frame))
             self._add(self._image_channel(pixel_format), frame, image.encode())
-            self._writer.flush()
+            self._writer.flush()  # type: ignore[no-untyped-call]
         except OSError:
             self._abandon(whole)
             raise
@@ -324,7 +354,7 @@ class McapWriter(RecordingWriter):
             return
         try:
             if not self._broken:
-                self._writer.finish()
+                self._writer.finish()  # type: ignore[no-untyped-call]
         finally:
             self._file.close()
 

@@ -17,11 +17,13 @@ import os
 import re
 import tempfile
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
-from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.features import FeatureValue, format_value
-from grabbergui.models.settings.feature_set import FeatureSet, SelectorsOf, SettingKey
+from grabbergui.core.selection import SettingKey
+from grabbergui.models.settings.feature_set import FeatureSet, SelectorsOf
 
 BAG_GUID = "{05D8C294-F295-4dfb-9D01-096BD04049F4}"
 "First line of a file of one set."
@@ -31,7 +33,6 @@ MAX_FILE_BYTES = 4 * 1024 * 1024
 YAML_SUFFIXES = (".yaml", ".yml")
 
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
-_KEY = re.compile(rf"({_NAME})(?:\[([^\]]*)\])?", re.ASCII)
 _YAML_LINE = re.compile(r"( *)((?:[^\s:\[\]#]+(?:\[[^\]]*\])?))\s*:(?:\s+(.*))?")
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII)
 _INTEGER = re.compile(r"[-+]?\d{1,20}", re.ASCII)
@@ -48,7 +49,7 @@ def save(features: FeatureSet, path: Path) -> None:
     """Write a set: `.yaml` and `.yml` as YAML, anything else in GenICam's format.
 
     The file appears whole or not at all; one that is there and holds something else is not overwritten.
-    Raises SettingsFileError, UsageError.
+    Raises SettingsFileError, MissingFileError, UsageError.
     """
     if path.is_file() and path.stat().st_size:
         load(path)
@@ -59,6 +60,8 @@ def save(features: FeatureSet, path: Path) -> None:
             path.write_text(text, "utf-8")
         else:
             _replace(path.resolve(), text)
+    except FileNotFoundError as error:
+        raise MissingFileError(f"there is no folder {path.absolute().parent} for {path.name}") from error
     except OSError as error:
         raise SettingsFileError(f"{path} could not be written: {error.strerror or error}") from error
 
@@ -81,12 +84,15 @@ def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
     """Read a set of either kind; the content tells which.
 
     The persistence format does not say what a selector selects: `selectors_of` does, best from the camera
-    itself. Without it, what occurs more than once is taken for selected by what changed in between. Raises
-    SettingsFileError, UsageError with the line that makes no sense.
+    itself. Without it, what occurs more than once is taken for selected by what changed in between. A line
+    that makes no sense costs that line: `lost_lines` names it. Raises SettingsFileError,
+    MissingFileError, and UsageError for what is no file of settings at all.
     """
     try:
         with path.open("rb") as file:
             content = file.read(MAX_FILE_BYTES + 1)
+    except FileNotFoundError as error:
+        raise MissingFileError(f"there is no file of settings {path}") from error
     except OSError as error:
         raise SettingsFileError(f"{path} could not be read: {error.strerror or error}") from error
     if len(content) > MAX_FILE_BYTES:
@@ -108,7 +114,11 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
             f"{where} holds several user sets at once; save a single one with the program that wrote it"
         )
     if BAG_GUID in first:
-        return _from_script(list(_script(text, where)), _device_of(text), selectors_of)
+        lost: list[str] = []
+        steps = list(_script(text, where, lost))
+        if lost and not steps:
+            raise UsageError(lost[0])
+        return replace(_from_script(steps, _device_of(text), selectors_of), lost_lines=tuple(lost))
     return _from_yaml(text, where)
 
 
@@ -134,14 +144,15 @@ def to_persistence(features: FeatureSet) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _script(text: str, where: str) -> Iterator[tuple[str, str]]:
+def _script(text: str, where: str, lost: list[str]) -> Iterator[tuple[str, str]]:
     for number, line in enumerate(text.split("\n"), 1):
         line = line.removesuffix("\r")
         if not line.strip() or line.startswith("#"):
             continue
         name, tab, value = line.partition("\t")
         if not tab or not re.fullmatch(_NAME, name, re.ASCII):
-            raise UsageError(f"{where}, line {number}: '{line[:60]}' is not a name, a tabulator and a value")
+            lost.append(f"{where}, line {number}: '{line[:60]}' is not a name, a tabulator and a value")
+            continue
         yield name, value
 
 
@@ -194,40 +205,31 @@ def to_yaml(features: FeatureSet) -> str:
 
 def _from_yaml(text: str, where: str) -> FeatureSet:
     settings: dict[SettingKey, FeatureValue] = {}
+    lost: list[str] = []
     device, inside = "", False
     for number, line in enumerate(text.split("\n"), 1):
         if not line.strip() or line.lstrip().startswith("#") or line.rstrip() in ("---", "..."):
             continue
-        match = _YAML_LINE.fullmatch(line.rstrip())
-        if match is None:
-            raise UsageError(
-                f"{where}, line {number}: '{line.strip()[:60]}' is not 'Name: value' of a file of settings"
-            )
-        indentation, name, rest = match[1], match[2], match[3] or ""
-        if not indentation:
-            inside = name == "features"
-            if name == "device":
-                device = str(_scalar(rest, where, number))
-        elif inside:
-            settings[_key(name, where, number)] = _scalar(rest, where, number)
-    if not settings and not re.search(r"^features:", text, re.MULTILINE):
+        try:
+            match = _YAML_LINE.fullmatch(line.rstrip())
+            if match is None:
+                raise UsageError(f"'{line.strip()[:60]}' is not 'Name: value' of a file of settings")
+            indentation, name, rest = match[1], match[2], match[3] or ""
+            if not indentation:
+                inside = name == "features"
+                if name == "device":
+                    device = str(_scalar(rest))
+            elif inside:
+                settings[SettingKey.parse(name)] = _scalar(rest)
+        except UsageError as error:
+            lost.append(f"{where}, line {number}: {error}")
+    if not re.search(r"^features:", text, re.MULTILINE):
         raise UsageError(
             f"{where} is no file of settings: it has neither GenICam's first line nor 'features:'"
         )
-    return FeatureSet(settings, device)
-
-
-def _key(text: str, where: str, number: int) -> SettingKey:
-    match = _KEY.fullmatch(text)
-    if match is None:
-        raise UsageError(f"{where}, line {number}: '{text[:60]}' is no feature's name")
-    selected = []
-    for part in (match[2] or "").split(",") if match[2] else ():
-        selector, equals, entry = part.partition("=")
-        if not equals or not re.fullmatch(_NAME, selector.strip(), re.ASCII):
-            raise UsageError(f"{where}, line {number}: '[{match[2][:60]}]' is not [Selector=Entry]")
-        selected.append((selector.strip(), entry.strip()))
-    return SettingKey(match[1], tuple(selected))
+    if lost and not settings:
+        raise UsageError(lost[0])
+    return FeatureSet(settings, device, lost_lines=tuple(lost))
 
 
 def _to_scalar(value: FeatureValue) -> str:
@@ -244,18 +246,18 @@ def _to_scalar(value: FeatureValue) -> str:
     return json.dumps(value, ensure_ascii=not value.isprintable())
 
 
-def _scalar(text: str, where: str, number: int) -> FeatureValue:
+def _scalar(text: str) -> FeatureValue:
     text = text.strip()
     if text.startswith('"'):
-        return _quoted(text, where, number)
+        return _quoted(text)
     if text.startswith("'"):
         match = re.match(r"'((?:[^']|'')*)'\s*(#.*)?$", text)
         if match is None:
-            raise UsageError(f"{where}, line {number}: a text that begins with ' has no end")
+            raise UsageError("a text that begins with ' has no end")
         return match[1].replace("''", "'")
     text = re.sub(r"(^|\s)#.*$", "", text).strip()
     if text[:1] in ("[", "{", "|", ">", "&", "*", "!", "%", "@", "`"):
-        raise UsageError(f"{where}, line {number}: '{text[:60]}' is not a plain value; put text into quotes")
+        raise UsageError(f"'{text[:60]}' is not a plain value; put text into quotes")
     if text in ("true", "false"):
         return text == "true"
     if _INTEGER.fullmatch(text):
@@ -263,16 +265,14 @@ def _scalar(text: str, where: str, number: int) -> FeatureValue:
     return float(text) if _FLOAT.fullmatch(text) else text
 
 
-def _quoted(text: str, where: str, number: int) -> str:
+def _quoted(text: str) -> str:
     try:
         value, end = json.JSONDecoder().raw_decode(text)
     except ValueError:
-        raise UsageError(
-            f"{where}, line {number}: the text in quotes has no end, or a \\ that says nothing"
-        ) from None
+        raise UsageError("the text in quotes has no end, or a \\ that says nothing") from None
     rest = text[end:].strip()
     if rest and not rest.startswith("#"):
-        raise UsageError(f"{where}, line {number}: '{rest[:60]}' behind the text in quotes")
+        raise UsageError(f"'{rest[:60]}' behind the text in quotes")
     return str(value)
 
 

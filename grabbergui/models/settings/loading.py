@@ -1,35 +1,22 @@
-"""Settings back onto a camera: in several passes, because one setting may hide, lock or limit another.
-
-What is refused in one pass (an offset that does not fit the old width) is tried again in the next, as long
-as a pass gets anything done. Then every value is read back, and what a later write disturbed is written once
-more.
-"""
+"""Settings back onto a camera, with a report of what became of each."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError
-from grabbergui.core.features import Feature, FeatureKind, FeatureValue, format_value
+from grabbergui.core.companions import as_editable, enabler_of, is_on
+from grabbergui.core.errors import FeatureError, FeatureNotFoundError, GrabberError, TransportError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import AUTO_OFF, enabler_of
+from grabbergui.core.selection import SettingKey, is_number, same_value
+from grabbergui.core.settling import Settled, settle
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.stream_pause import stream_paused
 from grabbergui.models.language import translate
-from grabbergui.models.settings.feature_set import (
-    FeatureSet,
-    Progress,
-    Selectors,
-    SettingKey,
-    capture,
-    same_value,
-)
-
-MAX_PASSES = 6
-"More than any chain of dependencies among SFNC's features is long."
+from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 
 
 class Outcome(Enum):
@@ -39,7 +26,9 @@ class Outcome(Enum):
     EQUAL = "equal"
     "The camera stood there already; nothing was written."
     WOULD_WRITE = "would write"
-    "It differs; only looking was asked for."
+    "It differs, and the camera accepts it; only looking was asked for."
+    DEPENDS = "depends"
+    "The camera does not accept it as it is set now; it may, once other settings of the set are written."
     REFUSED = "refused"
     DIFFERENT = "different"
     "It was written, but the camera stands elsewhere: it rounded, or another setting moved it."
@@ -49,6 +38,9 @@ class Outcome(Enum):
     "The camera has no such feature."
     CANCELLED = "cancelled"
 
+
+PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
+"Outcomes of looking: these are written."
 
 _THOUSAND = 1000
 "What a whole load counts as, for its progress."
@@ -85,7 +77,9 @@ class LoadReport:
     before: FeatureSet
     "The camera as it was; loading this rolls back."
     problem: str = ""
-    "Why the stream could not be started again, where it was stopped for the settings."
+    "Why loading was interrupted, or the stream could not be started again."
+    lost_lines: tuple[str, ...] = ()
+    "Lines of the file that make no sense, a sentence each."
 
     def count(self, *outcomes: Outcome) -> int:
         """How many settings ended so."""
@@ -94,12 +88,13 @@ class LoadReport:
     @property
     def settled(self) -> bool:
         """Whether the camera is as the set wants it."""
-        return not self.problem and all(report.outcome in SETTLED for report in self.settings)
+        whole = not self.problem and not self.lost_lines
+        return whole and all(report.outcome in SETTLED for report in self.settings)
 
     def lines(self) -> list[str]:
         """All that was not equal, a line each, and the summary."""
         told = [str(report) for report in self.settings if report.outcome is not Outcome.EQUAL]
-        return [*told, *([self.problem] if self.problem else []), self.summary()]
+        return [*self.lost_lines, *told, *([self.problem] if self.problem else []), self.summary()]
 
     def summary(self) -> str:
         """One line for people: `3 written, 36 equal, 1 refused`."""
@@ -120,21 +115,27 @@ def load_onto(
     Nothing that is equal is written; selectors end where they stood. A running stream is stopped while
     anything is written and started again with the triggers as the set has them. With `dry_run` only
     selectors are moved. With `cancelled` set, what was not written by then is reported so; rolling back takes
-    the rest back. Raises TransportError when the camera goes away, AccessDeniedError without control.
+    the rest back. When the camera goes away in between, the report says what was written until then. Raises
+    TransportError before anything is written, AccessDeniedError without control.
     """
     cancelled = cancelled or threading.Event()
     before = capture(grabber, progress=_part(progress, 0.0, 0.5), cancelled=cancelled)
-    work = _Loading(grabber, Selectors(grabber), features, cancelled)
-    with work.selectors.kept(work.choosing):
-        work.compare(_part(progress, 0.5, 0.7))
-        if dry_run:
-            return LoadReport(tuple(work.reports(dry_run=True)), before)
-        stays: list[GrabberError] = []
-        with stream_paused(grabber, bool(work.pending) and not cancelled.is_set(), stays.append):
+    work = _Loading(grabber, features, cancelled)
+    work.compare(_part(progress, 0.5, 0.7))
+    if dry_run:
+        return LoadReport(tuple(work.reports(dry_run=True)), before, lost_lines=features.lost_lines)
+    problems: list[str] = []
+
+    def stays(error: GrabberError) -> None:
+        problems.append(translate("Settings", "the stream does not start again: {0}").format(error))
+
+    with stream_paused(grabber, bool(work.pending) and not cancelled.is_set(), stays):
+        try:
             work.write(_part(progress, 0.7, 1.0))
-    text = translate("Settings", "the stream does not start again: {0}")
-    problem = text.format(stays[0]) if stays else ""
-    return LoadReport(tuple(work.reports()), before, problem)
+        except TransportError as error:
+            problems.append(translate("Settings", "interrupted: {0}").format(error_text(error)))
+            cancelled.set()
+    return LoadReport(tuple(work.reports()), before, "; ".join(problems), features.lost_lines)
 
 
 def roll_back(
@@ -151,20 +152,13 @@ def roll_back(
 @dataclass
 class _Loading:
     grabber: FrameGrabber
-    selectors: Selectors
     features: FeatureSet
     cancelled: threading.Event
-    pending: list[SettingKey] = field(default_factory=list)
+    pending: dict[SettingKey, FeatureValue] = field(default_factory=dict)
     _reports: dict[SettingKey, SettingReport] = field(default_factory=dict)
 
-    @property
-    def choosing(self) -> list[str]:
-        """Every selector that will be moved."""
-        names = {selector: None for key in self.features.settings for selector, _ in key.selected}
-        return [name for name in names if self.grabber.has_feature(name)]
-
     def compare(self, progress: Progress) -> None:
-        """Sort every setting into equal, left alone, or pending."""
+        """Sort every setting into equal, left alone, refused, or pending."""
         for done, (key, wanted) in enumerate(self.features.settings.items(), 1):
             if self.cancelled.is_set():
                 reason = translate("Settings", "cancelled")
@@ -174,53 +168,84 @@ class _Loading:
                 outcome, value, reason = self._compared(key, wanted)
             except FeatureNotFoundError as error:
                 outcome, value, reason = Outcome.UNKNOWN, None, error_text(error)
-            if outcome is Outcome.WOULD_WRITE:
-                self.pending.append(key)
+            if outcome in PENDING:
+                self.pending[key] = wanted
             self._reports[key] = SettingReport(key, wanted, outcome, value, value, reason)
             progress(done, len(self.features))
 
     def write(self, progress: Progress) -> None:
-        """Write what is pending, pass after pass, until a pass changes nothing."""
-        total = len(self.pending)
-        for _ in range(MAX_PASSES):
-            refused = list(self._attempted(progress, total))
-            disturbed = self._disturbed()
-            stuck = len(refused) == len(self.pending)
-            self.pending = refused + [key for key in disturbed if key not in refused]
-            if not self.pending or stuck or self.cancelled.is_set():
-                return
+        """Write what is pending until the camera has it."""
+        done: set[SettingKey] = set()
+        left_alone = self._with(Outcome.LEFT_ALONE)
 
-    def _attempted(self, progress: Progress, total: int) -> Iterator[SettingKey]:
-        """Try what is pending; what was refused."""
-        refused = 0
-        for done, key in enumerate(self.pending, total - len(self.pending) + 1):
-            if not self._attempt(key):
-                refused += 1
-                yield key
-            progress(max(0, done - refused), total)
+        def note(
+            key: SettingKey,
+            settled: Settled,
+            value: FeatureValue | None,
+            error: FeatureError | None,
+            feature: Feature | None,
+        ) -> None:
+            if key in left_alone:
+                return
+            if error is not None:
+                self._note(key, Outcome.REFUSED, error_text(error, feature=feature))
+            elif settled is Settled.DIFFERENT:
+                stands = translate("Settings", "the camera stands at {0}").format(format_value(value))
+                self._note(key, Outcome.DIFFERENT, stands, value)
+            elif self._reports[key].outcome is not Outcome.EQUAL:
+                self._note(key, Outcome.WRITTEN, "", value)
+                done.add(key)
+                progress(len(done), len(self.pending))
+
+        # Equal ones are looked at again: what is written next may move them.
+        wanted = {key: self._reports[key].wanted for key in self._with(*PENDING, Outcome.EQUAL)}
+        wanted |= {key: self._reports[key].wanted for key in left_alone}
+        settle(self.grabber, wanted, report=note, reluctantly=left_alone, cancelled=self.cancelled.is_set)
 
     def reports(self, *, dry_run: bool = False) -> Iterator[SettingReport]:
-        """What became of each setting, in the set's order."""
+        """Give what became of each setting, in the set's order."""
         for report in self._reports.values():
-            unfinished = report.outcome is Outcome.WOULD_WRITE and not dry_run
+            unfinished = report.outcome in PENDING and not dry_run
             reason = translate("Settings", "cancelled")
             yield _replaced(report, Outcome.CANCELLED, report.after, reason) if unfinished else report
 
+    def _with(self, *outcomes: Outcome) -> list[SettingKey]:
+        return [key for key, report in self._reports.items() if report.outcome in outcomes]
+
     def _compared(self, key: SettingKey, wanted: FeatureValue) -> tuple[Outcome, FeatureValue | None, str]:
         self.grabber.feature(key.name)  # a camera without it says so
-        if not self.selectors.select(key.selected):
-            return Outcome.WOULD_WRITE, None, ""  # the entry may come with another setting
-        feature = self.grabber.feature(key.name)
+        try:
+            feature = self.grabber.read_setting(key)
+        except FeatureError as error:
+            # The entry may come with another setting.
+            return Outcome.DEPENDS, None, error_text(error)
         if feature.value is not None and same_value(feature.value, wanted):
             return Outcome.EQUAL, feature.value, ""
+        if feature.kind is FeatureKind.COMMAND:
+            return Outcome.REFUSED, None, translate("Settings", "it is a command; loading settings runs none")
         if reason := self._held(key, feature):
             return Outcome.LEFT_ALONE, feature.value, reason
+        if not (feature.access.readable or feature.access.writable):
+            return Outcome.DEPENDS, None, feature.access_problem()
+        try:
+            # Locks go with the stream, or with what is written before; ranges may.
+            replace(feature, access=AccessMode.READ_WRITE).validated(wanted)
+        except FeatureError as error:
+            return _doubted(feature, wanted), feature.value, error_text(error, feature=feature)
+        if not (feature.access.writable or self._may_be_unlocked(feature)):
+            return Outcome.DEPENDS, feature.value, feature.access_problem()
         return Outcome.WOULD_WRITE, feature.value, ""
+
+    def _may_be_unlocked(self, feature: Feature) -> bool:
+        """Whether writing the feature stops what locks it: the stream, or its automatic mode."""
+        mode = self.grabber.feature(feature.auto) if feature.auto else None
+        stops = self.grabber.streaming and self.grabber.pauses_for(feature.name)
+        return stops or as_editable(feature, mode).access.writable
 
     def _held(self, key: SettingKey, feature: Feature) -> str:
         """Why the set itself wants this one not to act by hand; empty where it does."""
         mode = self._of_set(feature.auto, key)
-        if mode is not None and str(mode) != AUTO_OFF:
+        if mode is not None and is_on(mode) and not same_value(mode, False):
             return translate("Settings", "{0} sets it").format(f"{feature.auto}={mode}")
         enabler = enabler_of(key.name, self.grabber.has_feature)
         enabled = self._of_set(enabler, key)
@@ -236,53 +261,6 @@ class _Loading:
         settings = self.features.settings
         return settings.get(SettingKey(name, beside.selected), settings.get(SettingKey(name)))
 
-    def _attempt(self, key: SettingKey) -> bool:
-        """Write one setting. Whether the camera took it, or there was nothing to do any more."""
-        report = self._reports[key]
-        if self.cancelled.is_set():
-            return False
-        if not self.selectors.select(key.selected):
-            text = translate("Settings", "{0} cannot be selected on this camera")
-            self._note(key, Outcome.REFUSED, text.format(_shown(key)))
-            return False
-        feature = None
-        try:
-            feature = self.grabber.feature(key.name)
-            if feature.value is not None and same_value(feature.value, report.wanted):
-                # Something written before has moved it there.
-                self._note(key, Outcome.WRITTEN, "", feature.value)
-                return True
-            if feature.kind is FeatureKind.COMMAND:
-                text = translate("Settings", "it is a command; loading settings runs none")
-                self._note(key, Outcome.REFUSED, text)
-                return False
-            after = self.grabber.write_feature(key.name, report.wanted)
-        except FeatureError as error:
-            self._note(key, Outcome.REFUSED, error_text(error, feature=feature))
-            return False
-        self._note(key, Outcome.WRITTEN, "", after.value)
-        return True
-
-    def _disturbed(self) -> list[SettingKey]:
-        """Settings that were right and are not any more: what was written behind them moved them."""
-        wrong = []
-        for key, report in self._reports.items():
-            if report.outcome not in (Outcome.WRITTEN, Outcome.EQUAL, Outcome.DIFFERENT):
-                continue
-            if not self.selectors.select(key.selected):
-                continue
-            value = self.grabber.feature(key.name).value
-            if value is None or same_value(value, report.wanted):
-                if report.outcome is Outcome.DIFFERENT:
-                    self._note(key, Outcome.WRITTEN, "", value)
-                continue
-            again = report.outcome is Outcome.DIFFERENT and report.after == value
-            stands = translate("Settings", "the camera stands at {0}").format(format_value(value))
-            self._note(key, Outcome.DIFFERENT, stands, value)
-            if not again:
-                wrong.append(key)
-        return wrong
-
     def _note(
         self, key: SettingKey, outcome: Outcome, reason: str, after: FeatureValue | None = None
     ) -> None:
@@ -295,11 +273,15 @@ def _replaced(
     return SettingReport(report.key, report.wanted, outcome, report.before, after, reason)
 
 
+def _doubted(feature: Feature, wanted: FeatureValue) -> Outcome:
+    """Whether a value that is not accepted now may be later: a range moves, a kind or an entry does not."""
+    if feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
+        return Outcome.DEPENDS if is_number(wanted) else Outcome.REFUSED
+    known = any(entry.name == str(wanted) for entry in feature.entries)
+    return Outcome.DEPENDS if known else Outcome.REFUSED
+
+
 def _part(progress: Progress, begin: float, end: float) -> Progress:
     """The progress of a part of the work as progress of the whole."""
     span = end - begin
     return lambda done, of: progress(round(_THOUSAND * (begin + span * done / max(of, 1))), _THOUSAND)
-
-
-def _shown(key: SettingKey) -> str:
-    return ", ".join(f"{selector}={entry}" for selector, entry in key.selected)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 
-from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey, ValueChange
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.changes.undo_history import Step
 from grabbergui.models.features.stream_pause import stream_paused
-from grabbergui.models.settings.feature_set import Progress, Selectors, capture, compare
+from grabbergui.models.settings.feature_set import Progress, capture, compare
 
 SELECTOR = "UserSetSelector"
 LOAD = "UserSetLoad"
@@ -56,13 +58,14 @@ def user_sets(grabber: FrameGrabber) -> list[UserSet]:
     can_start = {entry.name for entry in default.entries if entry.available} if default is not None else set()
     settable = default is not None and default.access.writable
     found: list[UserSet] = []
-    selectors = Selectors(grabber)
-    with selectors.kept([SELECTOR]):
+    with grabber.exclusive([SELECTOR]):
         for entry in grabber.feature(SELECTOR).entries:
             if not entry.available:
                 continue
-            selected = selectors.select([(SELECTOR, entry.name)])
-            savable = selected and grabber.has_feature(SAVE) and grabber.feature(SAVE).access.writable
+            savable = selected = False
+            with suppress(FeatureError):
+                save = grabber.read_setting(_of_set(SAVE if grabber.has_feature(SAVE) else LOAD, entry.name))
+                selected, savable = True, save.name == SAVE and save.access.writable
             if not savable and selected and grabber.streaming:
                 savable = not entry.name.startswith(FACTORY)
             found.append(
@@ -96,11 +99,9 @@ def load(
         before = capture(camera, progress=lambda done, of: progress(done, 2 * of), cancelled=cancelled)
         if cancelled is not None and cancelled.is_set():
             return 0
-        with Selectors(camera).kept([SELECTOR]):
-            camera.write_feature(SELECTOR, name)
-            hands.execute(LOAD)
+        hands.execute_setting(_of_set(LOAD, name))
         after = capture(camera, progress=lambda done, of: progress(of + done, 2 * of))
-    changed = [(d.key, d.first, d.second) for d in compare(before, after)]
+    changed = [ValueChange(d.key, d.first, d.second) for d in compare(before, after)]
     if changed:
         with hands.journal.within(Step(f"{LOAD} {name}")):
             hands.journal.wrote(changed)
@@ -112,9 +113,8 @@ def save(hands: NotingGrabber, name: str) -> None:
     _require(hands)
     camera = hands.plain
     # Not every camera saves while it streams.
-    with stream_paused(camera), Selectors(camera).kept([SELECTOR]):
-        camera.write_feature(SELECTOR, name)
-        hands.execute(SAVE)
+    with stream_paused(camera):
+        hands.execute_setting(_of_set(SAVE, name))
 
 
 def start_with(hands: NotingGrabber, name: str) -> None:
@@ -128,6 +128,10 @@ def start_with(hands: NotingGrabber, name: str) -> None:
 def _starting(grabber: FrameGrabber) -> str | None:
     names = [name for name in STARTS_WITH if grabber.has_feature(name)]
     return next((n for n in names if grabber.feature(n).kind is FeatureKind.ENUMERATION), None)
+
+
+def _of_set(command: str, name: str) -> SettingKey:
+    return SettingKey(command, ((SELECTOR, name),))
 
 
 def _require(grabber: FrameGrabber) -> None:

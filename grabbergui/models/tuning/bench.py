@@ -88,7 +88,8 @@ class TuningBench:
 
     def restore(self) -> list[str]:
         """Set everything as it was; what did not work, a sentence each. Also when cancelled."""
-        return self._call(lambda hands: write_values(hands, self._step.values(Direction.UNDO)))
+        values = dict(self._step.values(Direction.UNDO))
+        return list(self._call(lambda hands: write_values(hands, values)).values())
 
     def _frame(self) -> Frame:
         deadline = time.monotonic() + FRAME_PATIENCE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 
+from grabbergui.core.companions import regulating
 from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.regulation import regulating
 from grabbergui.core.sfnc import AUTO_ONCE, Role
 from grabbergui.models.features.wording import value_text
 from grabbergui.models.language import translate

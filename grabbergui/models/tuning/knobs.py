@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from grabbergui.core.companions import automatic_mode_of, switched_off
 from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.regulation import regulating
-from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE, Role, automatic_mode_of
+from grabbergui.core.selection import SettingKey
+from grabbergui.core.sfnc import AUTO_ONCE, Role
 from grabbergui.models.features.scale import nearest_allowed
 from grabbergui.models.tuning.knob_search import KnobSearch, Law
 
@@ -18,7 +19,7 @@ class Knob:
 
     feature: Feature
     search: KnobSearch
-    selected: tuple[tuple[str, str], ...] = ()
+    key: SettingKey
 
     @classmethod
     def of(
@@ -27,9 +28,12 @@ class Knob:
         law: Law,
         *,
         highest: float | None = None,
-        selected: tuple[tuple[str, str], ...] = (),
+        key: SettingKey | None = None,
     ) -> Knob | None:
-        """A knob over the feature's own range, or up to `highest`; None where it has no range or value."""
+        """A knob over the feature's own range, or up to `highest`; None where it has no range or value.
+
+        Without a `key` it is what its selectors select at the moment.
+        """
         low, high = feature.minimum, feature.maximum
         if low is None or high is None or not isinstance(feature.value, int | float):
             return None
@@ -37,7 +41,7 @@ class Knob:
             step = feature.increment or 0
             highest = low + (highest - low) // step * step if step else highest
             high = max(min(high, highest), feature.value)
-        return cls(feature, KnobSearch(feature.value, low, high, law), selected)
+        return cls(feature, KnobSearch(feature.value, low, high, law), key or SettingKey(feature.name))
 
     def proposed(self, factor: float) -> FeatureValue | None:
         """The value to write for `factor` times as much; None where no value leads there."""
@@ -57,8 +61,8 @@ class Knob:
 def hand_over(grabber: FrameGrabber, name: str) -> Feature:
     """Take a feature from its automatic mode, so that it can be turned, and read it."""
     auto = automatic_mode_of(name, grabber.has_feature)
-    if auto is not None and regulating(mode := grabber.feature(auto)):
-        grabber.write_feature(auto, AUTO_OFF if mode.entries else False)
+    if auto is not None and (off := switched_off(grabber.feature(auto))) is not None:
+        grabber.write_feature(*off)
     return grabber.feature(name)
 
 

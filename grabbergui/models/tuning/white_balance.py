@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from grabbergui.core.errors import FeatureNotFoundError
+from contextlib import suppress
+
+from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.models.changes.noting import NotingGrabber
 from grabbergui.models.features.text import number_text
-from grabbergui.models.language import translate
-from grabbergui.models.settings.feature_set import Selectors
+from grabbergui.models.language import localized, translate
 from grabbergui.models.tuning.bench import TuningBench, TuningError
 from grabbergui.models.tuning.knob_search import Law
 from grabbergui.models.tuning.knobs import Knob, hand_over
@@ -58,18 +60,15 @@ def _knobs(grabber: FrameGrabber) -> dict[str, Knob]:
     if name is None:
         raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
     hand_over(grabber, name)
-    selectors = Selectors(grabber)
-    path = selectors.of(name)
+    path = grabber.selectors.of(name)
     found: dict[str, Knob] = {}
-    with selectors.kept(path):
-        for channel, entry in COLOURS.items():
-            selected = tuple((selector, entry) for selector in path)
-            knob = None
-            if selected and selectors.select(selected):
-                knob = Knob.of(grabber.feature(name), Law.PROPORTIONAL, selected=selected)
-            if knob is None:
-                raise FeatureNotFoundError(f"{grabber.info.title} has no {name} for {entry.lower()}", name)
-            found[channel] = knob
+    for channel, entry in COLOURS.items():
+        key, knob = SettingKey(name, tuple((selector, entry) for selector in path)), None
+        with suppress(FeatureError):
+            knob = Knob.of(grabber.read_setting(key), Law.PROPORTIONAL, key=key) if path else None
+        if knob is None:
+            raise FeatureNotFoundError(f"{grabber.info.title} has no {name} for {entry.lower()}", name)
+        found[channel] = knob
     return found
 
 
@@ -87,7 +86,7 @@ def _usable(light: Light) -> Light:
         raise TuningError(text.format(light.saturated))
     if light.mean < DARKEST:
         text = translate("Tuning", "the region is too dark ({0:.1%} of white); set the exposure first")
-        raise TuningError(text.format(light.mean))
+        raise TuningError(localized(text.format(light.mean)))
     return light
 
 
@@ -96,14 +95,11 @@ def _turn(bench: TuningBench, knobs: dict[str, Knob], wanted: dict[str, float]) 
     values = {channel: knobs[channel].proposed(factor) for channel, factor in wanted.items()}
 
     def write(grabber: NotingGrabber) -> None:
-        selectors = Selectors(grabber)
         for channel, value in values.items():
             knob = knobs[channel]
             if value is None:
                 continue
-            with selectors.kept([selector for selector, _ in knob.selected]):
-                selectors.select(knob.selected)
-                knob.feature = grabber.write_feature(knob.feature.name, value)
+            knob.feature = grabber.write_setting(knob.key, value).feature
             if isinstance(knob.feature.value, int | float):
                 knob.search.stood(knob.feature.value)
 

@@ -1,44 +1,41 @@
-"""Joins the picture, the status bar and the acquisition's actions to the models."""
+"""Joins the picture and the acquisition's actions to the models."""
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.grabber import StreamStatistics
 from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection
-from grabbergui.models.diagnosis import CameraFacts, Observation, Stage, diagnose
+from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import Picture, PictureModel
 from grabbergui.models.picture.pixel_texts import value_texts
+from grabbergui.models.picture.undistortion import distorted_pixel
 from grabbergui.models.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.widgets.pixel_values import LEGIBLE_ZOOM
-from grabbergui.ui.widgets.status_strip import StateTone
 
-STATUS_INTERVAL_MS = 200
-FACTS_INTERVAL = 1.0
-"Seconds between two questions to a camera that shows no picture."
-STALLED = 1.0
-"Seconds without a frame after which the state says so."
+CURSOR_INTERVAL_MS = 200
+"Between two readings of the pixel under the cursor: faster nobody reads."
 
 
 class AcquisitionController(QObject):
-    """Shows the live picture and how it is doing; starts, stops, takes snapshots."""
+    """Shows the live picture; starts, stops, takes snapshots."""
 
     failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
+    """What did not work."""
+    noticed = pyqtSignal(str)
 
     def __init__(
         self,
         window: MainWindow,
         connection: Connection,
+        gallery: GalleryModel,
         picture: PictureModel,
         snapshots: SnapshotWriter,
         preferences: Preferences,
@@ -47,23 +44,18 @@ class AcquisitionController(QObject):
         self._window = window
         self._view = window.picture
         self._connection = connection
+        self._gallery = gallery
         self._picture = picture
         self._snapshots = snapshots
         self._preferences = preferences
-        self._facts = CameraFacts()
-        self._mean: float | None = None
-        self._painted = 0
-        self._ask_again = 0.0
         self._shown: OpenSource | None = None
-        self._shown_since = 0.0
-        "`time.monotonic` when it came to hand."
         self._bind_models()
         self._bind_view()
         self._timer = QTimer(self)
-        self._timer.setInterval(STATUS_INTERVAL_MS)
-        self._timer.timeout.connect(self._refresh)
+        self._timer.setInterval(CURSOR_INTERVAL_MS)
+        self._timer.timeout.connect(self._show_cursor)
         self._timer.start()
-        self._show_state()
+        self._enable_actions()
 
     def _bind_models(self) -> None:
         bridge = Bridge(self)
@@ -84,7 +76,7 @@ class AcquisitionController(QObject):
         view.viewChanged.connect(self._picture.look_at)
         view.cursorMoved.connect(self._show_cursor)
         view.cursorLeft.connect(self._show_cursor)
-        view.painted.connect(self._on_view_painted)
+        view.painted.connect(self._picture.painted)
 
     def snapshot(self) -> None:
         """Save the newest frame where snapshots go."""
@@ -101,19 +93,16 @@ class AcquisitionController(QObject):
             return
         self._view.setPicture(picture.image, picture.width, picture.height)
         self._show_values(picture)
-        # Every tenth line and column is plenty to tell black from not black.
-        self._mean = float(picture.image.pixels[::10, ::10].mean())
+        if not self._window.actionSnapshot.isEnabled():
+            self._enable_actions()
 
     def _show_values(self, picture: Picture) -> None:
         """Write the sensor's values on pixels that have room for them."""
         canvas, texts = self._view.canvas, {}
-        if canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
+        plain = self._picture.settings.undistorts(picture.frame) is None  # else pixels lie between others
+        if plain and canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
             texts = value_texts(picture.frame, picture.image.region, self._picture.settings.orientation)
         canvas.values.setTexts(texts)
-
-    def _on_view_painted(self) -> None:
-        self._painted += 1
-        self._picture.painted()
 
     def _show_cursor(self, *_: int) -> None:
         frame, pixel = self._picture.frame, self._view.canvas.cursorPixel
@@ -121,6 +110,8 @@ class AcquisitionController(QObject):
             self._view.setCursorText("")
             return
         pixel = self._picture.settings.orientation.pixel(*pixel, frame.width, frame.height)
+        if (calibration := self._picture.settings.undistorts(frame)) is not None:
+            pixel = distorted_pixel(calibration, *pixel)
         try:
             values = value_at(frame, *pixel)
         except (PixelFormatError, IndexError):
@@ -133,9 +124,10 @@ class AcquisitionController(QObject):
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is not self._connection.source or source.grabber is None:
             return
-        self._shown, self._shown_since = source, time.monotonic()
-        self._forget()
-        self._picture.attach(source.grabber)
+        self._shown = source
+        # One that is lost or waits for a trigger sends nothing now, and its last picture was on its tile.
+        self._picture.attach(source.grabber, self._gallery.picture_of(source))
+        self._enable_actions()
 
     def _on_connection_closing(self, _: OpenSource) -> None:
         self._picture.detach()
@@ -144,135 +136,18 @@ class AcquisitionController(QObject):
         if state in (LinkState.CLOSED, LinkState.OPENING):
             self._shown = None
             self._view.clear()
-            self._window.status.clearFigures()
         if state is LinkState.STREAMING:
-            self._forget()
             self._picture.restarted()
-        self._refresh()
-
-    def _forget(self) -> None:
-        self._facts = CameraFacts()
-        self._mean = None
-        self._painted = 0
-        self._ask_again = 0.0
+        self._enable_actions()
 
     def _on_snapshot_saved(self, path: Path) -> None:
-        self._window.messages.showNotice(self.tr("Saved {0}").format(path))
+        self.noticed.emit(self.tr("Saved {0}").format(path))
 
-    # -- how it is doing ---------------------------------------------------------------------------------
-    def _refresh(self) -> None:
-        self._show_state()
-        source = self._shown
-        if source is None or source.grabber is None:
-            self._view.setNote(*self._invitation())
-            return
-        statistics = source.grabber.statistics()
-        self._show_figures(statistics)
-        self._show_cursor()
-        if self._window.actionPause.isChecked():
-            self._view.setNote("")
-        elif self._connection.state is LinkState.STREAMING:
-            self._explain(source, statistics)
-        elif source.no_picture:
-            self._view.setNote(
-                self.tr("The picture goes to the program that has control."), source.no_picture, Stage.PACKETS
-            )
-        else:
-            self._view.setNote("")
-
-    def _invitation(self) -> tuple[str, str]:
-        """What to say where there is nothing to see: a sentence, and what to do."""
-        if self._connection.state is LinkState.OPENING:
-            source = self._connection.source
-            return self.tr("Connecting to {0} …").format(source.uri if source is not None else ""), ""
-        return (
-            self.tr("Nothing is connected."),
-            self.tr("Choose a source on the left, or type its address; sim: is the simulated camera."),
-        )
-
-    def _show_figures(self, statistics: StreamStatistics) -> None:
-        status, frame = self._window.status, self._picture.frame
-        if frame is not None and self._picture.last_received is not None:
-            status.setFormat(f"{frame.width} × {frame.height}  {frame.pixel_format}")
-        if self._connection.state is LinkState.STREAMING:
-            status.setRates(statistics.frame_rate, self._picture.painted_rate)
-            status.setBandwidth(statistics.bandwidth)
-        else:  # what is remembered of the last second would pass for something that goes on
-            status.setRates(0, 0)
-            status.setBandwidth(0)
-        status.setLosses(statistics.lost, statistics.incomplete)
-
-    def _explain(self, source: OpenSource, statistics: StreamStatistics) -> None:
-        assert source.grabber is not None
-        seen = Observation(
-            source=source.title,
-            address=source.grabber.info.address,
-            bus=source.grabber.info.bus,
-            seconds=self._since_start(source),
-            silent=self._silent(source),
-            statistics=statistics,
-            received=self._picture.received,
-            problem=self._picture.problem,
-            painted=self._painted,
-            mean=self._mean,
-            facts=self._facts,
-        )
-        found = diagnose(seen)
-        if found is None:
-            self._view.setNote("")
-            return
-        self._view.setNote(found.summary, found.advice, found.stage)
-        self._ask_for_facts(source)
-
-    def _ask_for_facts(self, source: OpenSource) -> None:
-        """Read what bears on it; not while all is well, so that nothing disturbs a running camera."""
-        grabber = source.grabber
-        if grabber is None or time.monotonic() < self._ask_again:
-            return
-        self._ask_again = time.monotonic() + FACTS_INTERVAL
-
-        def done(facts: CameraFacts) -> None:
-            self._bridge.call(lambda: self._on_facts(source, facts))
-
-        source.worker.submit(lambda: CameraFacts.read(grabber), key="diagnosis", done=done)
-
-    def _on_facts(self, source: OpenSource, facts: CameraFacts) -> None:
-        if source is self._shown:
-            self._facts = facts
-
-    def _since_start(self, source: OpenSource) -> float:
-        if source.streaming_since is None:
-            return 0.0
-        return time.monotonic() - max(source.streaming_since, self._shown_since)
-
-    def _silent(self, source: OpenSource) -> float:
-        last = self._picture.last_received
-        return time.monotonic() - last if last is not None else self._since_start(source)
-
-    def _show_state(self) -> None:
-        state, source = self._connection.state, self._connection.source
-        status, window = self._window.status, self._window
-        if state is LinkState.STREAMING and source is not None:
-            silent = self._silent(source)
-            if self._window.actionPause.isChecked():
-                status.setState(self.tr("Paused"), StateTone.BUSY)
-            elif silent < STALLED:
-                status.setState(self.tr("Live"), StateTone.GOOD)
-            elif self._picture.last_received is None:
-                status.setState(self.tr("Waiting for a frame, {0:.0f} s").format(silent), StateTone.BUSY)
-            else:
-                status.setState(self.tr("Stalled for {0:.0f} s").format(silent), StateTone.BUSY)
-        else:
-            text, tone = {
-                LinkState.CLOSED: (self.tr("Not connected"), StateTone.IDLE),
-                LinkState.OPENING: (self.tr("Connecting"), StateTone.BUSY),
-                LinkState.LOST: (self.tr("Connection lost"), StateTone.BAD),
-            }.get(state, (self.tr("Stopped"), StateTone.IDLE))
-            if source is not None and source.read_only and state is LinkState.OPEN:
-                text = self.tr("Read only")
-            status.setState(text, tone)
-        status.setMessage(source.title if source is not None else "")
-        window.actionConnect.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))
+    # -- what can be done ------------------------------------------------------------------------------
+    def _enable_actions(self) -> None:
+        state, window = self._connection.state, self._window
+        for action in (window.actionConnect, window.actionConnectStill):
+            action.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))
         window.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
         window.actionStart.setEnabled(state is LinkState.OPEN)
         window.actionStop.setEnabled(state is LinkState.STREAMING)

@@ -11,14 +11,11 @@ from PyQt5.QtWidgets import QFileDialog
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
-from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.servo import board_sheet
 from grabbergui.servo.boards import BoardSettings
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
-from grabbergui.ui.views.main_window import MainWindow
 
 
 class CalibratingController(QObject):
@@ -149,51 +146,3 @@ class CalibratingController(QObject):
         solution, number, pictures = self._solution, self._chosen, self.model.pictures
         if solution is not None and number is not None and number < min(len(pictures), len(solution.corners)):
             self.dialog.setView(pictures[number], solution, number)
-
-
-class CalibrationOpener(QObject):
-    """Opens the dialog on what the window shows, and closes it with that."""
-
-    def __init__(self, window: MainWindow, connection: Connection) -> None:
-        super().__init__(window)
-        self._window, self._connection = window, connection
-        self._controller: CalibratingController | None = None
-        self._source: OpenSource | None = None
-        bridge = Bridge(self)
-        bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        bridge.bind(connection.closing, self._on_connection_closing)
-        window.actionCalibrate.triggered.connect(self.open)
-        window.closing.connect(self.close)
-
-    @property
-    def dialog(self) -> CalibrationDialog | None:
-        """The one that is open."""
-        return self._controller.dialog if self._controller is not None else None
-
-    def open(self) -> None:
-        """Open it, or bring it to the front."""
-        source = self._connection.source
-        if self.dialog is not None:
-            self.dialog.raise_()
-            self.dialog.activateWindow()
-        elif source is not None and source.grabber is not None:
-            dialog = CalibrationDialog(self._window)
-            dialog.closing.connect(self._on_dialog_closing)
-            self._controller = CalibratingController(dialog, source.grabber)
-            self._source = source
-            dialog.show()
-
-    def close(self) -> None:
-        """Close it where it is open."""
-        if self.dialog is not None:
-            self.dialog.reject()
-
-    def _on_dialog_closing(self) -> None:
-        self._controller = self._source = None
-
-    def _on_connection_closing(self, source: OpenSource) -> None:
-        if source is self._source:
-            self.close()
-
-    def _on_connection_state_changed(self, state: LinkState, reason: str) -> None:
-        self._window.actionCalibrate.setEnabled(state is LinkState.STREAMING)

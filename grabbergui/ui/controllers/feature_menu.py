@@ -17,9 +17,7 @@ class FeatureMenuController(QObject):
 
     plotRequested = pyqtSignal(FeatureDescription)
 
-    def __init__(
-        self, window: MainWindow, connection: Connection, at_hand: FavouritesController
-    ) -> None:
+    def __init__(self, window: MainWindow, connection: Connection, at_hand: FavouritesController) -> None:
         super().__init__(window)
         self._favourites = at_hand
         self._window = window

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject
 
-from grabbergui.core.errors import FeatureError, GrabberError
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.sfnc import Role, role_of
-from grabbergui.models.error_text import error_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.favourites import FavouritesStrip
@@ -21,9 +19,6 @@ from grabbergui.ui.widgets.pacer import Pacer
 
 class FeatureController(QObject):
     """Shows the model's features in both views and passes on what people do there."""
-
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
 
     def __init__(
         self, panel: FeaturePanel, favourites: FavouritesStrip, parent: QObject | None = None
@@ -57,9 +52,13 @@ class FeatureController(QObject):
             self._bridge = Bridge(self)
             self._bridge.bind(model.feature_changed, self._on_model_feature_changed)
             self._bridge.bind(model.structure_changed, self._show_structure)
-            self._bridge.bind(model.failed, self._on_model_failed)
         self._show_structure()
         self._show_known()
+
+    def set_locked(self, reason: str) -> None:
+        """Lock every control, and say why; with no reason, let them be used again."""
+        for rows in (self._panel.rows, self._favourites.rows):
+            rows.setLocked(reason)
 
     @property
     def favourites(self) -> tuple[str, ...]:
@@ -119,12 +118,6 @@ class FeatureController(QObject):
     def _show(self, feature: Feature) -> None:
         self._favourites.setFeature(feature)
         self._panel.setFeature(feature)
-
-    def _on_model_failed(self, error: GrabberError) -> None:
-        feature = None
-        if self._model is not None and isinstance(error, FeatureError):
-            feature = self._model.feature(error.feature)
-        self.failed.emit(error_text(error, feature=feature))
 
     def _on_rows_edited(self, name: str, value: object) -> None:
         if self._model is not None and isinstance(value, int | float | str):

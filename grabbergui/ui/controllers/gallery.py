@@ -8,8 +8,10 @@ from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel, Tile
-from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.open_source import OpenSource
+from grabbergui.models.status import Condition, StatusModel
 from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.views.camera_tile import CameraTile
 from grabbergui.ui.views.gallery import Gallery
 
@@ -20,8 +22,17 @@ PERIOD_MS = 100
 class GalleryController(QObject):
     """Shows a tile for each open source; takes one to hand that is clicked."""
 
-    def __init__(self, view: Gallery, model: GalleryModel, connection: Connection) -> None:
+    def __init__(
+        self,
+        view: Gallery,
+        model: GalleryModel,
+        connection: Connection,
+        status: StatusModel,
+        confirm: Confirm,
+    ) -> None:
         super().__init__(view)
+        self._status = status
+        self._confirm = confirm
         self._view = view
         self._model = model
         self._connection = connection
@@ -49,7 +60,7 @@ class GalleryController(QObject):
             if view is None:
                 view = self._shown[tile] = self._view.addTile()
                 view.chosen.connect(partial(self._connection.bring_forward, tile.source))
-                view.closeRequested.connect(partial(self._connection.close, tile.source))
+                view.closeRequested.connect(partial(self._close, tile.source))
             view.setTitle(tile.source.short_title, tile.source.title)
             view.setCurrent(tile.source is self._connection.source)
         if tiles and not self._timer.isActive():
@@ -57,20 +68,16 @@ class GalleryController(QObject):
         elif not tiles:
             self._timer.stop()
 
+    def _close(self, source: OpenSource) -> None:
+        self._confirm([source], lambda: self._connection.close(source))
+
     def _refresh(self) -> None:
         for tile, view in self._shown.items():
-            view.setState(self._state(tile.source))
+            status = self._status.of(tile.source)
+            view.setState(status.tile, status.tone)
+            view.setRecording(status.recorded)
+            view.setDimmed(status.condition is Condition.LOST)
             if not view.visibleRegion().isEmpty() and (picture := tile.picture.take()) is not None:
                 view.setPicture(picture.image)
                 room = view.thumbnail.roomInPixels(picture.width, picture.height)
                 tile.picture.look_at(None, room)
-
-    def _state(self, source: OpenSource) -> str:
-        """A figure where frames come, a word otherwise."""
-        if source.state is LinkState.STREAMING and source.grabber is not None:
-            return self.tr("{0:.0f} fps").format(source.grabber.statistics().frame_rate)
-        return {
-            LinkState.OPENING: self.tr("connecting"),
-            LinkState.OPEN: self.tr("stopped"),
-            LinkState.LOST: self.tr("lost"),
-        }.get(source.state, "")

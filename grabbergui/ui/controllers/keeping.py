@@ -12,6 +12,7 @@ from PyQt5.QtGui import QDropEvent
 from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
 from grabbergui.models.changes.noting import NotingGrabber
@@ -21,8 +22,6 @@ from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import (
     FeatureSet,
     Progress,
-    Selectors,
-    SettingKey,
     capture,
     compare,
 )
@@ -126,7 +125,7 @@ class KeepingController(QObject):
         title = self.tr("Loaded {0}").format(path.name)
 
         def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            features = files.load(path, Selectors(hands).of)
+            features = files.load(path, hands.selectors.of)
             return load_onto(hands, features.only(only), progress=progress, cancelled=cancelled)
 
         show = partial(self._show, title, apply=path)
@@ -136,7 +135,7 @@ class KeepingController(QObject):
         """Show what loading would change, and offer to."""
 
         def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            features = files.load(path, Selectors(hands).of)
+            features = files.load(path, hands.selectors.of)
             return load_onto(hands.plain, features, dry_run=True, progress=progress, cancelled=cancelled)
 
         title = self.tr("Camera and {0}").format(path.name)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, Qt, QUrl
+from PyQt5.QtCore import QObject, QTimer, QUrl
 from PyQt5.QtGui import QDesktopServices
 from PyQt5.QtWidgets import QApplication, QFileDialog, QMessageBox
 
@@ -18,20 +19,24 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
 from grabbergui.models.measuring.measurement import MeasuringModel
+from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.recording.recordings import Recordings
 from grabbergui.models.recording.snapshot import SnapshotWriter
 from grabbergui.models.source_list import SourceListModel
+from grabbergui.models.status import StatusModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
-from grabbergui.ui.controllers.calibrating import CalibrationOpener
+from grabbergui.ui.controllers.calibration_opener import CalibrationOpener
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.favourites import FavouritesController
 from grabbergui.ui.controllers.feature_menu import FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.gallery import GalleryController
+from grabbergui.ui.controllers.help import HelpController
 from grabbergui.ui.controllers.keeping import KeepingController
 from grabbergui.ui.controllers.log import LogController
 from grabbergui.ui.controllers.looking import LookingController
@@ -40,18 +45,20 @@ from grabbergui.ui.controllers.pausing import PauseController
 from grabbergui.ui.controllers.playback import PlaybackController
 from grabbergui.ui.controllers.recording import RecordingController
 from grabbergui.ui.controllers.region import RegionController
+from grabbergui.ui.controllers.showing_calibration import ShowingCalibrationController
 from grabbergui.ui.controllers.sources import SourcesController
+from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import TuningController
 from grabbergui.ui.controllers.user_sets import UserSetsController
 from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
-from grabbergui.ui.widgets.message_stack import MessageBar
 
 log = logging.getLogger(__name__)
 
+SEARCH_AFTER_MS = 2000
+"When sources are looked for although the one that was named shows no picture yet."
 CLOSE_TIME = 0.8
 "Seconds that closing the window waits for sources and files; the program waits for the rest without it."
 
@@ -69,7 +76,9 @@ class MainController(QObject):
         self.window = window
         self.preferences = preferences
         self.source_list = SourceListModel()
-        self.connection = Connection(create)
+        self.messages = MessageModel()
+        self.connection = Connection(create, self.messages)
+        self.status = StatusModel(self.connection)
         self.gallery = GalleryModel(self.connection)
         self.picture = PictureModel()
         self.snapshots = SnapshotWriter()
@@ -77,18 +86,32 @@ class MainController(QObject):
         self.measuring = MeasuringModel(lambda: self.picture.frame)
         self.log_book = LogBook()
         self.log_book.open()
-        self.sources = SourcesController(
-            window.sources, self.source_list, self.connection, preferences, window.tasks
+        self.recordings = Recordings(self.connection)
+        self.status.recorded = self.recordings.runs
+        self.recording = RecordingController(
+            window.recordingBar, self.connection, self.recordings, preferences
         )
-        self.tiles = GalleryController(window.gallery, self.gallery, self.connection)
+        self.sources = SourcesController(
+            window.sources,
+            self.source_list,
+            self.connection,
+            preferences,
+            window.tasks,
+            self.recording.confirm,
+        )
+        self.tiles = GalleryController(
+            window.gallery, self.gallery, self.connection, self.status, self.recording.confirm
+        )
         self.acquisition = AcquisitionController(
-            window, self.connection, self.picture, self.snapshots, preferences
+            window, self.connection, self.gallery, self.picture, self.snapshots, preferences
+        )
+        self.status_bar = StatusController(
+            window.status, window.picture, self.connection, self.picture, self.status, self.messages, window
         )
         self.features = FeatureController(window.features, window.favourites, self)
         self.work = CameraWork(window.tasks, self.connection)
         self.keeping = KeepingController(window, self.connection, self.work)
         self.user_sets = UserSetsController(window, self.connection, self.work)
-        self.recording = RecordingController(window.recordingBar, self.connection, preferences)
         self.looking = LookingController(window, self.connection, self.picture)
         self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
         self.pausing = PauseController(window, self.connection, self.picture, self.history)
@@ -101,17 +124,32 @@ class MainController(QObject):
         self.feature_menu = FeatureMenuController(window, self.connection, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
         self.calibrating = CalibrationOpener(window, self.connection)
+        self.showing_calibration = ShowingCalibrationController(window, self.connection, self.picture)
+        self.calibrating.saved.connect(self.showing_calibration.load)
+        self.help = HelpController(window)
         self.log = LogController(window.log, self.log_book)
-        self._read_only_bar: MessageBar | None = None
         self._down = False
         self._join()
         self._restore()
 
     def begin(self, uri: str | None) -> None:
-        """Look for sources, and connect to one where it is named."""
-        self.source_list.start()
-        if uri is not None:
-            self.sources.connect_to(uri)
+        """Connect to a source where one is named, and look for others once its first picture is painted.
+
+        A search imports every kind of source, and takes the processor from the one that is waited for. It
+        begins after `SEARCH_AFTER_MS` at the latest.
+        """
+        if uri is None:
+            self.source_list.start()
+            return
+        self.window.picture.painted.connect(self._search)
+        QTimer.singleShot(SEARCH_AFTER_MS, self._search)
+        self.sources.connect_to(uri)
+
+    def _search(self) -> None:
+        if not self._down:
+            self.source_list.start()
+            with suppress(TypeError):  # by the clock, after the picture
+                self.window.picture.painted.disconnect(self._search)
 
     def shut_down(self, timeout: float) -> list[str]:
         """Let everything go. What did not end within `timeout` seconds, for people; may be asked again."""
@@ -128,54 +166,68 @@ class MainController(QObject):
             ("the picture", self.picture.detach),
             ("the last pictures", self.history.detach),
             ("the measurements", self.measuring.close),
-            ("the recording", self.recording.shut_down),
+            ("a recording", self.recordings.close),
             ("the one-push tuning", self.tuning.shut_down),
             ("a camera", self.connection.wait_closed),
             ("a snapshot", self.snapshots.wait),
             ("the search for sources", self.source_list.stop),
         )
         late = [name for name, wait in waits if not wait(max(0.0, deadline - time.monotonic()))]
+        self.status.close()
         self.log_book.close()
         return late
 
     def _join(self) -> None:
         window = self.window
         self._bridge = Bridge(self)
-        self._bridge.bind(self.connection.failed, window.messages.showError)
-        self._bridge.bind(self.connection.noticed, window.messages.showNotice)
         self._bridge.bind(self.connection.opened, self._on_connection_opened)
-        self._bridge.bind(self.connection.closing, self._on_connection_closing)
-        self._bridge.bind(self.connection.read_only, self._on_connection_read_only)
+        self._bridge.bind(self.connection.closing, lambda _: self.features.set_model(None))
         self.looking.orientationChanged.connect(self.measures.show_marks)
-        for controller in (self.sources, self.acquisition, self.features, self.pausing, self.region):
-            controller.failed.connect(window.messages.showError)
-        self.keeping.failed.connect(window.messages.showError)
-        for teller in (self.keeping, self.user_sets, self.changes, self.values, self.tuning):
-            teller.noticed.connect(window.messages.showNotice)
-        for tuning in (self.work, self.changes, self.values, self.tuning, self.favourites):
-            tuning.failed.connect(window.messages.showError)
+        self.status_bar.titleChanged.connect(self._on_title_changed)
+        self.status_bar.lockChanged.connect(self.features.set_locked)
+        window.messages.dismissed.connect(self.messages.dismiss)
+        window.actionPause.toggled.connect(self._on_pause_toggled)
+        self._join_messages()
         for player in (self.keeping, self.recording):
             player.playRequested.connect(self.sources.connect_to)
-        self.recording.failed.connect(window.messages.showError)
-        self.playback.failed.connect(window.messages.showError)
-        self.recording.noticed.connect(window.messages.showNotice)
         self.keeping.accept_drops()
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
+        self.recording.availableChanged.connect(window.actionRecord.setEnabled)
+        window.actionRecord.setEnabled(False)
         window.actionSaveSettings.triggered.connect(self.keeping.ask_save)
         window.actionLoadSettings.triggered.connect(self.keeping.ask_load)
         window.actionCompareSettings.triggered.connect(self.keeping.ask_compare)
         window.actionCompareFiles.triggered.connect(self.keeping.ask_compare_files)
+        window.mayClose = self._may_close
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
         window.actionConnect.triggered.connect(window.sources.requestConnect)
-        window.actionDisconnect.triggered.connect(self.connection.disconnect)
+        window.actionConnectStill.triggered.connect(window.sources.requestStill)
+        window.actionDisconnect.triggered.connect(self.sources.disconnect_current)
         window.actionBeside.triggered.connect(window.sources.requestBeside)
         window.actionNextSource.triggered.connect(self.tiles.take_next)
         window.actionSearch.triggered.connect(self.source_list.refresh)
         window.actionSnapshotFolder.triggered.connect(self._choose_snapshot_folder)
         window.actionOpenSnapshotFolder.triggered.connect(self._open_snapshot_folder)
-        window.actionShortcuts.triggered.connect(self._show_shortcuts)
         window.actionAbout.triggered.connect(self._show_about)
+
+    def _join_messages(self) -> None:
+        """What a controller could not do, or did, is said of the camera that was current then."""
+
+        def failed(text: str) -> None:
+            self.messages.error(text, self.connection.source)
+
+        def noticed(text: str) -> None:
+            self.messages.notice(text, self.connection.source)
+
+        self.sources.failed.connect(self.messages.error)  # of an address, not of a camera
+        for attempt in (self.acquisition, self.changes, self.favourites, self.keeping, self.pausing,
+                        self.playback, self.region, self.showing_calibration, self.tuning,
+                        self.values, self.work):  # fmt: skip
+            attempt.failed.connect(failed)
+        for success in (self.acquisition, self.changes, self.keeping, self.showing_calibration,
+                        self.tuning, self.user_sets, self.values):  # fmt: skip
+            success.noticed.connect(noticed)
 
     def _restore(self) -> None:
         window, preferences = self.window, self.preferences
@@ -189,23 +241,23 @@ class MainController(QObject):
         if source is self.connection.source and source.grabber is not None:
             self.features.set_model(source.features)
             self.favourites.restore(source.grabber.info)
-            self.window.setWindowTitle(f"{source.title} — grabbergui")
 
-    def _on_connection_closing(self, _: OpenSource) -> None:
-        self.features.set_model(None)
-        self.window.setWindowTitle("grabbergui")
-        if self._read_only_bar is not None:
-            self.window.messages.dismiss(self._read_only_bar)
-            self._read_only_bar = None
+    def _on_title_changed(self, title: str) -> None:
+        self.window.setWindowTitle(f"{title} — grabbergui" if title else "grabbergui")
 
-    def _on_connection_read_only(self, source: OpenSource) -> None:
-        if source is self.connection.source:
-            reason, _, _ = source.read_only.partition(";")  # what to do about it is on the button
-            self._read_only_bar = self.window.messages.showOffer(
-                self.tr("For reading only: {0}. Values follow here but cannot be changed.").format(reason),
-                self.tr("Take control"),
-                self.connection.take_control,
-            )
+    def _on_pause_toggled(self, paused: bool) -> None:
+        self.status.held = paused
+        self.status_bar.refresh()
+
+    def _may_close(self) -> bool:
+        """Whether the window may be closed now; where something is being recorded, the user is asked."""
+        if not self.recordings.running:
+            return True
+        self.recording.confirm(self.recordings.running, self._close_window)
+        return False
+
+    def _close_window(self) -> None:
+        self.window.close()
 
     def _on_window_closing(self) -> None:
         self.shut_down(CLOSE_TIME)
@@ -226,13 +278,6 @@ class MainController(QObject):
         folder = self.preferences.snapshot_folder
         folder.mkdir(parents=True, exist_ok=True)
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
-
-    def _show_shortcuts(self) -> None:
-        menubar = self.window.menuBar()
-        if menubar is not None:
-            dialog = ShortcutsDialog(menubar, self.window)
-            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.open()
 
     def _show_about(self) -> None:
         QMessageBox.about(

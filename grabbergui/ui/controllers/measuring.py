@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import QDockWidget
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.connection import Connection
+from grabbergui.models.language import localized
 from grabbergui.models.measuring.line_profile import Line
 from grabbergui.models.measuring.measurement import Measurement, MeasuringModel, Wanted
 from grabbergui.models.measuring.sharpness import FocusHistory
@@ -135,7 +136,7 @@ class MeasuringController(QObject):
             if window.actionClipping.isChecked():
                 saturated, black = measured.histogram.saturated, measured.histogram.black
                 text = self.tr("{0:.2%} saturated · {1:.2%} black").format(saturated, black)
-                window.picture.setClippingText(text)
+                window.picture.setClippingText(localized(text))
         if measured.sharpness is not None:
             self._history.add(measured.sharpness)
             window.focus.setScores(self._history.scores, self._history.best)

@@ -95,4 +95,4 @@ def _seconds(frame: Frame, newest: Frame) -> float:
     """How much older a frame is, by the camera's clock where it has one."""
     if frame.timestamp_ns and newest.timestamp_ns:
         return (newest.timestamp_ns - frame.timestamp_ns) / 1e9
-    return (newest.received_ns - frame.received_ns) / 1e9
+    return newest.captured - frame.captured

@@ -1,127 +1,106 @@
-"""The picture to recordings."""
+"""The current source to its recording; asks before what is being recorded is closed."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QFileDialog
+from PyQt5.QtCore import QObject, Qt, pyqtSignal
+from PyQt5.QtWidgets import QFileDialog, QMessageBox
 
-from grabbergui.core.errors import GrabberError
-from grabbergui.core.features import FeatureValue
-from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import Role
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
-from grabbergui.models.error_text import error_text
-from grabbergui.models.open_source import OpenSource
-from grabbergui.models.recording.recorder import Recorder, RecordingLimits, RecordingProgress
-from grabbergui.models.recording.writers import RecordingKind, create_writer
+from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.recording.recorder import RecordingLimits
+from grabbergui.models.recording.recordings import Recordings
+from grabbergui.models.recording.writers import RecordingKind
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.recording_bar import RecordingBar
 
-_SUFFIX = {
-    RecordingKind.MCAP: ".mcap",
-    RecordingKind.MP4: ".mp4",
-    RecordingKind.LOSSLESS: ".mp4",
-    RecordingKind.PNG: "",
-    RecordingKind.TIFF: "",
-}
+Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
+"""Does something that closes these sources, after asking where one is being recorded."""
 
 
 class RecordingController(QObject):
-    """Records the source at hand, and goes on while another one is; files are written on another thread."""
+    """Shows and controls the recording of the current source; others go on meanwhile."""
 
-    failed = pyqtSignal(str)
-    noticed = pyqtSignal(str)
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
+    availableChanged = pyqtSignal(bool)
+    """Whether there is something to record, or a recording to stop."""
 
-    def __init__(self, bar: RecordingBar, connection: Connection, preferences: Preferences) -> None:
+    def __init__(
+        self, bar: RecordingBar, connection: Connection, recordings: Recordings, preferences: Preferences
+    ) -> None:
         super().__init__(bar)
         self._bar = bar
         self._connection = connection
+        self._recordings = recordings
         self._preferences = preferences
-        self._recorder: Recorder | None = None
-        self._recorded: OpenSource | None = None
-        "What the recorder records; also while another source is at hand."
-        self._last: Path | None = None
+        self.question: QMessageBox | None = None
+        """Whether to close what is being recorded, while it is asked."""
         bridge = Bridge(self)
-        bridge.bind(connection.opened, lambda _: bar.setAvailable(True))
-        bridge.bind(connection.closing, lambda _: bar.setAvailable(self._recorder is not None))
-        # Not over the bridge: its queue must be let go before the grabber is closed.
-        connection.ending.connect(self._on_connection_ending)
-        self._bridge = bridge
+        bridge.bind(recordings.changed, lambda _: self._show())
+        bridge.bind(connection.state_changed, lambda *_: self._show())
         bar.recordRequested.connect(self.record)
         bar.stopRequested.connect(self.stop)
         bar.folderRequested.connect(self._choose_folder)
         bar.playRequested.connect(self._play)
-
-    def shut_down(self, timeout: float) -> bool:
-        """Finish a recording. Whether its files were finished within `timeout` seconds."""
-        self.stop()
-        return self._recorder is None or self._recorder.wait(timeout)
+        self._show()
 
     def record(self, kind: RecordingKind, limits: RecordingLimits) -> None:
-        """Begin a recording named by the camera and the time."""
-        source = self._connection.source
-        if source is None or source.grabber is None or self._recorder is not None:
-            return
-        name = f"{source.title.replace('/', '-')}_{time.strftime('%Y%m%d-%H%M%S')}"
-        path = self._preferences.snapshot_folder / f"{name}{_SUFFIX[kind]}"
-        grabber = source.grabber
-
-        def job() -> Recorder:
-            writer = create_writer(kind, path, grabber.info, _frame_rate(grabber))
-            return Recorder(grabber, writer, limits)
-
-        source.worker.submit(
-            job,
-            done=self._later(lambda recorder: self._begin(source, recorder)),
-            failed=self._later(lambda error: self.failed.emit(error_text(error))),
-        )
+        """Begin to record the current source."""
+        if (source := self._connection.source) is not None:
+            self._recordings.begin(source, self._preferences.snapshot_folder, kind, limits)
 
     def stop(self) -> None:
-        """End it; files are finished behind the scenes."""
-        if self._recorder is not None:
-            self._recorder.stop()
+        """End the recording of the current source; files are finished behind the scenes."""
+        if (source := self._connection.source) is not None:
+            self._recordings.stop(source)
 
-    def _later(self, slot: Callable[..., None]) -> Callable[[Recorder | GrabberError], None]:
-        """On the GUI thread."""
-        return lambda result: self._bridge.call(lambda: slot(result))
-
-    def _begin(self, source: OpenSource, recorder: Recorder) -> None:
-        self._recorder, self._recorded = recorder, source
-        self._bridge.bind(recorder.changed, self._on_recorder_changed)
-        self._bar.setRecording(True)
-        recorder.start()
-        if source.abandoned.is_set():
-            recorder.stop()
-
-    def _on_recorder_changed(self, progress: RecordingProgress) -> None:
-        self._bar.setProgress(progress)
-        recorder = self._recorder
-        if not progress.ended or recorder is None:
+    def confirm(self, closing: Sequence[OpenSource | None], proceed: Callable[[], None]) -> None:
+        """Do what closes these sources, at once where none is being recorded, else after asking."""
+        recorded = [source for source in closing if source is not None and self._recordings.runs(source)]
+        if not recorded:
+            proceed()
             return
-        self._recorder, self._recorded, self._last = None, None, recorder.writer.path
-        self._bar.setRecording(False)
-        self._bar.setAvailable(self._connection.state.connected)
-        if progress.frames:
-            self._bar.setPlayable(self._last.name)
-        if progress.reason:
-            self.failed.emit(self.tr("The recording ended: {0}").format(progress.reason))
-        elif not progress.frames:
-            self.noticed.emit(self.tr("Nothing was recorded"))
-        else:
-            text = self.tr("Recorded {0} frames to {1}")
-            self.noticed.emit(text.format(progress.frames, self._last))
+        if self.question is not None:
+            self.question.raise_()
+            return
+        names = ", ".join(source.title for source in recorded)
+        box = QMessageBox(self._bar.window())
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setWindowTitle(self.tr("Recording"))
+        box.setText(self.tr("Being recorded: {0}").format(names))
+        box.setInformativeText(self.tr("Closing ends the recording; what was recorded so far is kept."))
+        close = box.addButton(self.tr("Stop recording and close"), QMessageBox.ButtonRole.AcceptRole)
+        go_on = box.addButton(self.tr("Go on recording"), QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(go_on)
+        box.setEscapeButton(go_on)
 
-    def _on_connection_ending(self, source: OpenSource) -> None:
-        if source is self._recorded:
-            self.stop()
+        def answered() -> None:
+            self.question = None
+            if box.clickedButton() is close:
+                proceed()
+
+        box.finished.connect(lambda _: answered())
+        self.question = box
+        box.open()
+
+    def _show(self) -> None:
+        source = self._connection.source
+        recording = self._recordings.of(source)
+        running = source is not None and self._recordings.runs(source)
+        self._bar.setRecording(running)
+        if recording is not None:
+            self._bar.setProgress(recording.progress)
+            if not recording.running and recording.progress.frames:
+                self._bar.setPlayable(recording.path.name)
+        available = running or self._connection.state is LinkState.STREAMING
+        self._bar.setAvailable(available)
+        self.availableChanged.emit(available)
 
     def _choose_folder(self) -> None:
         before = str(self._preferences.snapshot_folder)
@@ -131,11 +110,6 @@ class RecordingController(QObject):
             self._preferences.snapshot_folder = Path(chosen)
 
     def _play(self) -> None:
-        if self._last is not None:
-            self.playRequested.emit(str(SourceUri("file", str(self._last))))
-
-
-def _frame_rate(grabber: FrameGrabber) -> float:
-    name = Role.FRAME_RATE.find(grabber.has_feature)
-    value: FeatureValue | None = grabber.feature(name).value if name is not None else None
-    return float(value) if isinstance(value, int | float) else 0.0
+        recording = self._recordings.of(self._connection.source)
+        if recording is not None:
+            self.playRequested.emit(str(SourceUri("file", str(recording.path))))

@@ -7,10 +7,12 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from psygnal import Signal
 from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
+from grabbergui.models.messages import Message
 from grabbergui.models.servo_tuning import Tuning
 from grabbergui.models.servoing import Entry, ServoModel
 from grabbergui.servo.calibration_choice import CalibrationChoice, CalibrationFor
@@ -20,7 +22,6 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
-from grabbergui.ui.widgets.message_stack import MessageBar
 
 log = logging.getLogger(__name__)
 
@@ -31,17 +32,21 @@ CURVES_MS = 150
 class ServoController(QObject):
     """Make it on the GUI thread; `close` it before the pilot is gone."""
 
+    refused = Signal(str)
+    """Start let nothing move; why, for people. On a thread of its own."""
+
     def __init__(self, window: ServoWindow, pilot: Pilot, calibration: CalibrationFor) -> None:
         super().__init__(window)
         self.calibrating: CalibrationDialog | None = None
         """Open on top of the window."""
         self._window, self._pilot, self._calibration = window, pilot, calibration
-        self._offer: MessageBar | None = None
+        self._offer: Message | None = None
         self.model = ServoModel(pilot, calibration)
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
         self._bridge.bind(self.model.entered, self._on_model_entered)
         self._bridge.bind(pilot.failed, self._on_pilot_failed)
+        self._bridge.bind(self.refused, self._on_pilot_failed)
         window.stopPressed.connect(self._on_window_stop_pressed)
         window.startPressed.connect(self._on_window_start_pressed)
         window.tuningChanged.connect(self._on_window_tuning_changed)
@@ -72,7 +77,8 @@ class ServoController(QObject):
             if not pilot.running:
                 pilot.stop()  # its threads have ended; this takes them off its hands
                 pilot.start()
-            pilot.resume()
+            if why_not := pilot.resume():
+                self.refused.emit(why_not)
 
         _apart(start, "start")
 

@@ -12,6 +12,7 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.source_list import ListedSource, SourceListModel
 from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
@@ -36,6 +37,7 @@ class SourcesController(QObject):
         connection: Connection,
         preferences: Preferences,
         tasks: TaskStack,
+        confirm: Confirm,
     ) -> None:
         super().__init__(view)
         self._view = view
@@ -43,6 +45,7 @@ class SourcesController(QObject):
         self._connection = connection
         self._preferences = preferences
         self._tasks = tasks
+        self._confirm = confirm
         self._row: TaskRow | None = None
         "What is being opened in place of what is at hand."
         bridge = Bridge(self)
@@ -52,21 +55,28 @@ class SourcesController(QObject):
         bridge.bind(connection.candidate_changed, self._on_connection_candidate_changed)
         bridge.bind(connection.sources_changed, self._on_connection_sources_changed)
         view.connectRequested.connect(self.connect_to)
+        view.stillRequested.connect(lambda uri: self.connect_to(uri, start=False))
         view.besideRequested.connect(self.connect_beside)
         view.addressEntered.connect(self._on_view_address_entered)
-        view.disconnectRequested.connect(connection.disconnect)
+        view.disconnectRequested.connect(self.disconnect_current)
         view.refreshRequested.connect(model.refresh)
         view.forgetRequested.connect(self._on_view_forget_requested)
         view.setRecent(preferences.recent)
         self._restore()
         view.setSources(model.sources)
 
-    def connect_to(self, uri: str) -> None:
-        """Open a source; what is wrong with its URI comes by `failed`."""
+    def connect_to(self, uri: str, *, start: bool = True) -> None:
+        """Open a source, and `start` it; what is wrong with its URI comes by `failed`."""
         try:
-            self._connection.connect_to(uri)
+            replaced = self._connection.replaced_by(uri)
         except UsageError as error:
             self.failed.emit(error_text(error))
+        else:
+            self._confirm([replaced], lambda: self._connection.connect_to(uri, start=start))
+
+    def disconnect_current(self) -> None:
+        """Close the current source."""
+        self._confirm([self._connection.source], self._connection.disconnect)
 
     def connect_beside(self, uri: str) -> None:
         """Open one source more; what is wrong with its URI comes by `failed`."""
@@ -102,7 +112,7 @@ class SourcesController(QObject):
     def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
         source = self._connection.source
         uri = str(source.uri) if source is not None else ""
-        if source is not None and source.grabber is not None and state.connected:
+        if source is not None and source.grabber is not None and (state.connected or state is LinkState.LOST):
             # A source found is listed under the URI that names it exactly, e.g. by its serial number.
             uri = source.grabber.info.uri
         self._view.setCurrent(uri, state is not LinkState.CLOSED)
@@ -126,6 +136,8 @@ class SourcesController(QObject):
         self._row.cancelRequested.connect(self._connection.give_up_candidate)
 
     def _on_connection_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
+        known = {str(s.uri): s for s in sources if s.state.connected or s.state is LinkState.LOST}
         self._model.set_open(
-            {str(s.uri): s.grabber.info for s in sources if s.grabber is not None and s.state.connected}
+            {uri: s.grabber.info for uri, s in known.items() if s.grabber is not None},
+            [uri for uri, s in known.items() if s.state is LinkState.LOST],
         )

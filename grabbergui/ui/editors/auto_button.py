@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QCursor
 from PyQt5.QtWidgets import QAction, QActionGroup, QMenu, QToolButton, QWidget
 
 from grabbergui.core.features import Feature, FeatureKind
@@ -25,6 +26,7 @@ class AutoButton(QToolButton):
         self.setCheckable(True)
         self.setText(self.tr("Auto"))
         self.clicked[bool].connect(self._on_clicked)
+        self._menu.aboutToHide.connect(self._forget_mouse)
 
     def setFeature(self, feature: Feature) -> None:
         """Show the state of an automatic mode: an enumeration with Off, or a boolean."""
@@ -59,6 +61,12 @@ class AutoButton(QToolButton):
             if feature.entries
             else QToolButton.ToolButtonPopupMode.DelayedPopup
         )
+
+    def _forget_mouse(self) -> None:
+        """Qt does not say that the mouse has left while the menu was open: it would stay lit."""
+        if not self.rect().contains(self.mapFromGlobal(QCursor.pos())):
+            self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
+            self.update()
 
     def _on_clicked(self, checked: bool) -> None:
         feature = self._feature

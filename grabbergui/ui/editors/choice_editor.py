@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QStandardItem, QStandardItemModel
-from PyQt5.QtWidgets import QComboBox, QWidget
+from PyQt5.QtWidgets import QComboBox, QCompleter, QWidget
 
 from grabbergui.core.features import EnumEntry, Feature
 from grabbergui.models.features.wording import value_text
 from grabbergui.ui.editors.feature_editor import FeatureEditor
+from grabbergui.ui.editors.shortcut_guard import ShortcutGuard
 from grabbergui.ui.editors.wheel_guard import WheelGuard
+
+LONG = 12
+"""Lists with more entries can be searched."""
 
 
 class _Combo(QComboBox):
-    """A combo box that tells when its list opens and closes."""
+    """A combo box that says when its list opens and closes; a long list is searched by typing into it."""
 
     popupShown = pyqtSignal()
     popupHidden = pyqtSignal()
@@ -26,9 +30,48 @@ class _Combo(QComboBox):
         super().hidePopup()
         self.popupHidden.emit()
 
+    def showEntries(self, model: QStandardItemModel) -> None:
+        """Offer other entries."""
+        self.setModel(model)
+        searched = model.rowCount() > LONG
+        if searched and not self.isEditable():
+            self._become_searchable()
+        elif not searched:
+            self.setEditable(False)
+        if (completer := self.completer()) is not None:
+            completer.setModel(model)
+
+    def _become_searchable(self) -> None:
+        self.setEditable(True)
+        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        completer = QCompleter(self)
+        completer.setFilterMode(Qt.MatchFlag.MatchContains)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.setCompleter(completer)
+        line = self.lineEdit()
+        assert line is not None
+        ShortcutGuard(line, line.isModified)
+        line.setAccessibleName(self.accessibleName())
+        line.returnPressed.connect(self._take_only_match)
+        line.editingFinished.connect(self._show_chosen)
+
+    def _take_only_match(self) -> None:
+        """Enter takes the entry that is meant, where no other one has what was typed in its name."""
+        typed, model = self.currentText().casefold(), self.model()
+        texts = [self.itemText(index).casefold() for index in range(self.count())]
+        found = [index for index, text in enumerate(texts) if typed and typed in text]
+        enabled = len(found) == 1 and model is not None and model.flags(model.index(found[0], 0))
+        if enabled and enabled & Qt.ItemFlag.ItemIsEnabled and found[0] != self.currentIndex():
+            self.setCurrentIndex(found[0])
+            self.activated[int].emit(found[0])
+
+    def _show_chosen(self) -> None:
+        """What was typed is no entry: show the one that is set."""
+        self.setEditText(self.itemText(self.currentIndex()))
+
 
 class ChoiceEditor(FeatureEditor):
-    """A combo box; entries that the camera does not take just now are grey."""
+    """A combo box; entries that the camera does not take at the moment are grey."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -47,7 +90,7 @@ class ChoiceEditor(FeatureEditor):
         self.combo.setAccessibleName(feature.title)
         if feature.entries != self._entries:
             self._entries = feature.entries
-            self.combo.setModel(self._model())
+            self.combo.showEntries(self._model())
         names = [entry.name for entry in self._entries]
         index = names.index(feature.value) if feature.value in names else -1
         self.combo.setCurrentIndex(index)

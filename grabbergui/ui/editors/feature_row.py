@@ -8,8 +8,8 @@ from PyQt5.QtCore import QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QContextMenuEvent, QMouseEvent
 from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
+from grabbergui.core.companions import as_editable
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
-from grabbergui.core.regulation import as_editable
 from grabbergui.models.features.text import breakable
 from grabbergui.models.features.wording import tooltip_html
 from grabbergui.ui.editors.auto_button import AutoButton
@@ -48,6 +48,10 @@ class FeatureRow(QWidget):
         self.auto: AutoButton | None = None
         self._feature: Feature | None = None
         self._auto_feature: Feature | None = None
+        self._lock = ""
+        "Why nothing can be changed now."
+        self._odd = False
+        "Whether the feature cannot be shown."
         self._label = QLabel(breakable(self.title))
         self._label.setWordWrap(True)
         self._label.setTextFormat(Qt.TextFormat.PlainText)
@@ -92,14 +96,25 @@ class FeatureRow(QWidget):
         """Show a feature. Never emits `edited`; a feature that cannot be shown disables this row only."""
         self._feature = feature
         shown = as_editable(feature, self._auto_feature)
-        self.setToolTip(tooltip_html(shown))
+        self.setToolTip(self._lock or tooltip_html(shown))
+        self._odd = False
         try:
             self._show(shown)
         except Exception:
             # Whatever is odd about one node, the panel must go on.
             log.exception("%s cannot be shown", feature.name)
             self._drop_editor()
-            self.setEnabled(False)
+            self._odd = True
+        self.setEnabled(not (self._odd or self._lock))
+
+    def setLocked(self, reason: str) -> None:
+        """Keep the row as it is and say why; with no reason, let it be used again."""
+        if reason == self._lock:
+            return
+        self._lock = reason
+        self.setEnabled(not (self._odd or reason))
+        if self._feature is not None:
+            self.setFeature(self._feature)
 
     def setAuto(self, feature: Feature) -> None:
         """Show the automatic mode; what it alone locks stays movable, and moving it takes it back."""

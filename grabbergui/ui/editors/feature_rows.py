@@ -23,6 +23,7 @@ class FeatureRows(QObject):
         self._features: dict[str, Feature] = {}
         self._rows: dict[str, list[FeatureRow]] = {}
         self._by_auto: dict[str, list[FeatureRow]] = {}
+        self._lock = ""
 
     def make(
         self, description: FeatureDescription, parent: QWidget | None = None, *, indented: bool = False
@@ -34,6 +35,7 @@ class FeatureRows(QObject):
         row.held.connect(self.held)
         row.released.connect(self.released)
         row.menuRequested.connect(self.menuRequested)
+        row.setLocked(self._lock)
         self._rows.setdefault(row.name, []).append(row)
         if (feature := self._features.get(row.name)) is not None:
             self._show(row, feature)
@@ -50,6 +52,13 @@ class FeatureRows(QObject):
             self._show(row, feature)
         for row in self._by_auto.get(feature.name, ()):
             row.setAuto(feature)
+
+    def setLocked(self, reason: str) -> None:
+        """Lock every row, those to come too, and say why; with no reason, unlock them."""
+        self._lock = reason
+        for rows in self._rows.values():
+            for row in rows:
+                row.setLocked(reason)
 
     def clear(self) -> None:
         """Forget features and rows; who made the rows deletes them."""

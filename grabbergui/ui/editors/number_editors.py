@@ -31,14 +31,19 @@ class NumberEditor(FeatureEditor):
 
 
 class RangeEditor(NumberEditor):
-    """A spin box with a slider over the real range; each follows the other while a person moves it."""
+    """A spin box with a slider over the real range; each follows the other while a person moves it.
+
+    What pauses the stream is emitted once the slider is released, and not on the way there.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._feature: Feature | None = None
+        self._waiting: int | float | None = None
+        "A number on the slider that is not emitted yet."
         self._slider = ValueSlider(self)
         self._slider.sliderPressed.connect(self.editingStarted)
-        self._slider.sliderReleased.connect(self.editingFinished)
+        self._slider.sliderReleased.connect(self._on_slider_released)
         self._slider.valueEdited.connect(self._on_slider_value_edited)
         self.field.valueEdited.connect(self._on_field_value_edited)
 
@@ -55,13 +60,22 @@ class RangeEditor(NumberEditor):
         super().setFeature(feature)
         scale = SliderScale.of(feature)
         if scale is not None and isinstance(feature.value, int | float):
-            self._slider.show_number(scale, feature.value)
+            self._slider.show_feature(scale, feature)
 
     def _on_slider_value_edited(self, number: int | float) -> None:
         assert self._feature is not None
         self._feature = replace(self._feature, value=number)
+        if self._feature.pauses_stream and self._slider.isSliderDown():
+            self._waiting = number
+        else:
+            self.valueEdited.emit(number)  # first, as the camera takes longer than the field
         self.field.setFeature(self._feature)
-        self.valueEdited.emit(number)
+
+    def _on_slider_released(self) -> None:
+        if (number := self._waiting) is not None:
+            self._waiting = None
+            self.valueEdited.emit(number)
+        self.editingFinished.emit()
 
     def _on_field_value_edited(self, number: int | float) -> None:
         assert self._feature is not None

@@ -10,7 +10,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.models.features.scale import nearest_allowed
 from grabbergui.models.features.text import coded_text, parse_coded
 from grabbergui.ui.editors.feature_editor import FeatureEditor
-from grabbergui.ui.editors.undo_guard import UndoGuard
+from grabbergui.ui.editors.shortcut_guard import ShortcutGuard
 
 
 class TextEditor(FeatureEditor):
@@ -21,7 +21,7 @@ class TextEditor(FeatureEditor):
         self._feature: Feature | None = None
         self._typing = False
         self.line = QLineEdit()
-        self._undo_guard = UndoGuard(self.line, lambda: self._typing)
+        self._guard = ShortcutGuard(self.line, lambda: self._typing)
         self.hold(self.line)
         self.line.textEdited.connect(self._on_line_text_edited)
         self.line.editingFinished.connect(self._on_line_editing_finished)

@@ -1,46 +1,219 @@
-"""A slider over a feature's range."""
+"""A slider over the part of a feature's range that one works in."""
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QRect, QSignalBlocker, Qt, pyqtSignal
-from PyQt5.QtGui import QMouseEvent
+from dataclasses import replace
+
+from PyQt5.QtCore import QPointF, QRect, QSignalBlocker, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import (
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QResizeEvent,
+    QWheelEvent,
+)
 from PyQt5.QtWidgets import QSlider, QStyle, QStyleOptionSlider, QWidget
 
-from grabbergui.models.features.scale import SliderScale
+from grabbergui.core.features import Feature
+from grabbergui.models.features.scale import Pace, SliderScale, stepped
+from grabbergui.models.features.text import quantity_text
 from grabbergui.ui.editors.wheel_guard import WheelGuard
+
+SCROLL_MS = 40
+"Between two steps of the range under a handle that is held beyond the end of the track."
+SCROLL_STEPS = 2
+"Steps of an arrow key that it moves by then."
+NOTCH = 120
+"Of `QWheelEvent.angleDelta`: one click of a mouse wheel."
+
+_STEPS_OF_KEYS = {
+    Qt.Key.Key_Left: -1,
+    Qt.Key.Key_Down: -1,
+    Qt.Key.Key_Right: 1,
+    Qt.Key.Key_Up: 1,
+    Qt.Key.Key_PageDown: -10,
+    Qt.Key.Key_PageUp: 10,
+}
 
 
 class ValueSlider(QSlider):
-    """Positions that mean numbers, by a `SliderScale`. A click beside the handle takes it there."""
+    """Moves a number by mouse, wheel and arrow keys: with Shift by a tenth, with Ctrl ten times as far.
+
+    Of a range of many decades the track shows the part around the number in which every pixel can be aimed
+    at; a handle that is held beyond the end of the track takes the range with it. A click beside the handle
+    takes it there.
+    """
 
     valueEdited = pyqtSignal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(Qt.Orientation.Horizontal, parent)
+        self._feature: Feature | None = None
+        self._whole: SliderScale | None = None
         self._scale: SliderScale | None = None
+        "The part of `_whole` that the track shows."
+        self._grip = QPointF()
+        "Where the mouse was last."
+        self._place = 0.0
+        "Position of the handle in the hand; beyond the track while the mouse is."
+        self._notches = 0.0
+        "Of a fine wheel, what does not make a step yet."
         self._guard = WheelGuard(self)
+        self._scrolling = QTimer(self)
+        self._scrolling.setInterval(SCROLL_MS)
+        self._scrolling.timeout.connect(self._scroll)
+        self.sliderReleased.connect(self._on_slider_released)
         self.valueChanged.connect(self._on_value_changed)
 
-    def show_number(self, scale: SliderScale, number: int | float) -> None:
-        """Move to a number without telling."""
-        with QSignalBlocker(self):
-            if scale != self._scale:
-                self._scale = scale
-                self.setRange(0, scale.steps)
-                self.setSingleStep(max(1, scale.steps // 200))
-                self.setPageStep(max(1, scale.steps // 10))
-            self.setValue(scale.to_position(number))
+    def show_feature(self, scale: SliderScale, feature: Feature) -> None:
+        """Move to a feature's number without emitting; `scale` is of its whole range."""
+        known, self._feature = self._whole == scale, feature
+        self._whole = scale
+        if not self.isSliderDown():
+            self._show_part(keep=known)
 
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as much of the range as there are pixels for."""
+        super().resizeEvent(event)
+        if not self.isSliderDown():
+            self._show_part(keep=False)
+
+    # -- mouse -------------------------------------------------------------------------------------
     def mousePressEvent(self, event: QMouseEvent | None) -> None:
         """Bring the handle under the mouse, then drag it."""
-        if event is not None and event.button() == Qt.MouseButton.LeftButton:
-            handle = self._handle()
-            if not handle.contains(event.pos()):
-                x = event.pos().x() - handle.width() // 2
-                span = max(1, self.width() - handle.width())
-                self.setSliderDown(True)
-                self.setValue(QStyle.sliderValueFromPosition(self.minimum(), self.maximum(), x, span))
+        if event is None or event.button() != Qt.MouseButton.LeftButton:
+            return
+        handle = self._handle()
+        self.setSliderDown(True)
+        if not handle.contains(event.pos()):
+            x = event.pos().x() - handle.width() // 2
+            self.setValue(QStyle.sliderValueFromPosition(self.minimum(), self.maximum(), x, self._pixels()))
+        self._grip, self._place = event.localPos(), float(self.value())
         super().mousePressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent | None) -> None:
+        """Move the handle as far as the mouse, a tenth as far with Shift, ten times with Ctrl."""
+        if event is None or not self.isSliderDown():
+            return
+        moved = event.localPos().x() - self._grip.x()
+        self._grip = event.localPos()
+        self._place += moved * self.maximum() / self._pixels() * _pace(event.modifiers()).value
+        self.setValue(round(min(max(self._place, self.minimum()), self.maximum())))
+        beyond = not self.minimum() <= self._place <= self.maximum()
+        if beyond and self._scale != self._whole:
+            self._scrolling.start()
+        else:
+            self._scrolling.stop()
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        """Let the handle stay where it is."""
+        if event is not None and event.button() == Qt.MouseButton.LeftButton:
+            self.setSliderDown(False)
+            super().mouseReleaseEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent | None) -> None:
+        """Step the number."""
+        if event is None:
+            return
+        delta = event.angleDelta()
+        # With Alt, and with Shift on some systems, a wheel turns sideways.
+        self._notches += (delta.y() or delta.x()) / NOTCH
+        steps = int(self._notches)
+        self._notches -= steps
+        self._step(steps, _pace(event.modifiers()))
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Step the number; Home and End are the ends of the whole range."""
+        if event is None or self._feature is None or self._whole is None:
+            return
+        if event.key() in _STEPS_OF_KEYS:
+            self._step(_STEPS_OF_KEYS[Qt.Key(event.key())], _pace(event.modifiers()))
+        elif event.key() == Qt.Key.Key_Home:
+            self._edit(self._whole.minimum)
+        elif event.key() == Qt.Key.Key_End:
+            self._edit(self._whole.maximum)
+        else:
+            event.ignore()
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Point where the range goes on beyond the track."""
+        super().paintEvent(event)
+        if self._scale is None or self._whole is None or self._scale == self._whole:
+            return
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(self.palette().mid().color(), 1.5))
+        middle = self.height() / 2
+        if self._scale.minimum > self._whole.minimum:
+            painter.drawPolyline(_arrow(1.0, middle, 3.0))
+        if self._scale.maximum < self._whole.maximum:
+            painter.drawPolyline(_arrow(self.width() - 1.0, middle, -3.0))
+        painter.end()
+
+    # -- the part on show --------------------------------------------------------------------------
+    def _show_part(self, keep: bool) -> None:
+        """Show the number; where `keep`, with the same part of the range, as long as that has it."""
+        if self._whole is None or self._feature is None or not isinstance(self._feature.value, int | float):
+            return
+        number, part = self._feature.value, self._scale
+        if part is None or not keep or not part.minimum < number < part.maximum:
+            part = self._whole.around(number, self._pixels())
+        with QSignalBlocker(self):
+            if part != self._scale:
+                self._scale = part
+                self.setRange(0, part.steps)
+                self.setToolTip(self._reach(part))
+                self.update()
+            self.setValue(part.to_position(number))
+
+    def _reach(self, part: SliderScale) -> str:
+        """What the track shows, and how to get beyond it; empty where it shows everything."""
+        if part == self._whole or self._feature is None:
+            return ""
+        unit = self._feature.unit
+        text = self.tr("{0} … {1}; hold the handle beyond an end to go on.")
+        return text.format(quantity_text(part.minimum, unit, 3), quantity_text(part.maximum, unit, 3))
+
+    def _scroll(self) -> None:
+        """Take the range along under a handle that is held beyond the end of the track."""
+        if self._feature is None or self._whole is None or self._scale is None:
+            return
+        up = self._place > 0
+        number = stepped(self._feature, SCROLL_STEPS if up else -SCROLL_STEPS)
+        self._scale = self._whole.around(number, self._pixels(), 1.0 if up else 0.0)
+        self._take(number)
+        self.update()
+
+    def _on_slider_released(self) -> None:
+        self._scrolling.stop()
+        self._show_part(keep=True)
+
+    # -- editing -----------------------------------------------------------------------------------
+    def _step(self, steps: int, pace: Pace) -> None:
+        if steps and self._feature is not None and self.isEnabled():
+            self._edit(stepped(self._feature, steps, pace))
+
+    def _edit(self, number: int | float) -> None:
+        if self._feature is not None and number != self._feature.value:
+            self._take(number)
+            self._show_part(keep=True)
+
+    def _take(self, number: int | float) -> None:
+        if self._feature is not None and number != self._feature.value:
+            self._feature = replace(self._feature, value=number)
+            self.valueEdited.emit(number)
+
+    def _on_value_changed(self, position: int) -> None:
+        if self._scale is not None:
+            self._take(self._scale.to_value(position))
+
+    def _pixels(self) -> int:
+        """How many the handle can move by."""
+        return max(1, self.width() - self._handle().width())
 
     def _handle(self) -> QRect:
         option = QStyleOptionSlider()
@@ -51,6 +224,13 @@ class ValueSlider(QSlider):
             QStyle.ComplexControl.CC_Slider, option, QStyle.SubControl.SC_SliderHandle, self
         )
 
-    def _on_value_changed(self, position: int) -> None:
-        if self._scale is not None:
-            self.valueEdited.emit(self._scale.to_value(position))
+
+def _pace(modifiers: Qt.KeyboardModifiers | Qt.KeyboardModifier) -> Pace:
+    if modifiers & Qt.KeyboardModifier.ShiftModifier:
+        return Pace.FINE
+    return Pace.COARSE if modifiers & Qt.KeyboardModifier.ControlModifier else Pace.USUAL
+
+
+def _arrow(x: float, y: float, width: float) -> QPolygonF:
+    """The point of an arrow at `x`, which opens over `width` pixels."""
+    return QPolygonF([QPointF(x + width, y - abs(width)), QPointF(x, y), QPointF(x + width, y + abs(width))])

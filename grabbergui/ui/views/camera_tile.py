@@ -7,9 +7,11 @@ from PyQt5.QtGui import QKeyEvent, QMouseEvent
 from PyQt5.QtWidgets import QFrame, QLabel, QToolButton, QWidget
 
 from grabbergui.core.pixels import DisplayImage
+from grabbergui.models.status import Tone
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.elided_label import ElidedLabel
+from grabbergui.ui.widgets.styled import restyle
 from grabbergui.ui.widgets.thumbnail import Thumbnail
 
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
@@ -22,6 +24,7 @@ class CameraTile(QFrame):
     closeRequested = pyqtSignal()
 
     thumbnail: Thumbnail
+    recordingLabel: QLabel
     titleLabel: ElidedLabel
     stateLabel: QLabel
     closeButton: QToolButton
@@ -29,7 +32,9 @@ class CameraTile(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("camera_tile", self)
+        self.titleLabel.elide_mode = Qt.TextElideMode.ElideMiddle
         self.closeButton.clicked.connect(self.closeRequested)
+        self.recordingLabel.hide()
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         icons.apply(self)
 
@@ -40,17 +45,23 @@ class CameraTile(QFrame):
         self.setAccessibleName(title)
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
 
-    def setState(self, text: str) -> None:
-        """How it is doing, in a word or a figure."""
+    def setState(self, text: str, tone: Tone) -> None:
+        """How it is doing, in a word or a figure, and how good that is."""
         self.stateLabel.setText(text)
+        restyle(self.stateLabel, "tone", (tone if tone is not Tone.GOOD else Tone.IDLE).value)
+
+    def setRecording(self, recording: bool) -> None:
+        """Whether the source is being recorded."""
+        self.recordingLabel.setVisible(recording)
+
+    def setDimmed(self, dimmed: bool) -> None:
+        """Show the picture darker: it is not of now."""
+        self.thumbnail.setDimmed(dimmed)
 
     def setCurrent(self, current: bool) -> None:
         """Whether it is the source at hand."""
         self.setToolTip(self.tr("This source is at hand") if current else self.tr("Take this source to hand"))
-        if self.property("current") != current:
-            self.setProperty("current", current)
-            if (style := self.style()) is not None:
-                style.polish(self)
+        restyle(self, "current", current)
 
     def setPicture(self, image: DisplayImage | None) -> None:
         """Show an image, or none."""

@@ -14,6 +14,11 @@ from grabbergui.ui.widgets.change_table import ChangeTable
 
 _WIDTHS = (76, 180, 90, 90, 80)
 """Of the columns at first."""
+ROW_PADDING = 6
+"""Pixels of a row above and below its text."""
+
+_WHOSE = (frozenset(Origin), frozenset(Origin) - {Origin.CAMERA}, frozenset({Origin.OPERATOR}))
+"""Whose changes are shown, as in the form's box."""
 
 
 class CopyAs(Enum):
@@ -44,6 +49,13 @@ class ChangesPanel(QWidget):
         load_form("changes_panel", self)
         self._changes = ChangeTable(self)
         self.table.setModel(self._changes)
+        self._follows = True
+        "Whether new rows are followed: until somebody scrolls up."
+        if (bar := self.table.verticalScrollBar()) is not None:
+            bar.valueChanged.connect(self._on_bar_value_changed)
+            bar.rangeChanged.connect(self._follow)
+        if (rows := self.table.verticalHeader()) is not None:
+            rows.setDefaultSectionSize(self.fontMetrics().height() + ROW_PADDING)
         if (header := self.table.horizontalHeader()) is not None:
             left = Qt.Alignment(Qt.AlignmentFlag.AlignLeft)
             header.setDefaultAlignment(left | Qt.AlignmentFlag.AlignVCenter)
@@ -69,17 +81,15 @@ class ChangesPanel(QWidget):
     def setChanges(self, changes: Sequence[Change]) -> None:
         """Show these changes, as far as they are wanted."""
         self._changes.setChanges([change for change in changes if self._wanted(change)])
-        self.table.scrollToBottom()
+        self._follows = True
+        self._follow()
 
     def noteChange(self, change: Change) -> None:
         """Show one more, or one that went on; follow them unless somebody scrolled up."""
         if not self._wanted(change):
             return
-        bar = self.table.verticalScrollBar()
-        follow = bar is None or bar.value() == bar.maximum()
         self._changes.note(change)
-        if follow:
-            self.table.scrollToBottom()
+        self._follow()
 
     @property
     def chosen(self) -> tuple[Change, ...]:
@@ -94,7 +104,16 @@ class ChangesPanel(QWidget):
         return "".join(f"{separator.join(line)}\n" for line in lines)
 
     def _wanted(self, change: Change) -> bool:
-        return self.whoseBox.currentIndex() == 0 or change.origin is Origin.OPERATOR
+        return change.origin in _WHOSE[self.whoseBox.currentIndex()]
+
+    def _on_bar_value_changed(self, value: int) -> None:
+        bar = self.table.verticalScrollBar()
+        self._follows = bar is None or value == bar.maximum()
+
+    def _follow(self) -> None:
+        """Also once the panel comes to the front, or is made higher: it has no place for rows before."""
+        if self._follows:
+            self.table.scrollToBottom()
 
     def _enable(self) -> None:
         anything = self._changes.rowCount() > 0

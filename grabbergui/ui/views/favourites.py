@@ -150,5 +150,6 @@ class FavouritesStrip(QWidget):
         row.standBesideOthers()
         row.setMinimumWidth(CARD_WIDTH)
         row.setMaximumWidth(MOST_WIDTH)
+        row.move(0, self.height())  # not over the others, until the layout has a place for it
         row.show()
         return row

@@ -9,6 +9,7 @@ import pyqtgraph as pg
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QPushButton, QWidget
 
+from grabbergui.models.language import localized
 from grabbergui.models.measuring.sharpness import HISTORY_SECONDS
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
@@ -52,7 +53,7 @@ class FocusPanel(QWidget):
         self._best.setVisible(best > 0)
         share = values[-1] / best if best else 0
         text = self.tr("Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best")
-        self.scoreLabel.setText(text.format(values[-1], best, share))
+        self.scoreLabel.setText(localized(text.format(values[-1], best, share)))
 
     def setWhat(self, region: str) -> None:
         """Say what is scored."""

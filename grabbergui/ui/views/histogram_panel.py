@@ -7,6 +7,7 @@ import pyqtgraph as pg
 from PyQt5.QtCore import QSignalBlocker, pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QPushButton, QWidget
 
+from grabbergui.models.language import localized
 from grabbergui.models.measuring.histogram import Histogram
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
@@ -56,11 +57,8 @@ class HistogramPanel(QWidget):
         means = "  ".join(
             f"{titles.get(name, name)} {histogram.mean(name):.1f}" for name in histogram.channels
         )
-        self.figuresLabel.setText(
-            self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black").format(
-                means, histogram.saturated, histogram.black
-            )
-        )
+        text = self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black")
+        self.figuresLabel.setText(localized(text.format(means, histogram.saturated, histogram.black)))
         self._draw()
 
     def setLevels(self, black: float, white: float) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QSize, Qt, pyqtSignal
-from PyQt5.QtGui import QCloseEvent
+from collections.abc import Callable
+
+from PyQt5.QtCore import QEvent, QObject, QSize, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PyQt5.QtWidgets import (
     QAction,
     QActionGroup,
@@ -34,7 +36,6 @@ from grabbergui.ui.views.profile_panel import ProfilePanel
 from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.views.values_panel import ValuesPanel
-from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import give_focus
 from grabbergui.ui.widgets.task_stack import TaskStack
@@ -46,8 +47,17 @@ FIRST_SHARE = 0.75
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
 
+SEPARATORS = 4
+"Pixels between panels."
+
 _DOCK_KEYS = ("F8", "F9", "F2", "F3", "F4", "Ctrl+T", "Ctrl+H", "F12")
 """Show and hide sources, features, histogram, focus aid, line profile, values over time, changes, log."""
+
+
+_MODIFIERS = int(Qt.KeyboardModifier.KeyboardModifierMask)
+_COMMAND_KEYS = _MODIFIERS & ~int(Qt.KeyboardModifier.ShiftModifier)
+_FIRST_NAMED = int(Qt.Key.Key_Escape)
+"""Keys below it are characters, the others have names: F1, Return."""
 
 
 class MainWindow(QMainWindow):
@@ -59,7 +69,6 @@ class MainWindow(QMainWindow):
     colourMapChosen = pyqtSignal(str)
     """The name of a colour map for grey pictures; empty for grey."""
 
-    messages: MessageStack
     tasks: TaskStack
     favourites: FavouritesStrip
     picture: PictureView
@@ -88,6 +97,7 @@ class MainWindow(QMainWindow):
     actionUndo: QAction
     actionRedo: QAction
     actionConnect: QAction
+    actionConnectStill: QAction
     actionDisconnect: QAction
     actionBeside: QAction
     actionNextSource: QAction
@@ -129,6 +139,11 @@ class MainWindow(QMainWindow):
     actionSearch: QAction
     actionFindFeature: QAction
     actionCalibrate: QAction
+    actionLoadCalibration: QAction
+    actionShowCalibration: QAction
+    actionManual: QAction
+    actionWhatsThis: QAction
+    actionDoctor: QAction
     actionShortcuts: QAction
     actionAbout: QAction
     actionThemeAuto: QAction
@@ -138,22 +153,64 @@ class MainWindow(QMainWindow):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("main_window", self)
+        self.mayClose: Callable[[], bool] = lambda: True
+        """Asked when the user closes the window; who answers no may close it later."""
+        self._quitting = False
         self.status = StatusStrip(self)
+        self.messages = self.status.messages
         self.statusbar.addWidget(self.status, 1)
         self.statusbar.setSizeGripEnabled(False)
         self.resizeDocks([self.sourcesDock, self.featuresDock], [270, 360], Qt.Orientation.Horizontal)
+        self._widths: dict[QDockWidget, int] = {}
+        "Of the panels at the sides, as they were made last."
+        self._settled_width = -1
+        "Of the window, once its panels are laid out in it."
+        for dock in (self.sourcesDock, self.featuresDock):
+            dock.installEventFilter(self)
         self._arrange_tools()
         self._group_themes()
         self._group_colours()
         self._join_own_actions()
+        self._keep_bare_keys_to_picture()
         self._explain_shortcuts()
         self.setWindowIcon(icons.window_icon())
         icons.apply(self)
 
     def closeEvent(self, event: QCloseEvent | None) -> None:
-        """Say that it goes; nothing here waits."""
+        """Stay where the user closes it and `mayClose` says no; else say that it goes. Nothing here waits."""
+        if event is not None and (event.spontaneous() or self._quitting) and not self.mayClose():
+            event.ignore()
+            return
         self.closing.emit()
         super().closeEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Enter and Escape that no control wanted: back to the picture, whose keys are letters."""
+        if event is not None and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape):
+            self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+            return
+        super().keyPressEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Give the panels at the sides the width back that a narrow window took from them."""
+        super().resizeEvent(event)
+        self._settled_width = self.width()
+        if event is not None and event.size().width() > event.oldSize().width():
+            # Once the window has laid itself out.
+            QTimer.singleShot(0, self._widen_sides)
+
+    def _widen_sides(self) -> None:
+        narrow = {dock: width for dock, width in self._widths.items() if dock.width() < width}
+        settled, self._settled_width = self._settled_width, -1  # it may still be too narrow
+        self.resizeDocks(list(narrow), list(narrow.values()), Qt.Orientation.Horizontal)
+        self._settled_width = settled
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Remember how wide the panels at the sides are made, other than by the window's own width."""
+        changed = isinstance(event, QResizeEvent) and event.size().width() != event.oldSize().width()
+        if changed and isinstance(watched, QDockWidget) and self.width() == self._settled_width:
+            self._widths[watched] = watched.width()
+        return super().eventFilter(watched, event)
 
     def takeRoom(self) -> None:
         """Be as large as a first look wants it: most of a large screen, and never more than there is."""
@@ -168,8 +225,8 @@ class MainWindow(QMainWindow):
         # Of docks that lie over each other Qt takes all for visible.
         shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
         tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
-        regions = [self.sourcesDock, *cards, self.messages, self.tasks, self.picture, self.gallery,
-                   self.recordingBar, *tools, self.featuresDock]  # fmt: skip
+        regions = [self.sourcesDock, *cards, self.tasks, self.picture, self.gallery, self.recordingBar,
+                   *tools, self.featuresDock, self.messages]  # fmt: skip
         return give_focus(regions, QApplication.focusWidget(), forward=forward)
 
     def setTheme(self, theme: Theme) -> None:
@@ -188,15 +245,42 @@ class MainWindow(QMainWindow):
         self.setCorner(Qt.Corner.BottomLeftCorner, Qt.DockWidgetArea.LeftDockWidgetArea)
         self.setCorner(Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea)
         for dock, key in zip((self.sourcesDock, self.featuresDock, *tools), _DOCK_KEYS, strict=True):
-            if (action := dock.toggleViewAction()) is not None:
-                action.setShortcut(key)
-                action.triggered[bool].connect(lambda shown, dock=dock: dock.raise_() if shown else None)
-                self.menuView.addAction(action)
+            self.menuView.addAction(self._panel_action(dock, key))
         for action in (self.actionExpose, self.actionBalance, self.actionFit, self.actionOneToOne,
                        self.actionZoomIn, self.actionZoomOut, self.actionTurnRight):  # fmt: skip
             button = self.toolBar.widgetForAction(action)
             if isinstance(button, QToolButton):
                 button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+
+    def _panel_action(self, dock: QDockWidget, key: str) -> QAction:
+        """An action that is checked while the panel can be seen: it brings it to the front, or hides it."""
+        action = QAction(dock.windowTitle(), self)
+        action.setCheckable(True)
+        action.setShortcut(key)
+        # For Qt a panel behind another one is visible; its signal tells whether it can be seen.
+        dock.visibilityChanged.connect(action.setChecked)
+
+        def show(wanted: bool) -> None:
+            if dock in (self.histogramDock, self.focusDock):
+                self._place_focus(beside=wanted)
+            dock.setVisible(wanted)
+            if wanted:
+                dock.raise_()
+
+        action.triggered[bool].connect(show)
+        return action
+
+    def _place_focus(self, *, beside: bool) -> None:
+        """Put the focus aid beside the histogram where there is room for both, else behind it."""
+        both = (self.histogramDock, self.focusDock)
+        needed = sum(dock.minimumSizeHint().width() for dock in both) + SEPARATORS
+        shown = any(dock.isVisible() for dock in both)
+        if beside and shown and self.centre.width() >= needed:
+            self.addDockWidget(
+                Qt.DockWidgetArea.BottomDockWidgetArea, self.focusDock, Qt.Orientation.Horizontal
+            )
+        elif not beside or not shown:
+            self.tabifyDockWidget(self.histogramDock, self.focusDock)
 
     def _group_colours(self) -> None:
         group = QActionGroup(self)
@@ -234,12 +318,24 @@ class MainWindow(QMainWindow):
         self.actionFullScreen.toggled.connect(self._on_full_screen_toggled)
         self.actionQuit.triggered.connect(self._on_quit)
 
+    def _keep_bare_keys_to_picture(self) -> None:
+        """Letters work while the picture has the focus: typed anywhere else they must set no camera."""
+        for action in self.findChildren(QAction):
+            keys = action.shortcut()
+            bare = not keys.isEmpty() and not keys[0] & _COMMAND_KEYS and keys[0] & ~_MODIFIERS < _FIRST_NAMED
+            if bare:
+                action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
+                self.picture.addAction(action)
+        self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+
     def _on_address(self) -> None:
         self.sourcesDock.show()
         self.sources.focusAddress()
 
     def _on_quit(self) -> None:
+        self._quitting = True
         self.close()
+        self._quitting = False
 
     def _on_find_feature(self) -> None:
         self.featuresDock.show()

@@ -1,8 +1,8 @@
-"""The live picture with its readout and the note over it."""
+"""The live picture with its readout, and a note in its place where there is none."""
 
 from __future__ import annotations
 
-from PyQt5.QtCore import pyqtSignal
+from PyQt5.QtCore import QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QLabel, QWidget
 
@@ -42,6 +42,11 @@ class PictureView(QWidget):
         super().__init__(parent)
         load_form("picture_view", self)
         self.note = PictureNote(self)
+        self.ageLabel = QLabel(self)
+        """How old the picture is, where it is the last of a source that is lost."""
+        self.ageLabel.setProperty("age", True)
+        self.ageLabel.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.ageLabel.hide()
         self.drawing = DrawingTool(self.canvas)
         """Takes strokes of the mouse over the picture."""
         self.drawing.ended.connect(self.hintLabel.clear)
@@ -55,9 +60,26 @@ class PictureView(QWidget):
         """Show an image of a frame of that size in pixels."""
         self.canvas.setPicture(image, width, height)
 
+    @property
+    def empty(self) -> bool:
+        """Whether no picture is shown."""
+        return self.canvas.empty
+
+    def setAge(self, seconds: float | None) -> None:
+        """Dim a picture that nothing follows, and say how old it is; with None, show it as it is."""
+        stale = seconds is not None and not self.empty
+        self.canvas.setDimmed(stale)
+        self.ageLabel.setVisible(stale)
+        if stale and seconds is not None:
+            self.ageLabel.setText(self.tr("Last picture, {0} old").format(_age(seconds)))
+            self.ageLabel.adjustSize()
+            self.ageLabel.move(self.canvas.pos() + QPoint(NOTE_MARGIN, NOTE_MARGIN))
+            self.ageLabel.raise_()
+
     def clear(self) -> None:
         """Show nothing."""
         self.canvas.clear()
+        self.setAge(None)
         self.setCursorText("")
         self.setClippingText("")
         self.zoomLabel.clear()
@@ -85,7 +107,7 @@ class PictureView(QWidget):
         self.clippingLabel.setText(text)
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
-        """Show a note over the picture; with no summary, none."""
+        """Show a note in place of the picture; with no summary, none."""
         self.note.setNote(summary, advice, stage)
         self._place_note()
 
@@ -102,11 +124,13 @@ class PictureView(QWidget):
         # Wrapped labels tell their height only once they know their width.
         height = self.note.heightForWidth(width)
         x = canvas.x() + (canvas.width() - width) // 2
-        bottom = canvas.bottom() - NOTE_MARGIN
-        if self.note.invites:  # there is no picture that it would lie over
-            bottom = canvas.center().y() + height // 2
-        self.note.setGeometry(x, bottom - height, width, height)
+        self.note.setGeometry(x, canvas.center().y() - height // 2, width, height)
         self.note.raise_()
 
     def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:
         self.zoomLabel.setText(f"{zoom:.0%}" + (self.tr(" · fitted") if fitted else ""))
+
+
+def _age(seconds: float) -> str:
+    minutes = round(seconds) // 60
+    return f"{seconds:.0f} s" if minutes < 2 else f"{minutes} min" if minutes < 120 else f"{minutes // 60} h"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QCheckBox, QPushButton, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QCheckBox, QPushButton, QWidget
 
 from grabbergui.models.measuring.line_profile import Line
 from grabbergui.ui.loader import load_form
@@ -48,8 +48,15 @@ class ProfilePanel(QWidget):
         samples = len(next(iter(profile.values())))
         self.plot.setChannels(np.arange(samples), profile)
         self.plot.showAxes((True, False, False, True))
+        self._give_room(True)
 
     def clear(self) -> None:
         """Nothing was measured."""
         self.plot.clearChannels()
         self.plot.showAxes(False)  # they would be of nothing
+        self._give_room(False)
+
+    def _give_room(self, needed: bool) -> None:
+        """Be no higher than the line that says what to do, until there is something to show."""
+        self.plot.setVisible(needed)
+        self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PyQt5.QtCore import QT_TRANSLATE_NOOP, pyqtSignal
-from PyQt5.QtWidgets import QComboBox, QDoubleSpinBox, QPushButton, QToolButton, QWidget
+from PyQt5.QtCore import QT_TRANSLATE_NOOP, QSize, pyqtSignal
+from PyQt5.QtGui import QResizeEvent
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QComboBox, QDoubleSpinBox, QPushButton, QToolButton, QWidget
 
+from grabbergui.models.language import localized
 from grabbergui.models.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.models.recording.writers import RecordingKind
 from grabbergui.ui import icons
@@ -43,6 +45,10 @@ _LIMITS = (
     _Limit("size", "MB", 1000, scale=1e6),
 )
 """In the order of the form's `limitBox`."""
+NARROW = 480
+"Pixels below which *Play* is an icon, the folder is in the menu alone, and what was recorded takes no room."
+_ICON_ROOM = 20
+"Pixels beside the icon of a button without text."
 
 
 class RecordingBar(QWidget):
@@ -74,6 +80,22 @@ class RecordingBar(QWidget):
         self.playButton.clicked.connect(self.playRequested)
         icons.apply(self)
 
+    def minimumSizeHint(self) -> QSize:
+        """That of the narrow bar, so that the window can become as narrow."""
+        width, layout = super().minimumSizeHint().width(), self.layout()
+        spacing = layout.spacing() if layout is not None else 0
+        for widget in self._spared():
+            if not widget.isHidden():
+                width -= widget.minimumSizeHint().width() + spacing
+        if self.playButton.text() and not self.playButton.isHidden():
+            width -= max(0, self.playButton.minimumSizeHint().width() - self._play_width())
+        return QSize(width, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as much as there is room for."""
+        super().resizeEvent(event)
+        self._arrange()
+
     def setAvailable(self, available: bool) -> None:
         """Whether there is a source to record."""
         self.recordButton.setEnabled(available)
@@ -83,8 +105,9 @@ class RecordingBar(QWidget):
         self.recordButton.setChecked(recording)
         self.recordButton.setText(self.tr("Stop recording") if recording else self.tr("Record"))
         # What runs cannot be changed, and its progress needs the room.
-        for choice in (self.kindBox, self.limitBox, self.folderButton):
+        for choice in (self.kindBox, self.limitBox):
             choice.setVisible(not recording)
+        self._arrange()
         self.amountBox.setVisible(not recording and _LIMITS[self.limitBox.currentIndex()] is not None)
         self.playButton.setVisible(False)
         self.progressLabel.clear()
@@ -93,7 +116,7 @@ class RecordingBar(QWidget):
         """Length, size, what was lost, what is left."""
         minutes, seconds = divmod(progress.seconds, 60)
         frames = self.tr("{0} frames").format(progress.frames)
-        parts = [f"{int(minutes):02d}:{seconds:04.1f}", frames, _bytes(progress.size)]
+        parts = [localized(f"{int(minutes):02d}:{seconds:04.1f}"), frames, _bytes(progress.size)]
         if progress.dropped:
             parts.append(self.tr("{0} dropped").format(progress.dropped))
         if progress.free and not progress.ended:
@@ -115,6 +138,21 @@ class RecordingBar(QWidget):
         """A recording is finished; its name."""
         self.playButton.setVisible(True)
         self.playButton.setToolTip(self.tr("Play {0} in place of the camera").format(name))
+
+    def _arrange(self) -> None:
+        narrow, recording = self.width() < NARROW, self.recordButton.isChecked()
+        self.folderButton.setVisible(not narrow and not recording)
+        self.progressLabel.setVisible(not narrow or recording)
+        self.playButton.setMaximumWidth(self._play_width() if narrow else QWIDGETSIZE_MAX)
+        self.playButton.setText("" if narrow else self.tr("Play"))
+
+    def _spared(self) -> tuple[QWidget, ...]:
+        """What a narrow bar does not show."""
+        recording = self.recordButton.isChecked()
+        return (self.folderButton,) if recording else (self.folderButton, self.progressLabel)
+
+    def _play_width(self) -> int:
+        return self.playButton.iconSize().width() + _ICON_ROOM
 
     def _on_record_clicked(self, checked: bool) -> None:
         # The button shows what is, not what was asked for: the program sets it back once it records.
@@ -139,4 +177,4 @@ class RecordingBar(QWidget):
 
 
 def _bytes(count: int) -> str:
-    return f"{count / 1e9:.1f} GB" if count >= 1e9 else f"{count / 1e6:.0f} MB"
+    return localized(f"{count / 1e9:.1f} GB") if count >= 1e9 else f"{count / 1e6:.0f} MB"

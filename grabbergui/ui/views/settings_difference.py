@@ -8,7 +8,8 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QDialog, QLabel, QPushButton, QTreeWidget, QTreeWidgetItem, QWidget
 
 from grabbergui.core.features import FeatureValue, format_value
-from grabbergui.models.settings.feature_set import Difference, SettingKey
+from grabbergui.core.selection import SettingKey
+from grabbergui.models.settings.feature_set import Difference
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.checked_rows import TICK_WIDTH, checked_keys, make_checkable
 

@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.features import format_value
-from grabbergui.models.settings.loading import SETTLED, LoadReport, Outcome
+from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.checked_rows import TICK_WIDTH, checked_keys, make_checkable
 
@@ -46,7 +46,7 @@ class SettingsReport(QDialog):
         """Show a report; of a dry run, what would be written, with a button to do so."""
         self.setWindowTitle(title)
         self.headline.setText(". ".join(part for part in (self._summary(report), report.problem) if part))
-        self.applyButton.setVisible(report.count(Outcome.WOULD_WRITE) > 0)
+        self.applyButton.setVisible(report.count(*PENDING) > 0)
         self.rollBackButton.setVisible(report.count(Outcome.WRITTEN, Outcome.DIFFERENT) > 0)
         self.table.clear()
         for setting in report.settings:
@@ -54,12 +54,16 @@ class SettingsReport(QDialog):
             row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
             row.setToolTip(4, setting.reason)
             row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
-            if setting.outcome is Outcome.WOULD_WRITE:
+            if setting.outcome in PENDING:
                 make_checkable(row, setting.key)
             if setting.outcome not in SETTLED:
                 font = row.font(3)
                 font.setBold(True)
                 row.setFont(3, font)
+            self.table.addTopLevelItem(row)
+        for line in report.lost_lines:
+            row = QTreeWidgetItem(["", "", "", self.tr("not a setting"), line])
+            row.setToolTip(4, line)
             self.table.addTopLevelItem(row)
         self._show_equal(self.equalBox.isChecked())
         for column in range(4):
@@ -75,6 +79,7 @@ class SettingsReport(QDialog):
             Outcome.WRITTEN: self.tr("written"),
             Outcome.EQUAL: self.tr("equal"),
             Outcome.WOULD_WRITE: self.tr("would be written"),
+            Outcome.DEPENDS: self.tr("depends on the others"),
             Outcome.REFUSED: self.tr("refused"),
             Outcome.DIFFERENT: self.tr("came out different"),
             Outcome.LEFT_ALONE: self.tr("left alone"),

@@ -28,6 +28,8 @@ class SourceListView(QWidget):
 
     connectRequested = pyqtSignal(str)
     """The URI of the source that was chosen in the list."""
+    stillRequested = pyqtSignal(str)
+    """The URI of a source to open, but not to start."""
     besideRequested = pyqtSignal(str)
     """The URI of a source to open beside what is open."""
     addressEntered = pyqtSignal(str)
@@ -134,6 +136,13 @@ class SourceListView(QWidget):
         else:
             self.focusAddress()
 
+    def requestStill(self) -> None:
+        """Open what is typed or chosen, or what is to be typed, without starting it."""
+        if chosen := self.addressEdit.text().strip() or self.selected:
+            self.stillRequested.emit(chosen)
+        else:
+            self.focusAddress()
+
     def requestBeside(self) -> None:
         """As if the button were pressed that opens what is typed or chosen beside what is open."""
         if other := self._other():
@@ -163,6 +172,7 @@ class SourceListView(QWidget):
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.addAction(self.tr("Connect"), lambda: self.connectRequested.emit(source.info.uri))
+        menu.addAction(self.tr("Connect without starting"), lambda: self.stillRequested.emit(source.info.uri))
         if self._connected and not source.connected:
             menu.addAction(self.tr("Open beside"), lambda: self.besideRequested.emit(source.info.uri))
         if source.manual:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PyQt5.QtCore import Qt, pyqtBoundSignal, pyqtSignal
-from PyQt5.QtWidgets import QDialog, QListWidget, QListWidgetItem, QPushButton, QWidget
+from PyQt5.QtWidgets import QDialog, QListWidget, QListWidgetItem, QMessageBox, QPushButton, QWidget
 
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.loader import load_form
@@ -33,7 +33,9 @@ class UserSetsDialog(QDialog):
         self.setList.currentRowChanged.connect(self._enable)
         self.setList.itemDoubleClicked.connect(lambda _: self.loadButton.click())
         self.loadButton.clicked.connect(lambda: self._tell(self.loadRequested))
-        self.saveButton.clicked.connect(lambda: self._tell(self.saveRequested))
+        self.saveButton.clicked.connect(self._ask_save)
+        self.question: QMessageBox | None = None
+        """Whether to overwrite a set, while it is asked."""
         self.startButton.clicked.connect(lambda: self._tell(self.startRequested))
         self.closeButton.clicked.connect(self.reject)
         self._enable()
@@ -57,6 +59,24 @@ class UserSetsDialog(QDialog):
             item.setToolTip(user_set.tooltip)
         names = [user_set.name for user_set in sets]
         self.setList.setCurrentRow(names.index(before.name) if before and before.name in names else 0)
+
+    def _ask_save(self) -> None:
+        if (chosen := self.chosen) is None:
+            return
+        self.question = box = QMessageBox(self)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setText(self.tr("Save the present settings in {0}?").format(chosen.title))
+        box.setInformativeText(self.tr("What it held is lost; that cannot be undone."))
+        save = box.addButton(self.tr("Overwrite"), QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        box.finished.connect(lambda _: self._on_question_finished(box.clickedButton() is save, chosen.name))
+        box.open()
+
+    def _on_question_finished(self, agreed: bool, name: str) -> None:
+        self.question = None
+        if agreed:
+            self.saveRequested.emit(name)
 
     def _tell(self, signal: pyqtBoundSignal) -> None:
         if (chosen := self.chosen) is not None:

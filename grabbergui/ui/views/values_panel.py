@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
 from PyQt5.QtCore import pyqtSignal
-from PyQt5.QtWidgets import QComboBox, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.value_history import ValueHistory
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.curve_row import CurveRow
 
 _SPANS = (10.0, 60.0, 600.0, 3600.0)
 """Seconds, as in the form's box."""
+
+COLOURS = ("#2f7ed8", "#d9480f", "#2b8a3e", "#9c36b5", "#c92a2a", "#0b7285")
+"""Of curves in one plot, in their order; legible on light and dark."""
 
 
 class ValuesPanel(QWidget):
@@ -28,6 +35,8 @@ class ValuesPanel(QWidget):
     """Another part of the past is to be shown: `setSamples` is to follow."""
 
     spanBox: QComboBox
+    togetherBox: QCheckBox
+    overlay: ChannelPlot
     pauseButton: QPushButton
     saveButton: QPushButton
     clearButton: QPushButton
@@ -45,6 +54,11 @@ class ValuesPanel(QWidget):
         self.content.setAutoFillBackground(False)
         self.spanBox.currentIndexChanged[int].connect(lambda _: self.spanChanged.emit())
         self.pauseButton.toggled.connect(self.pauseToggled)
+        self.overlay.showSeconds()
+        self.overlay.hideAxis("left")  # each curve has a range of its own
+        self.overlay.setAccessibleName(self.tr("All curves over time"))
+        self.togetherBox.toggled.connect(lambda _: self._arrange())
+        self.togetherBox.toggled.connect(lambda _: self.spanChanged.emit())
         self.clearButton.clicked.connect(self.clearRequested)
         self.saveButton.clicked.connect(self.saveRequested)
         self._arrange()
@@ -76,22 +90,39 @@ class ValuesPanel(QWidget):
             self.curves.removeWidget(row)
             row.hide()
             row.deleteLater()
+            self.overlay.removeLine(name)
             self._arrange()
 
     def setSamples(self, histories: Mapping[str, ValueHistory], now: float) -> None:
         """Show what was read up to `now`, in seconds since the epoch."""
         span = _SPANS[self.spanBox.currentIndex()]
-        for name, row in self._rows.items():
+        self.overlay.setXRange(-span, 0, padding=0)
+        for (name, row), colour in zip(self._rows.items(), itertools.cycle(COLOURS), strict=False):
             history = histories.get(name)
             if history is None or len(history) == 0:
                 row.clear()
+                self.overlay.removeLine(name)
                 continue
             times, values = history.since(now - span)
             row.setSamples(times - now, values, span)
+            if self.togetherBox.isChecked():
+                self.overlay.setLine(name, times - now, over_own_range(values), colour)
 
     def _arrange(self) -> None:
         anything = bool(self._rows)
         self.hintLabel.setVisible(not anything)
         self.scrollArea.setVisible(anything)
+        together = self.togetherBox.isChecked()
+        self.overlay.setVisible(anything and together)
+        for row, colour in zip(self._rows.values(), itertools.cycle(COLOURS), strict=False):
+            row.setOverlaid(colour if together else "")
         for button in (self.pauseButton, self.saveButton, self.clearButton):
             button.setEnabled(anything)
+
+
+def over_own_range(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values as fractions of their range, 0 … 1; a value that never changes stays in the middle."""
+    if not np.isfinite(values).any():
+        return values
+    low, high = np.nanmin(values), np.nanmax(values)
+    return (values - low) / (high - low) if high > low else values - low + 0.5

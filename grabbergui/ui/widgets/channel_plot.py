@@ -11,19 +11,21 @@ from PyQt5.QtCore import QEvent
 from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtWidgets import QWidget
 
+from grabbergui.models.language import localized
+
 COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
 """Of the channels that have one; all others are drawn in the colour of text."""
 
 
-class _SecondsAxis(pg.AxisItem):
+class _SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
     """Says the unit with every value: a title of the axis would take a line of the plot."""
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Seconds before now."""
-        return [f"{value:g} s" if value else "0" for value in values]
+        return [localized(f"{value:g} s") if value else "0" for value in values]
 
 
-class ChannelPlot(pg.PlotWidget):
+class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
     """Setters only; neither zoomed nor moved by the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -33,6 +35,8 @@ class ChannelPlot(pg.PlotWidget):
         self.hideButtons()
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._filled: bool = False
+        self._colours: dict[str, str] = {}
+        "Of lines that are no channels of a picture."
         self._dress()
 
     def setFilled(self, filled: bool) -> None:
@@ -40,13 +44,31 @@ class ChannelPlot(pg.PlotWidget):
         self._filled = filled
         self._dress()
 
+    def setLine(self, name: str, x: NDArray[Any], values: NDArray[Any], colour: str) -> None:
+        """Show one more line, which is broken where a value is NaN, in a colour of its own."""
+        self._colours[name] = colour
+        if name not in self._lines:
+            self._lines[name] = self.plot()
+        self._lines[name].setData(x, values, stepMode=None, connect="finite")
+        self._dress()
+
+    def removeLine(self, name: str) -> None:
+        """Show a line no longer; does nothing where it is not shown."""
+        if (line := self._lines.pop(name, None)) is not None:
+            self.removeItem(line)
+
     def showSeconds(self) -> None:
         """The lines are over time, in seconds."""
         self.setAxisItems({"bottom": _SecondsAxis("bottom")})
         self._dress()
 
-    def setChannels(self, x: NDArray[Any], channels: dict[str, NDArray[Any]]) -> None:
-        """Show these lines and no others; NaN is left out. With one more `x` than values, they are steps."""
+    def setChannels(
+        self, x: NDArray[Any], channels: dict[str, NDArray[Any]], *, broken: bool = False
+    ) -> None:
+        """Show these lines and no others. With one more `x` than values, they are steps.
+
+        A line leads over values that are NaN, unless it is to be `broken` there.
+        """
         for name in self._lines.keys() - channels.keys():
             self.removeItem(self._lines.pop(name))
         for name, values in channels.items():
@@ -55,6 +77,8 @@ class ChannelPlot(pg.PlotWidget):
                 self._dress()
             if len(x) > len(values):
                 self._lines[name].setData(x, values, stepMode="center")
+            elif broken:
+                self._lines[name].setData(x, values, stepMode=None, connect="finite")
             else:
                 known = np.isfinite(values)
                 self._lines[name].setData(x[known], values[known], stepMode=None)
@@ -83,7 +107,7 @@ class ChannelPlot(pg.PlotWidget):
             axis.setTextPen(ink)
         text = self.palette().color(QPalette.ColorRole.WindowText)
         for name, line in self._lines.items():
-            colour = QColor(COLOURS[name]) if name in COLOURS else QColor(text)
+            colour = QColor(self._colours.get(name) or COLOURS.get(name) or text)
             line.setPen(pg.mkPen(colour, width=1))
             colour.setAlphaF(0.25)
             line.setFillLevel(0 if self._filled else None)

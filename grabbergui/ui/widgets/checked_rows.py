@@ -5,7 +5,7 @@ from __future__ import annotations
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QTreeWidget, QTreeWidgetItem
 
-from grabbergui.models.settings.feature_set import SettingKey
+from grabbergui.core.selection import SettingKey
 
 TICK_WIDTH = 24
 "Pixels of the ticks, which a style sheet makes larger than a column fitted to its contents has room for."

@@ -49,10 +49,15 @@ class CurveRow(QWidget):
         """Say what the value is in; shown with the next samples."""
         self._unit = unit_text(unit)
 
+    def setOverlaid(self, colour: str) -> None:
+        """Be the legend, in that colour, of a curve that another plot shows; empty: show it here."""
+        self.plot.setVisible(not colour)
+        self.titleLabel.setStyleSheet(f"color: {colour};" if colour else "")
+
     def setSamples(self, times: NDArray[np.float64], values: NDArray[np.float64], span: float) -> None:
         """Show samples with their times in seconds before now (negative), over the last `span` seconds."""
         self.plot.setXRange(-span, 0, padding=0)
-        self.plot.setChannels(times, {self.name: values})
+        self.plot.setChannels(times, {self.name: values}, broken=True)
         finite = values[np.isfinite(values)]
         if len(finite) == 0:
             self.valueLabel.setText("–")

@@ -8,11 +8,15 @@ from PyQt5.QtWidgets import QLabel, QStyle, QStyleOption, QWidget
 
 
 class ElidedLabel(QLabel):
-    """One line of plain text; the whole of it is in the tooltip."""
+    """One line of plain text; the whole of it is in the tooltip.
+
+    Of a camera's name the middle is left out: the serial number at its end tells it from the others.
+    """
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setMinimumWidth(24)
+        self.elide_mode = Qt.TextElideMode.ElideRight
 
     def setText(self, text: str | None) -> None:
         """Show a text."""
@@ -27,7 +31,7 @@ class ElidedLabel(QLabel):
         """Draw as much as fits, with dots where something is missing."""
         painter, option = QPainter(self), QStyleOption()
         option.initFrom(self)
-        text = self.fontMetrics().elidedText(self.text(), Qt.TextElideMode.ElideRight, self.width())
+        text = self.fontMetrics().elidedText(self.text(), self.elide_mode, self.width())
         style = self.style()
         if style is not None:
             enabled = bool(option.state & QStyle.StateFlag.State_Enabled)

@@ -1,72 +1,67 @@
-"""Messages at the top: never lost at once, gone with a click. Over the picture, so that it does not move."""
+"""Messages in full, one below the other, for windows that say little; and a list of them over any window."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from enum import Enum
+from collections.abc import Callable, Sequence
 
 from PyQt5.QtCore import QTimer, pyqtSignal
-from PyQt5.QtWidgets import QFrame, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
+from grabbergui.models.messages import Message, MessageModel, Offer, Severity
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 
 MOST = 4
-"Messages shown at once; older ones make way."
-NOTICE_SECONDS = 6.0
-"How long a notice stays by itself; errors stay until dismissed."
+"Messages shown at once."
+EXPIRY_MS = 500
+"Between two looks whether a message has had its time."
+_ICONS = {Severity.ERROR: "error", Severity.WARNING: "error", Severity.NOTICE: "info"}
 
 
-class Tone(Enum):
-    """How serious a message is."""
+def message_icon(severity: Severity) -> str:
+    """The name of the icon before a message."""
+    return _ICONS[severity]
 
-    ERROR = "error"
-    INFO = "info"
+
+def fill_offers(layout: QHBoxLayout, offers: Sequence[Offer]) -> None:
+    """Have a button for each offer in a layout, and no others."""
+    while (item := layout.takeAt(0)) is not None:
+        if (old := item.widget()) is not None:
+            old.hide()
+            old.deleteLater()
+    for offer in offers:
+        button = QPushButton(offer.label)
+        button.setObjectName("offerButton")
+        button.clicked.connect(lambda _, act=offer.act: act())
+        layout.addWidget(button)
 
 
 class MessageBar(QFrame):
-    """One message; the same one again only counts up."""
+    """One message, in as many lines as it takes."""
 
     dismissed = pyqtSignal()
 
     iconLabel: QLabel
     textLabel: QLabel
-    actionButton: QPushButton
+    offersLayout: QHBoxLayout
     closeButton: QToolButton
 
-    def __init__(self, text: str, tone: Tone, parent: QWidget | None = None) -> None:
+    def __init__(self, message: Message, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("message_bar", self)
-        self.text = text
-        self.tone = tone
-        self._times = 1
-        self.setProperty("message", tone.value)
-        self.textLabel.setText(_sentence(text))
-        self.setAccessibleName(text)
-        self.iconLabel.setPixmap(icons.pixmap(tone.value, self, 18))
+        self.setProperty("message", message.severity.value)
+        self.textLabel.setText(message.sentence)
+        self.setAccessibleName(message.sentence)
+        self.iconLabel.setPixmap(icons.pixmap(message_icon(message.severity), self, 18))
+        fill_offers(self.offersLayout, message.offers)
         icons.apply(self)
         self.closeButton.clicked.connect(self.dismissed)
 
-    def offer(self, label: str, action: Callable[[], None]) -> None:
-        """Show a button that does something about it."""
-        self.actionButton.setText(label)
-        self.actionButton.clicked.connect(lambda: action())
-        self.actionButton.show()
 
-    def again(self) -> None:
-        """It was said once more."""
-        self._times += 1
-        self.textLabel.setText(f"{_sentence(self.text)}  (×{self._times})")
+class MessageList(QWidget):
+    """Some messages, the first on top."""
 
-
-def _sentence(text: str) -> str:
-    """As it is shown: beginning large, where it begins with a word and not with a name."""
-    first, _, _ = text.partition(" ")
-    return text[0].upper() + text[1:] if first.isalpha() and first.islower() else text
-
-
-class MessageStack(QWidget):
-    """Messages, the newest on top."""
+    dismissed = pyqtSignal(Message)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -74,54 +69,64 @@ class MessageStack(QWidget):
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(1)
+
+    def setMessages(self, messages: Sequence[Message]) -> None:
+        """Show these and no others."""
+        for old in self._bars:
+            self._layout.removeWidget(old)
+            old.hide()
+            old.deleteLater()
+        self._bars = [MessageBar(message, self) for message in messages]
+        for bar, message in zip(self._bars, messages, strict=True):
+            bar.dismissed.connect(lambda message=message: self.dismissed.emit(message))
+            self._layout.addWidget(bar)
+
+
+class MessageStack(MessageList):
+    """The messages of a window of its own, the newest on top; not there while there is none."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._model = MessageModel()
+        self._model.changed.connect(self._on_model_changed)
+        self.dismissed.connect(self._model.dismiss)
+        self._timer = QTimer(self)
+        self._timer.setInterval(EXPIRY_MS)
+        self._timer.timeout.connect(self._model.expire)
         self.hide()
 
     @property
     def messages(self) -> list[str]:
-        """What is shown, the newest first."""
-        return [bar.text for bar in self._bars]
+        """The texts shown, the newest first."""
+        return [message.text for message in self._model.shown(None)[:MOST]]
 
     def showError(self, text: str) -> None:
-        """Show a message until it is dismissed."""
-        self._add(text, Tone.ERROR)
+        """Show what did not work, until it is dismissed."""
+        self._model.post(Message(text, Severity.ERROR))
 
     def showNotice(self, text: str) -> None:
         """Show a message that goes away by itself."""
-        bar = self._add(text, Tone.INFO)
-        QTimer.singleShot(int(NOTICE_SECONDS * 1000), bar.dismissed)
+        self._model.notice(text)
 
-    def showOffer(self, text: str, label: str, action: Callable[[], None]) -> MessageBar:
+    def showOffer(self, text: str, label: str, act: Callable[[], None]) -> Message:
         """Show a message with a button that does something about it, until it is dismissed."""
-        bar = self._add(text, Tone.INFO)
-        bar.offer(label, action)
-        return bar
+        message = Message(text, offers=(Offer(label, act),))
+        self._model.post(message)
+        return message
 
-    def dismiss(self, bar: MessageBar) -> None:
+    def dismiss(self, message: Message) -> None:
         """Remove a message; does nothing where it is gone already."""
-        self._remove(bar)
+        self._model.dismiss(message)
 
     def dismissAll(self) -> None:
         """Remove every message."""
-        for bar in list(self._bars):
-            self._remove(bar)
+        self._model.dismiss_all()
 
-    def _add(self, text: str, tone: Tone) -> MessageBar:
-        if self._bars and (self._bars[0].text, self._bars[0].tone) == (text, tone):
-            self._bars[0].again()
-            return self._bars[0]
-        bar = MessageBar(text, tone, self)
-        bar.dismissed.connect(lambda: self.dismiss(bar))
-        self._bars.insert(0, bar)
-        self._layout.insertWidget(0, bar)
-        for old in self._bars[MOST:]:
-            self._remove(old)
-        self.show()
-        return bar
-
-    def _remove(self, bar: MessageBar) -> None:
-        if bar in self._bars:
-            self._bars.remove(bar)
-            self._layout.removeWidget(bar)
-            bar.hide()
-            bar.deleteLater()
-        self.setVisible(bool(self._bars))
+    def _on_model_changed(self) -> None:
+        messages = self._model.shown(None)[:MOST]
+        self.setMessages(messages)
+        self.setVisible(bool(messages))
+        if messages and not self._timer.isActive():
+            self._timer.start()
+        elif not messages:
+            self._timer.stop()

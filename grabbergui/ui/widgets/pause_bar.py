@@ -5,6 +5,7 @@ from __future__ import annotations
 from PyQt5.QtCore import QSignalBlocker, pyqtSignal
 from PyQt5.QtWidgets import QLabel, QPushButton, QSlider, QWidget
 
+from grabbergui.models.language import localized
 from grabbergui.ui.loader import load_form
 
 
@@ -31,4 +32,4 @@ class PauseBar(QWidget):
         with QSignalBlocker(self.slider):
             self.slider.setRange(0, max(0, count - 1))
             self.slider.setValue(index)
-        self.placeLabel.setText(self.tr("{0} of {1}   −{2:.2f} s").format(index + 1, count, age))
+        self.placeLabel.setText(localized(self.tr("{0} of {1}   −{2:.2f} s").format(index + 1, count, age)))

@@ -14,6 +14,7 @@ from grabbergui.core.region import Region
 from grabbergui.ui.widgets.picture_item import PictureItem
 from grabbergui.ui.widgets.picture_marks import PictureMarks
 from grabbergui.ui.widgets.pixel_values import PixelValues
+from grabbergui.ui.widgets.thumbnail import DIMMED
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."
@@ -21,7 +22,7 @@ MINIMUM_FRACTION = 0.25
 "Of the size that fits, below which zooming out is of no use."
 
 
-class PictureCanvas(pg.GraphicsView):
+class PictureCanvas(pg.GraphicsView):  # type: ignore[misc]  # the library has no types
     """Shows a picture; wheel zooms about the cursor, dragging pans, a double click fits.
 
     It says which part of the frame it shows in how many screen pixels; somebody else makes the image.
@@ -89,6 +90,15 @@ class PictureCanvas(pg.GraphicsView):
                 self.fit()
             else:
                 self._announce()
+
+    @property
+    def empty(self) -> bool:
+        """Whether no picture is shown."""
+        return self._empty
+
+    def setDimmed(self, dimmed: bool) -> None:
+        """Show the picture darker: it is not of now."""
+        self._item.setOpacity(DIMMED if dimmed else 1.0)
 
     def addOverlay(self, item: pg.GraphicsObject) -> None:
         """Lay something over the picture, in its pixels."""

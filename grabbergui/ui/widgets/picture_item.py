@@ -14,7 +14,7 @@ from PyQt5.sip import voidptr
 from grabbergui.core.pixels import DisplayImage
 
 
-class PictureItem(pg.GraphicsObject):
+class PictureItem(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """A frame in a scene whose unit is the frame's pixel.
 
     The image covers what the view showed when it was asked for and has about the screen's resolution, so

@@ -33,7 +33,7 @@ def size_text(chosen: QRectF) -> str:
     return f"{width} × {height}"
 
 
-class PictureMarks(pg.GraphicsObject):
+class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """Drawn in the view's own pixels; every line is one screen pixel wide, over a darker one to stand out."""
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""A note over the picture: why there is none, and what to do."""
+"""A note in place of the picture: why there is none, and what to do."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from PyQt5.QtWidgets import QFrame, QLabel, QWidget
 
 from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.styled import restyle
 
 translate = QCoreApplication.translate
 
@@ -21,13 +22,7 @@ class PictureNote(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("picture_note", self)
-        self._stage: Stage | None = None
         self.hide()
-
-    @property
-    def invites(self) -> bool:
-        """Whether it says what can be done, rather than what is wrong."""
-        return self._stage is None
 
     def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
         """Show a note; with no summary, none. `stage` is where the picture's way ends."""
@@ -37,12 +32,7 @@ class PictureNote(QFrame):
         self.stageLabel.setText(_way(stage) if stage is not None else "")
         self.stageLabel.setVisible(stage is not None)
         self.setAccessibleName(f"{summary} {advice}")
-        self._stage = stage
-        tone = "info" if self.invites else "busy"
-        if self.property("tone") != tone:
-            self.setProperty("tone", tone)
-            if (style := self.style()) is not None:
-                style.polish(self)
+        restyle(self, "tone", "info" if stage is None else "busy")
         self.setVisible(bool(summary))
 
 

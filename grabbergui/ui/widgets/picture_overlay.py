@@ -6,7 +6,7 @@ import pyqtgraph as pg
 from PyQt5.QtCore import QRectF
 
 
-class PictureOverlay(pg.GraphicsObject):
+class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """An item in the picture's coordinates: x to the right, y down, one unit a pixel."""
 
     def __init__(self, level: float) -> None:

@@ -15,7 +15,7 @@ _BEHIND = QColor(0, 0, 0, 150)
 "White text must stand out from white pixels too."
 
 
-class PixelValues(pg.GraphicsObject):
+class PixelValues(pg.GraphicsObject):  # type: ignore[misc]  # the library has no types
     """Text on single pixels; in the pixels of the picture as it is seen."""
 
     def __init__(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from PyQt5.QtCore import QSignalBlocker, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QLabel, QSlider, QToolButton, QWidget
 
+from grabbergui.models.language import localized
 from grabbergui.models.recording.playback import PlaybackState
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
@@ -75,9 +76,9 @@ class PlaybackBar(QWidget):
 
 
 def _times(speed: float) -> str:
-    return f"{speed:g} ×"
+    return localized(f"{speed:g} ×")
 
 
 def _clock(seconds: float) -> str:
     minutes, rest = divmod(max(0.0, seconds), 60)
-    return f"{int(minutes):02d}:{rest:04.1f}"
+    return localized(f"{int(minutes):02d}:{rest:04.1f}")

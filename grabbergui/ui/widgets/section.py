@@ -147,6 +147,9 @@ class Section(QWidget):
     def _place(self, index: int, part: Section | FeatureRow) -> None:
         position = sum(1 for other in self._parts if other < index)
         self._parts[index] = part
+        # Below what can be seen until the layout has a place for it: a window may be painted before that,
+        # and new rows would be painted over each other.
+        part.move(0, self._body.height())
         self._body_layout.insertWidget(position, part)
         part.show()
 

@@ -50,7 +50,8 @@ class SourceDelegate(QStyledItemDelegate):
         hindered = bool(source.info.note)
         ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
         line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
-        line = _text(painter, line, title, ink, _title(source))
+        # The serial number at the end tells a camera from its neighbours.
+        line = _text(painter, line, title, ink, _title(source), Qt.TextElideMode.ElideMiddle)
         muted = palette.color(QPalette.PlaceholderText)
         for detail in _details(source):
             line = _text(painter, line, small, ink if hindered else muted, detail)
@@ -80,20 +81,22 @@ class SourceDelegate(QStyledItemDelegate):
 
 
 def _title(source: ListedSource) -> str:
-    """What tells it from its neighbours; the vendor stands below, so that there is room for it."""
-    info = source.info
-    return info.user_name or info.model or info.title
+    """The vendor stands below, so that there is room for what tells it from its neighbours."""
+    return source.info.short_title
 
 
 def _details(source: ListedSource) -> list[str]:
     info = source.info
     named = info.model if info.user_name else ""
     maker = " ".join(part for part in (info.vendor, named) if part)
-    serial = translate("SourceDelegate", "serial {0}").format(info.serial) if info.serial else ""
+    shown_above = not info.serial or info.serial in _title(source)
+    serial = "" if shown_above else translate("SourceDelegate", "serial {0}").format(info.serial)
     place = " · ".join(part for part in (_bus(info.bus), info.address) if part)
     options = info.uri.partition("?")[2]
     state = ""
-    if source.connected:
+    if source.lost:
+        state = translate("SourceDelegate", "lost, reconnecting")
+    elif source.connected:
         state = translate("SourceDelegate", "connected")
     elif source.manual:
         state = translate("SourceDelegate", "named by hand")
@@ -122,7 +125,14 @@ def _fonts(font: QFont) -> tuple[QFont, QFont]:
     return title, small
 
 
-def _text(painter: QPainter, line: QRect, font: QFont, ink: QColor, text: str) -> QRect:
+def _text(
+    painter: QPainter,
+    line: QRect,
+    font: QFont,
+    ink: QColor,
+    text: str,
+    elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
+) -> QRect:
     """Draw one line and return where the next one begins."""
     metrics = QFontMetrics(font)
     painter.setFont(font)
@@ -131,6 +141,6 @@ def _text(painter: QPainter, line: QRect, font: QFont, ink: QColor, text: str) -
     painter.drawText(
         here,
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-        metrics.elidedText(text, Qt.TextElideMode.ElideRight, here.width()),
+        metrics.elidedText(text, elide, here.width()),
     )
     return here.translated(0, metrics.height() + LINE_GAP)

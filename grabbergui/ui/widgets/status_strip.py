@@ -1,35 +1,35 @@
-"""The status bar's content: state, picture, rates, losses."""
+"""The status bar's content: state, title or message, picture, rates, losses."""
 
 from __future__ import annotations
 
-from enum import Enum
+from collections.abc import Sequence
 
 from PyQt5.QtCore import QSize
 from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QLabel, QWidget
 
+from grabbergui.models.language import localized
+from grabbergui.models.messages import Message
+from grabbergui.models.status import Tone
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.elided_label import ElidedLabel
+from grabbergui.ui.widgets.message_line import MessageLine
+from grabbergui.ui.widgets.styled import restyle
 
-
-class StateTone(Enum):
-    """How the state is coloured."""
-
-    IDLE = "idle"
-    BUSY = "busy"
-    GOOD = "good"
-    BAD = "bad"
-
-
-LEAST_MESSAGE = 60
-"Pixels kept for the message before figures make way for it."
+LEAST_TITLE = 60
+"Pixels kept for the title before figures make way for it."
+ROOM = 20
+"Pixels above and below the text: buttons of messages stand there."
+MOST_MESSAGE = 640
+"Pixels of a message for which figures make way; what is longer is shown in full by its button."
 
 
 class StatusStrip(QWidget):
     """Setters only. Figures keep their places while they change; the least make way for lack of room."""
 
     stateLabel: QLabel
-    messageLabel: ElidedLabel
+    titleLabel: ElidedLabel
+    messages: MessageLine
     formatLabel: QLabel
     rateLabel: QLabel
     bandwidthLabel: QLabel
@@ -40,30 +40,34 @@ class StatusStrip(QWidget):
         load_form("status_strip", self)
         self._figures = (self.lossLabel, self.rateLabel, self.formatLabel, self.bandwidthLabel)
         "The most important first."
-        self.setState(self.tr("Not connected"), StateTone.IDLE)
+        # With a message or without, so that nothing moves when one comes.
+        self.setFixedHeight(self.fontMetrics().height() + ROOM)
+        self.setMessages(())
 
     def minimumSizeHint(self) -> QSize:
         """The state alone."""
-        return QSize(self.stateLabel.sizeHint().width(), super().minimumSizeHint().height())
+        return QSize(self.stateLabel.sizeHint().width(), self.height())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Show as many figures as there is room for."""
         super().resizeEvent(event)
         self._fit()
 
-    def setState(self, text: str, tone: StateTone) -> None:
-        """Where the connection stands."""
+    def setState(self, text: str, tone: Tone) -> None:
+        """How the source is doing."""
         self.stateLabel.setText(f"● {text}")
-        if self.stateLabel.property("tone") != tone.value:
-            self.stateLabel.setProperty("tone", tone.value)
-            # A style sheet looks at properties only when a widget is polished.
-            if (style := self.stateLabel.style()) is not None:
-                style.unpolish(self.stateLabel)
-                style.polish(self.stateLabel)
+        restyle(self.stateLabel, "tone", tone.value)
 
-    def setMessage(self, text: str) -> None:
-        """What is open, or a word in passing."""
-        self.messageLabel.setText(text)
+    def setTitle(self, text: str) -> None:
+        """The name of what is open; messages take its place."""
+        self.titleLabel.setText(text)
+
+    def setMessages(self, messages: Sequence[Message]) -> None:
+        """Show the first of these in place of the title."""
+        self.messages.setMessages(messages)
+        self.messages.setVisible(bool(messages))
+        self.titleLabel.setVisible(not messages)
+        self._fit()
 
     def setFormat(self, text: str) -> None:
         """Resolution and pixel format."""
@@ -71,15 +75,20 @@ class StatusStrip(QWidget):
 
     def setRates(self, camera: float, painted: float) -> None:
         """Frames per second from the camera, and pictures painted."""
-        self._show(self.rateLabel, self.tr("{0:.1f} fps · {1:.0f} shown").format(camera, painted))
+        self._show(
+            self.rateLabel,
+            localized(self.tr("{0:.1f} fps · {1:.0f} shown").format(camera, painted)),
+        )
 
     def setBandwidth(self, bytes_per_second: float) -> None:
         """Payload per second."""
-        self._show(self.bandwidthLabel, f"{bytes_per_second / 1e6:.1f} MB/s")
+        self._show(self.bandwidthLabel, localized(f"{bytes_per_second / 1e6:.1f} MB/s"))
 
-    def setLosses(self, lost: int, incomplete: int) -> None:
-        """Frames lost and incomplete since the start."""
-        self._show(self.lossLabel, self.tr("{0} lost · {1} incomplete").format(lost, incomplete))
+    def setLosses(self, text: str, tone: Tone, detail: str) -> None:
+        """What was lost, how bad that is, and every counter for the tooltip."""
+        self._show(self.lossLabel, text)
+        self.lossLabel.setToolTip(detail)
+        restyle(self.lossLabel, "tone", tone.value)
 
     def clearFigures(self) -> None:
         """Nothing streams."""
@@ -97,7 +106,10 @@ class StatusStrip(QWidget):
     def _fit(self) -> None:
         layout = self.layout()
         gap = layout.spacing() if layout is not None else 0
-        room = self.width() - self.stateLabel.sizeHint().width() - LEAST_MESSAGE
+        margins = layout.contentsMargins() if layout is not None else self.contentsMargins()
+        least = min(self.messages.fullWidth, MOST_MESSAGE) if self.messages.messages else LEAST_TITLE
+        room = self.width() - margins.left() - margins.right() - least
+        room -= self.stateLabel.sizeHint().width() + gap
         for label in self._figures:
             room -= label.sizeHint().width() + gap
             label.setVisible(room >= 0)

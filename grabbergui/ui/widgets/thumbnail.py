@@ -9,6 +9,9 @@ from PyQt5.QtWidgets import QStyle, QStyleOption, QWidget
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.ui.widgets.picture_item import as_qimage
 
+DIMMED = 0.35
+"Opacity of a picture that is not of now."
+
 
 class Thumbnail(QWidget):
     """Paints one image in the middle, in its own proportions; nothing can be done with it."""
@@ -16,6 +19,7 @@ class Thumbnail(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._image: QImage | None = None
+        self._dimmed = False
 
     @property
     def image(self) -> QImage | None:
@@ -26,6 +30,12 @@ class Thumbnail(QWidget):
         """Show an image, or none."""
         self._image = as_qimage(image) if image is not None else None
         self.update()
+
+    def setDimmed(self, dimmed: bool) -> None:
+        """Show the image darker."""
+        if dimmed != self._dimmed:
+            self._dimmed = dimmed
+            self.update()
 
     def roomInPixels(self, width: int, height: int) -> tuple[int, int]:
         """How many pixels of the screen a picture of that size takes here."""
@@ -45,4 +55,5 @@ class Thumbnail(QWidget):
         target = QRectF(0, 0, size.width(), size.height())
         target.moveCenter(QRectF(self.rect()).center())
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.setOpacity(DIMMED if self._dimmed else 1.0)
         painter.drawImage(target, self._image)

@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import QWidget
 from grabbergui.servo.overlay import AXIS_COLOURS
 
 
-class TimePlot(pg.PlotWidget):
+class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
     """Setters only; neither zoomed nor moved by the mouse. Gaps where a value is not finite."""
 
     def __init__(self, parent: QWidget | None = None) -> None:

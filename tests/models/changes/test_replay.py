@@ -8,8 +8,8 @@ import pytest
 from operator_bench import CAMERA, UNDO
 
 from grabbergui import cli, sources
+from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes import replay
-from grabbergui.models.settings.feature_set import SettingKey
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
 NAMES = ["ExposureTime", "Gain", "BalanceRatioSelector", "BalanceRatio", "Gamma", "DeviceUserID"]

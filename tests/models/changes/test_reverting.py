@@ -6,8 +6,9 @@ import pytest
 from operator_bench import REDO, UNDO
 
 from grabbergui.core.errors import DeviceLostError, FeatureError
+from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.settings.feature_set import FeatureSet, SettingKey, capture, compare
+from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import load_onto
 from patience import PATIENCE
 

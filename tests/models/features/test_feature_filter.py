@@ -49,3 +49,12 @@ def test_every_word_must_match():
 
 def test_blanks_are_no_filter():
     assert visible_names(TREE, Visibility.BEGINNER, "  ") == ["ExposureTime", "AtTheRoot"]
+
+
+def test_commands_that_have_buttons_are_for_experts():
+    start = FeatureDescription(name="AcquisitionStart", kind=FeatureKind.COMMAND)
+    gain = FeatureDescription(name="Gain", kind=FeatureKind.FLOAT)
+    root = Category("Root", members=(start, gain))
+    assert visible_names(root, Visibility.BEGINNER) == ["Gain"]
+    assert visible_names(root, Visibility.EXPERT) == ["AcquisitionStart", "Gain"]
+    assert visible_names(root, Visibility.BEGINNER, "acquisition") == ["AcquisitionStart"]

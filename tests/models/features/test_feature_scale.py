@@ -5,7 +5,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from grabbergui.core.features import AccessMode, Feature, FeatureKind, Representation
-from grabbergui.models.features.scale import STEPS, SliderScale, natural_step, nearest_allowed, stepped
+from grabbergui.models.features.scale import STEPS, Pace, SliderScale, natural_step, nearest_allowed, stepped
 
 
 def feature(minimum, maximum, value=None, kind=None, **more):
@@ -93,9 +93,11 @@ def test_a_minimum_that_is_as_good_as_zero_is_taken_for_zero():
     assert [scale.to_value(0), scale.to_value(1)] == [2.2e-311, pytest.approx(0.001)]
 
 
-def test_more_than_three_decades_are_logarithmic():
-    assert SliderScale.of(feature(10.0, 1e6)).logarithmic
-    assert not SliderScale.of(feature(10.0, 1e4)).logarithmic
+def test_more_than_two_decades_are_logarithmic_and_three_of_integers():
+    assert SliderScale.of(feature(1.0, 600.0)).logarithmic
+    assert not SliderScale.of(feature(1.0, 100.0)).logarithmic
+    assert SliderScale.of(feature(1, 10000)).logarithmic
+    assert not SliderScale.of(feature(16, 4096)).logarithmic
 
 
 def test_an_integer_with_few_values_has_as_many_positions():
@@ -142,13 +144,51 @@ def test_64_bit_integers_stay_exact(value):
     assert stepped(wide, 1) == min(value + 1, 2**63 - 1)
 
 
+def test_a_track_shows_the_part_of_a_wide_range_in_which_each_pixel_can_be_aimed_at():
+    whole = SliderScale.of(feature(10.0, 1e6))
+    part = whole.around(10000.0, 100)
+    assert part.to_position(10000.0) == pytest.approx(part.steps / 2, abs=1)
+    pixel = (part.maximum / part.minimum) ** (1 / 100)
+    assert 1.02 < pixel < 1.026
+    assert whole.around(12.0, 100).minimum == 10.0
+    assert whole.around(9e5, 100).maximum == 1e6
+    assert whole.around(10000.0, 2000) is whole, "a track that is long enough shows everything"
+    assert SliderScale.of(feature(0.0, 48.0)).around(10.0, 100).maximum == 48.0
+
+
+@given(st.integers(1, 10**8), st.integers(1, 97), st.floats(0, 1))
+def test_a_part_of_a_range_has_the_numbers_of_the_whole(number, increment, share):
+    whole = SliderScale.of(feature(0, 10**8, increment=increment, representation=LOG))
+    part = whole.around(number, 120, share)
+    assert part.minimum % increment == part.maximum % increment == 0
+    nearest = part.to_value(part.to_position(number))
+    assert nearest % increment == 0
+    assert abs(nearest - number) <= max(increment, 0.02 * number)
+
+
+@pytest.mark.parametrize(
+    ("shown", "fine", "usual", "coarse"),
+    [
+        (feature(10.0, 1e6, value=20000.0), 20, 200, 2000),
+        (feature(0.0, 48.0), 0.05, 0.5, 5),
+        (feature(0.0, 48.0, increment=0.1), 0.1, 0.1, 1.0),
+        (feature(0.0, 48.0, increment=1e-6), 0.05, 0.5, 5),
+        (feature(16, 2448, increment=16), 16, 16, 160),
+        (feature(0, 2**63 - 1, 2**62), 1, 1, 10),
+    ],
+)
+def test_fine_and_coarse_steps(shown, fine, usual, coarse):
+    steps = [natural_step(shown, pace) for pace in (Pace.FINE, Pace.USUAL, Pace.COARSE)]
+    assert steps == [pytest.approx(step) for step in (fine, usual, coarse)]
+
+
 def test_steps_suit_the_range_and_the_value():
-    assert natural_step(feature(0.0, 48.0)) == 0.1
+    assert natural_step(feature(0.0, 48.0)) == 0.5
     assert natural_step(feature(16, 2448, increment=16)) == 16
-    assert natural_step(feature(10.0, 1e6, value=20000.0)) == 100
-    assert natural_step(feature(1, 10**8, value=20000, representation=LOG)) == 100
+    assert natural_step(feature(10.0, 1e6, value=20000.0)) == 200
+    assert natural_step(feature(1, 10**8, value=20000, representation=LOG)) == 200
     assert natural_step(feature(1, 10**8, value=5, representation=LOG)) == 1
-    assert stepped(feature(0.0, 48.0, 0.2), 1) == 0.3
+    assert stepped(feature(0.0, 48.0, 0.2), 1) == 0.7
     assert stepped(feature(0.0, 48.0, 47.99), 1) == 48.0
     assert stepped(feature(0.0, 1.0, 0.5, increment=0.25), 1) == 0.75
     assert stepped(feature(0.0, math.inf, 0.0), 1) == 1.0

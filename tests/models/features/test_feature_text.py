@@ -11,6 +11,7 @@ from grabbergui.models.features.text import (
     number_text,
     parse_coded,
     parse_number,
+    quantity_text,
 )
 from grabbergui.models.features.wording import tooltip_html, value_text
 
@@ -173,3 +174,23 @@ def test_a_tooltip_tells_why_what_and_how():
 
 def test_camel_case_may_be_broken():
     assert breakable("ExposureTimeAbs").split("\u200b") == ["Exposure", "Time", "Abs"]
+
+
+@pytest.mark.parametrize(
+    ("number", "unit", "text"),
+    [
+        (1e6, "us", "1 s"),
+        (1000000, "us", "1 s"),
+        (10000.0, "us", "10 ms"),
+        (9999.0, "us", "9999 µs"),
+        (12345678, "us", "12.345678 s"),
+        (125000000, "Bps", "125 MBps"),
+        (30.0, "Hz", "30 Hz"),
+        (25000.0, "Hz", "25 kHz"),
+        (0.02, "s", "0.02 s"),
+        (20000.0, "dB", "20000 dB"),
+        (float("inf"), "us", "inf µs"),
+    ],
+)
+def test_long_numbers_are_shown_in_a_larger_unit(number, unit, text):
+    assert quantity_text(number, unit) == text

@@ -1,15 +1,17 @@
-import itertools
 import threading
 import time
 
 import pytest
 
 from fakes import ScriptedGrabber
+from grabbergui import sources
 from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
+from grabbergui.core.selection import SettingKey
 from grabbergui.models.features.tree import FeatureTreeModel
+from grabbergui.models.features.wording import tooltip_html
 from grabbergui.models.features.worker import FeatureWorker
-from patience import PATIENCE
+from patience import PATIENCE, until
 
 
 def number(name, value=1.0, **more):
@@ -170,8 +172,9 @@ def test_the_automatic_mode_of_what_is_watched_is_followed(stage):
     assert s.values("GainAuto")[-1] == "Once"
 
 
-def test_writes_are_at_least_50_ms_apart_and_the_last_one_is_sent(stage):
+def test_writes_are_at_most_60_a_second_and_the_last_one_is_sent(stage):
     s = stage(number("Gain"))
+    begun = time.monotonic()
     for step in range(60):
         s.model.write("Gain", float(step))
         time.sleep(0.003)
@@ -179,9 +182,30 @@ def test_writes_are_at_least_50_ms_apart_and_the_last_one_is_sent(stage):
     times = [moment for _, _, moment in s.grabber.writes]
     assert s.written("Gain")[0] == 0.0
     assert s.written("Gain")[-1] == 59.0
-    assert all(b - a >= 0.049 for a, b in itertools.pairwise(times))
-    assert 2 <= len(times) < 60
+    # One that a busy machine delayed may be close to the next: the rate counts, not each pause.
+    assert 2 <= len(times) <= 60 * (times[-1] - begun) + 2
     assert s.values("Gain")[-1] == 59.0
+
+
+def test_a_write_waits_for_one_read_at_most(stage):
+    """A camera's answers may take milliseconds each; what the operator does comes first."""
+    names = [f"F{index}" for index in range(20)]
+    s = stage(number("Gain"), *(number(name) for name in names))
+    s.grabber.gate.clear()
+    s.model.request(names)
+    read_before = []
+    write = s.grabber.write_feature
+
+    def note_and_write(name, value):
+        read_before.extend(s.grabber.reads)
+        return write(name, value)
+
+    s.grabber.write_feature = note_and_write
+    s.model.write("Gain", 5.0)
+    s.grabber.gate.set()
+    s.settle()
+    assert [name for name in read_before if name in names] == names[:1]
+    assert set(s.grabber.reads) >= set(names)
 
 
 def test_while_a_newer_value_waits_the_older_one_is_not_shown(stage):
@@ -316,3 +340,69 @@ def test_closing_sends_what_waits_and_stays_silent(stage):
     assert s.written("Gain")[-1] == 3.0
     assert len(s.changed) == told
     assert s.errors == []
+
+
+def test_what_a_write_returns_is_not_asked_for_again(stage):
+    """Each step of a slider on a remote camera cost two requests."""
+    s = stage(number("Gain"), number("ExposureTime"))
+    s.model.watch(["Gain", "ExposureTime"])
+    s.settle()
+    write = s.grabber.write_feature
+
+    def write_and_report(name, value):
+        feature = write(name, value)
+        s.grabber.features_changed.emit(frozenset({"Gain", "ExposureTime"}))
+        return feature
+
+    s.grabber.write_feature = write_and_report
+    reads = len(s.grabber.reads)
+    s.model.write("Gain", 2.0)
+    s.settle()
+    again = s.grabber.reads[reads:]
+    assert s.values("Gain")[-1] == 2.0
+    assert again.count("ExposureTime") == 1
+    before = again.count("Gain")
+    assert before == 1  # for the value before it
+    s.grabber.features_changed.emit(frozenset({"Gain"}))  # somebody else
+    s.settle()
+    assert s.grabber.reads[reads:].count("Gain") == before + 1
+
+
+def test_what_is_written_is_the_instance_that_is_shown_whatever_others_select_meanwhile():
+    camera = sources.create("sim:?width=64&height=48&pixel_format=RGB8")
+    camera.open()
+    worker = FeatureWorker("worker")
+    try:
+        model = FeatureTreeModel(camera, worker)
+        shown = {}
+        model.feature_changed.connect(lambda feature: shown.__setitem__(feature.name, feature))
+        model.write("BalanceRatioSelector", "Red")
+        model.write("BalanceRatio", 1.5)  # before the selector's own write is known to be done
+        until(lambda: "BalanceRatio" in shown, "the first write")
+        camera.write_feature("BalanceRatioSelector", "Green")  # somebody else; nothing here looks at it
+        green = camera.feature("BalanceRatio").value
+        shown.clear()
+        model.write("BalanceRatio", 1.75)
+        until(lambda: "BalanceRatio" in shown, "the second write")
+        assert camera.feature("BalanceRatioSelector").value == "Green"
+        assert camera.feature("BalanceRatio").value == green
+        red = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Red"),))
+        assert camera.read_setting(red).value == pytest.approx(1.75)
+        model.close()
+    finally:
+        assert worker.close()
+        camera.close()
+
+
+def test_what_only_the_stream_locks_is_offered_and_says_what_a_write_does(stage):
+    locked = AccessMode.READ_ONLY
+    s = stage(number("Width", access=locked), number("Temperature", access=locked))
+    s.grabber.pauses_for = lambda name: name == "Width"
+    s.grabber.start()
+    s.model.request(["Width", "Temperature"])
+    s.settle()
+    width, temperature = s.model.feature("Width"), s.model.feature("Temperature")
+    assert (width.access, width.pauses_stream) == (AccessMode.READ_WRITE, True)
+    assert (temperature.access, temperature.pauses_stream) == (locked, False)
+    assert "pauses the stream" in tooltip_html(width)
+    assert "pauses the stream" not in tooltip_html(temperature)

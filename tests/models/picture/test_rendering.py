@@ -25,6 +25,27 @@ def test_levels_of_deep_pixels_show_all_gradations_between_them():
     assert pixels[1000:1256].tolist() == list(range(256))
 
 
+def test_distances_are_shown_from_the_nearest_to_the_farthest_and_what_was_not_measured_is_black():
+    """Millimetres between 0.5 and 2.5 m would be nearly black in the whole range of 16 bits."""
+    millimetres = np.linspace(500, 2500, 64 * 64).astype(np.uint16).reshape(64, 64)
+    millimetres[::8] = 0
+    millimetres[1, 1] = 65535  # an outlier
+    shown = render(frame_of(millimetres, "Coord3D_C16"), None, None, DisplaySettings()).pixels
+
+    assert set(shown[::8].reshape(-1)) == {0}
+    assert 5 < shown[1, 0] < 30 and shown[-1, -1] == 255
+    assert abs(int(shown[33, 0]) - 135) < 10, "and in proportion between them"
+
+    nothing = render(frame_of(np.zeros((8, 8), np.uint16), "Coord3D_C16"), None, None, DisplaySettings())
+    assert not nothing.pixels.any()
+
+
+def test_levels_that_somebody_set_hold_for_distances_too():
+    frame = frame_of(RAMP, "Coord3D_C16")
+    settings = DisplaySettings(levels=Levels(0, 4095 / 65535))
+    assert render(frame, None, None, settings).pixels[32, 0] == pytest.approx(128, abs=1)
+
+
 @pytest.mark.parametrize("order", ["RG", "GR", "BG", "GB"])
 def test_levels_of_a_deep_mosaic_keep_its_colours(order):
     mosaic = np.full((16, 16), 1000, np.uint16)

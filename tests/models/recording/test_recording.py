@@ -2,6 +2,7 @@
 
 import contextlib
 import errno
+import os
 import shutil
 import time
 from pathlib import Path
@@ -19,8 +20,8 @@ from grabbergui.driver.playback import source
 from grabbergui.driver.playback.opening import open_recording
 from grabbergui.driver.playback.stored import RecordingError
 from grabbergui.models.recording.recorder import Recorder, RecordingLimits
-from grabbergui.models.recording.writers import RecordingKind, create_writer, kind_of
-from patience import PATIENCE
+from grabbergui.models.recording.writers import INDEX_BYTES, RecordingKind, create_writer, kind_of
+from patience import PATIENCE, until
 
 INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")
 START = 1_700_000_000_000_000_000
@@ -167,6 +168,30 @@ def test_it_ends_after_so_many_seconds(camera, tmp_path):
     assert progress.frames and progress.seconds <= 0.1
 
 
+def test_the_clock_on_the_wall_does_not_end_it(camera, tmp_path, monkeypatch):
+    """As when the time of day is set by an hour while it records."""
+    really, jumped = time.time_ns, []
+    monkeypatch.setattr(time, "time_ns", lambda: really() + 3600 * 10**9 * bool(jumped))
+    writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
+    recorder = Recorder(camera, writer, RecordingLimits(frames=20, seconds=PATIENCE), reserve=0)
+    recorder.start()
+    camera.start()
+    until(lambda: recorder.progress.frames >= 5)
+    jumped.append(True)
+    progress = ended(recorder)
+    assert progress.frames == 20 and progress.seconds < PATIENCE
+
+
+def test_it_ends_after_so_many_seconds_though_no_frame_comes_any_more(camera, tmp_path):
+    writer = create_writer(RecordingKind.MCAP, tmp_path / "x.mcap", INFO)
+    recorder = Recorder(camera, writer, RecordingLimits(seconds=0.3), reserve=0)
+    recorder.start()
+    camera.start()
+    until(lambda: recorder.progress.frames)
+    camera.stop()
+    assert ended(recorder).reason == ""
+
+
 def test_it_ends_once_so_many_bytes_are_written(camera, tmp_path):
     writer = create_writer(RecordingKind.TIFF, tmp_path / "x", INFO)
     recorder = Recorder(camera, writer, RecordingLimits(size=10_000), reserve=0)
@@ -211,6 +236,20 @@ def test_a_slow_disk_drops_frames_and_counts_them(camera, tmp_path, monkeypatch)
     recording = open_recording(tmp_path / "x.mcap")
     assert len(recording) == 3
     recording.close()
+
+
+@pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="files without a name are Linux's")
+def test_room_for_a_movies_index_is_kept_until_it_is_written(tmp_path):
+    def reserved():
+        files = [path.stat() for path in Path("/proc/self/fd").iterdir() if path.exists()]
+        nameless = [file for file in files if file.st_nlink == 0 and file.st_size == INDEX_BYTES]
+        return sum(file.st_blocks * 512 for file in nameless)
+
+    before = reserved()
+    writer = create_writer(RecordingKind.MP4, tmp_path / "movie.mp4", INFO, 100)
+    assert reserved() >= before + INDEX_BYTES
+    writer.close()
+    assert reserved() == before
 
 
 @pytest.mark.parametrize("kind", RecordingKind)

@@ -9,18 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui import sources
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import DeviceLostError, MissingFileError, UsageError
 from grabbergui.core.features import AccessMode
 from grabbergui.core.grabber import Access
+from grabbergui.core.selection import SettingKey, same_value
 from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import (
-    FeatureSet,
-    Selectors,
-    SettingKey,
-    capture,
-    compare,
-    same_value,
-)
+from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
+from grabbergui.models.settings.files import BAG_GUID, parse
 from grabbergui.models.settings.loading import Outcome, load_onto, roll_back
 from patience import PATIENCE
 
@@ -56,7 +51,7 @@ def test_what_was_saved_comes_back_onto_another_camera(camera, tmp_path, name):
     other = sources.create("sim:")
     other.open()
     try:
-        read = files.load(tmp_path / name, Selectors(other).of)
+        read = files.load(tmp_path / name, other.selectors.of)
         assert compare(saved, read) == []
         report = load_onto(other, read)
         assert report.settled, [str(s) for s in report.settings]
@@ -82,10 +77,10 @@ def test_only_what_differs_is_written(camera, monkeypatch):
     saved = capture(camera)
     camera.write_feature("Gain", 6)
     written = []
-    really = camera.write_feature
-    monkeypatch.setattr(camera, "write_feature", lambda n, v: (written.append(n), really(n, v))[1])
+    really = camera.write_setting
+    monkeypatch.setattr(camera, "write_setting", lambda k, v: (written.append(k.name), really(k, v))[1])
     report = load_onto(camera, saved)
-    assert [name for name in written if not name.endswith("Selector")] == ["Gain"]
+    assert written == ["Gain"]
     assert outcomes(report)["Gain"] is Outcome.WRITTEN
     assert report.count(Outcome.EQUAL) == len(saved) - 1
 
@@ -249,7 +244,7 @@ HOSTILE = {
     "a list": "features:\n  Width: [1, 2]\n",
     "no end": 'features:\n  Width: "640\n',
     "half a selector": "features:\n  Gain[All]: 1\n",
-    "no name": "features:\n  1Gain: 1\n",
+    "no name": "features:\n  [Gain]: 1\n",
     "nested": "features:\n  Gain: {a: {b: {}}}\n",
 }
 
@@ -268,7 +263,7 @@ def test_binary_and_huge_files_are_refused(tmp_path):
             files.load(tmp_path / name)
     with pytest.raises(files.SettingsFileError):
         files.load(tmp_path)
-    with pytest.raises(files.SettingsFileError):
+    with pytest.raises(MissingFileError, match="no folder"):
         files.save(FeatureSet({}), tmp_path / "nowhere" / "x.yaml")
 
 
@@ -281,6 +276,17 @@ def test_only_settings_are_overwritten(tmp_path):
     with pytest.raises(UsageError):
         files.save(FeatureSet({}), path)
     assert path.read_text() == "my diary\n"
+
+
+def test_who_reads_settings_while_they_are_saved_has_the_old_ones_whole(tmp_path):
+    path = tmp_path / "settings.yaml"
+    files.save(FeatureSet({SettingKey("Width"): 64}), path)
+    before = path.read_text()
+    with path.open() as reader:
+        files.save(FeatureSet({SettingKey("Width"): 128}), path)
+        assert reader.read() == before
+    assert path.read_text() != before
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_link_stays_a_link(tmp_path):
@@ -341,3 +347,72 @@ def test_values_mean_the_same_however_they_are_written():
     assert not same_value(2**63 - 1, 2**63 - 2)
     assert not same_value("Off", False)
     assert not same_value("On", "Off")
+
+
+def test_a_frame_rate_is_set_after_an_exposure_that_an_automatic_mode_left_too_long(camera):
+    """The mode holds the exposure while the camera is stopped, and it limits the frame rate."""
+    camera.write_feature("ExposureTime", 500_000.0)
+    camera.write_feature("ExposureAuto", "Continuous")
+    settings = {
+        SettingKey("AcquisitionFrameRate"): 12.5,
+        SettingKey("ExposureTime"): 10_000.0,
+        SettingKey("ExposureAuto"): "Continuous",
+    }
+    report = load_onto(camera, FeatureSet(settings))
+    assert report.settled, report.lines()
+    assert camera.feature("AcquisitionFrameRate").value == 12.5
+    assert camera.feature("ExposureAuto").value == "Continuous"
+
+
+@pytest.mark.parametrize(
+    "text", [f"# {BAG_GUID}\nGain\t3\nstray line\nGamma\t2\n", "features:\n  Gain: 3\n  ?\n  Gamma: 2\n"]
+)
+def test_one_stray_line_costs_that_line(camera, text):
+    features = parse(text, "some.txt", camera.selectors.of)
+    assert {str(key) for key in features.settings} == {"Gain", "Gamma"}
+    (lost,) = features.lost_lines
+    assert lost.startswith("some.txt, line 3:")
+    report = load_onto(camera, features)
+    assert camera.feature("Gamma").value == 2 and not report.settled
+    assert report.lines()[0] == lost
+
+
+def test_comparing_promises_only_what_loading_accepts(camera):
+    settings = {
+        SettingKey("Gain"): 1e9,
+        SettingKey("PixelFormat"): "Mono9",
+        SettingKey("Gamma"): "bright",
+        SettingKey("BlackLevel"): 5.0,
+    }
+    promised = outcomes(load_onto(camera, FeatureSet(settings), dry_run=True))
+    assert promised["BlackLevel"] is Outcome.WOULD_WRITE
+    assert promised["Gain"] is Outcome.DEPENDS
+    assert promised["PixelFormat"] is promised["Gamma"] is Outcome.REFUSED
+    kept = outcomes(load_onto(camera, FeatureSet(settings)))
+    assert {name for name, outcome in kept.items() if outcome is Outcome.WRITTEN} == {"BlackLevel"}
+
+
+def test_loading_that_is_interrupted_says_what_was_written(camera, monkeypatch):
+    really = camera.write_setting
+
+    def write(key, value):
+        if key.name == "Gamma":
+            raise DeviceLostError("the cable is out")
+        return really(key, value)
+
+    monkeypatch.setattr(camera, "write_setting", write)
+    settings = {SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0, SettingKey("BlackLevel"): 5.0}
+    report = load_onto(camera, FeatureSet(settings))
+    found = outcomes(report)
+    assert found == {"Gain": Outcome.WRITTEN, "Gamma": Outcome.CANCELLED, "BlackLevel": Outcome.CANCELLED}
+    assert report.problem == "interrupted: the cable is out" and not report.settled
+
+
+def test_format_and_region_are_set_while_it_streams(camera):
+    wanted = {"PixelFormat": "BayerRG12p", "Width": 128, "Height": 64, "OffsetX": 32, "OffsetY": 16}
+    camera.start()
+    report = load_onto(camera, FeatureSet({SettingKey(name): value for name, value in wanted.items()}))
+    assert report.settled, report.lines()
+    assert {name: camera.feature(name).value for name in wanted} == wanted
+    assert camera.streaming
+    assert roll_back(camera, report).settled

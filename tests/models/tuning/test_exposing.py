@@ -1,6 +1,5 @@
 """Exposure by one push, on a camera without any automatic and on the simulated one."""
 
-
 import pytest
 from stage import REGION, on
 

@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtGui import QCursor
 from sample_features import AUTO, A, K, feature
 
 from grabbergui.core.features import EnumEntry
@@ -56,3 +58,16 @@ def test_auto_may_be_a_boolean_or_locked(auto):
     auto.click()
     assert auto.modes == [True]
     assert "read-only" in auto.toolTip()
+
+
+def test_it_is_not_lit_once_its_menu_is_closed_with_the_mouse_elsewhere(qtbot):
+    button = AutoButton()
+    qtbot.addWidget(button)
+    button.setFeature(AUTO)
+    button.move(200, 200)
+    button.show()
+    button.setAttribute(Qt.WA_UnderMouse, True)
+    QCursor.setPos(0, 0)
+    button.menu().popup(button.mapToGlobal(button.rect().bottomLeft()))
+    button.menu().close()
+    assert not button.underMouse()

@@ -36,7 +36,7 @@ def test_a_row_is_empty_until_its_feature_is_known(row, qtbot):
     made.setFeature(EXPOSURE)
     assert isinstance(made.editor, RangeEditor)
     qtbot.waitUntil(made.editor.slider().isVisible)
-    made.editor.slider().setValue(0)
+    qtbot.keyClick(made.editor.slider(), Qt.Key_Home)
     assert made.told == [("ExposureTime", 10.0)]
 
 

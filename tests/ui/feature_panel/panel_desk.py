@@ -49,9 +49,9 @@ class Desk:
         self.strip.resize(900, 80)
         self.controller = FeatureController(self.panel, self.strip)
         self.errors = []
-        self.controller.failed.connect(self.errors.append)
         self.worker = FeatureWorker()
         self.model = FeatureTreeModel(grabber, self.worker)
+        self.model.failed.connect(lambda error: self.errors.append(str(error)))
         self.panel.show()
         self.strip.show()
         self.controller.set_model(self.model)

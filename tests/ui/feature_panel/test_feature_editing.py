@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QWidget
 from grabbergui.core.errors import GrabberError
 
 
-def test_dragging_a_slider_writes_at_most_every_50_ms_and_the_last_value(desk):
+def test_dragging_a_slider_writes_at_most_60_times_a_second_and_the_last_value(desk):
     d = desk()
     editor = d.row("Gain").editor
     slider = editor.slider()
@@ -21,7 +21,7 @@ def test_dragging_a_slider_writes_at_most_every_50_ms_and_the_last_value(desk):
     slider.setSliderDown(False)
     d.qtbot.waitUntil(lambda: d.grabber.known["Gain"].value == float(last))
     times = [moment for _, _, moment in d.grabber.writes]
-    assert min(b - a for a, b in itertools.pairwise(times)) >= 0.049
+    assert min(b - a for a, b in itertools.pairwise(times)) >= 0.016
     assert 2 <= len(times) < 100
     d.qtbot.waitUntil(lambda: d.row("Gain", d.strip).editor.field.text() == last)
 
@@ -44,7 +44,7 @@ def test_a_refused_write_is_told_and_the_widget_shows_the_truth(desk):
     d = desk()
     d.row("Gain")
     d.grabber.refusals["Gain"] = GrabberError("Gain=9: the camera answered: busy")
-    d.row("Gain").editor.field.stepBy(30)
+    d.row("Gain").editor.field.stepBy(6)
     assert d.row("Gain").editor.field.text() == "9"
     d.qtbot.waitUntil(lambda: bool(d.errors))
     assert d.errors == ["Gain=9: the camera answered: busy"]
@@ -54,7 +54,7 @@ def test_a_refused_write_is_told_and_the_widget_shows_the_truth(desk):
 def test_what_the_camera_made_of_a_value_is_shown(desk):
     d = desk()
     d.grabber.on_write = lambda name, value: 16.0
-    d.row("Gain").editor.field.stepBy(90)
+    d.row("Gain").editor.field.stepBy(18)
     d.qtbot.waitUntil(lambda: d.row("Gain").editor.field.text() == "16")
     assert d.written("Gain") == [15.0]
     assert d.errors == []
@@ -110,8 +110,8 @@ def test_favourites_are_there_whatever_the_camera_calls_them(desk):
     assert [row.title for row in rows] == ["Exposure", "Gain", "Frame rate"]
     assert sorted(rows, key=QWidget.x) == rows
     rows[2].editor.field.stepBy(1)
-    d.qtbot.waitUntil(lambda: d.written("AcquisitionFrameRateAbs") == [25.1])
-    d.qtbot.waitUntil(lambda: d.row("AcquisitionFrameRateAbs").editor.field.text() == "25.1")
+    d.qtbot.waitUntil(lambda: d.written("AcquisitionFrameRateAbs") == [26])
+    d.qtbot.waitUntil(lambda: d.row("AcquisitionFrameRateAbs").editor.field.text() == "26")
 
 
 def test_a_favourite_of_a_closed_section_is_followed_too(desk):

@@ -1,10 +1,11 @@
 """What the panel shows: sections, levels, what is searched for, however many features there are."""
 
 import time
+from itertools import combinations
 
 from panel_desk import K, camera_features, feature
 from PyQt5.QtCore import QPoint, Qt
-from PyQt5.QtWidgets import QLabel
+from PyQt5.QtWidgets import QLabel, QWidget
 
 from fakes import ScriptedGrabber
 from grabbergui.core.features import Category
@@ -190,3 +191,27 @@ def test_escape_in_the_filter_shows_everything_again(desk, qtbot):
     qtbot.keyClick(d.panel.filterEdit, Qt.Key_Escape)
     assert d.panel.filterEdit.text() == ""
     assert "ExposureTime" in d.shown()
+
+
+def seen_over_each_other(widget):
+    """Pairs of rows and sections below a widget that are painted over each other, as things stand now."""
+    found = []
+    for parent in [widget, *widget.findChildren(QWidget)]:
+        children = [c for c in parent.children() if isinstance(c, (FeatureRow, Section)) and c.isVisible()]
+        for one, other in combinations(children, 2):
+            if not (one.geometry() & other.geometry() & parent.rect()).isEmpty():
+                found.append((one, other))
+    return found
+
+
+def test_rows_that_have_no_place_yet_are_not_painted_over_each_other(desk):
+    d = desk()
+    d.filled()
+    tree = d.model.root
+    d.panel.setTree(None)
+    d.panel.setTree(tree, [description.name for description in tree.descriptions()])
+    d.strip.setFavourites(list(tree.descriptions())[:3])
+    while not d.panel._pacer.idle:
+        d.panel._pacer._on_timer_timeout()  # a window may be painted before it is laid out
+    assert len(d.panel.findChildren(FeatureRow)) > 3
+    assert not seen_over_each_other(d.panel) and not seen_over_each_other(d.strip)

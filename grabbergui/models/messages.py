@@ -1,0 +1,176 @@
+"""What the window says: each message with the source it is about, its cause, and its end."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from psygnal import Signal
+
+from grabbergui.models.open_source import OpenSource
+
+log = logging.getLogger(__name__)
+
+NOTICE_SECONDS = 6.0
+"How long a notice stays."
+ERROR_SECONDS = 30.0
+"How long the failure of one action stays; the log keeps it."
+MOST = 20
+"Messages kept; the oldest make way."
+
+
+class Severity(Enum):
+    """How serious a message is."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTICE = "info"
+
+
+class Cause(Enum):
+    """What lasts for a while, is said once meanwhile, and no longer when it is over."""
+
+    LINK = "link"
+    "The source does not answer, or has just come back."
+    ACCESS = "access"
+    "Another program has control."
+    TRIGGER = "trigger"
+    "Frames come only when the camera is triggered."
+    PICTURE = "picture"
+    "Frames do not come, or cannot be seen, though the camera streams."
+    OPENING = "opening"
+    "A source could not be opened; over with the next attempt."
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A button that does something about a message."""
+
+    label: str
+    act: Callable[[], None] = field(compare=False)
+
+
+@dataclass(frozen=True)
+class Message:
+    """One line. Messages with the same source, cause and, where there is no cause, text are one."""
+
+    text: str
+    severity: Severity = Severity.NOTICE
+    source: OpenSource | None = None
+    "The source it belongs to: it is shown while that is the current one. None: to the window."
+    cause: Cause | None = None
+    offers: tuple[Offer, ...] = ()
+    count: int = 1
+    "How often it happened."
+    ends: float | None = None
+    "When it goes by itself, by the model's clock; None: when its cause has gone or its source is closed."
+
+    @property
+    def sentence(self) -> str:
+        """The text with a capital letter, unless it begins with a name, and with the count."""
+        first, _, _ = self.text.partition(" ")
+        capital = first.isalpha() and first.islower()
+        text = self.text[0].upper() + self.text[1:] if capital else self.text
+        return text if self.count == 1 else f"{text}  (×{self.count})"
+
+    def is_as(self, other: Message) -> bool:
+        """Whether the other is about the same event."""
+        same_text = self.cause is not None or self.text == other.text
+        return (self.source, self.cause) == (other.source, other.cause) and same_text
+
+
+class MessageModel:
+    """The messages of a window. Any thread may call; `changed` comes from the thread that called."""
+
+    changed = Signal()
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._lock = threading.RLock()
+        self._messages: tuple[Message, ...] = ()
+        "The newest first."
+        self._dismissed: list[tuple[OpenSource | None, Cause]] = []
+        "Causes that the user does not want to hear of again while they last."
+
+    def shown(self, source: OpenSource | None) -> tuple[Message, ...]:
+        """What is to be seen while `source` is the current one, the newest first."""
+        now = self._clock()
+        return tuple(
+            message
+            for message in self._messages
+            if message.source in (None, source) and (message.ends is None or message.ends > now)
+        )
+
+    def error(self, text: str, source: OpenSource | None = None) -> None:
+        """Say that one action did not work."""
+        self.post(Message(text, Severity.ERROR, source), seconds=ERROR_SECONDS)
+
+    def notice(self, text: str, source: OpenSource | None = None) -> None:
+        """Say for a moment that something was done, or that something changed by itself."""
+        self.post(Message(text, Severity.NOTICE, source), seconds=NOTICE_SECONDS)
+
+    def post(self, message: Message, seconds: float | None = None) -> None:
+        """Show a message, in place of one about the same event, for so many seconds or until it is ended.
+
+        Without a cause, the same message once more only counts up. A cause that was dismissed stays silent
+        until it has ended.
+        """
+        with self._lock:
+            if message.cause is not None and (message.source, message.cause) in self._dismissed:
+                return
+            now = self._clock()
+            known = [m for m in self._messages if m.ends is None or m.ends > now]
+            before = next((m for m in known if m.is_as(message)), None)
+            if before is not None and message.cause is None:
+                message = replace(message, count=before.count + 1)
+            message = replace(message, ends=None if seconds is None else now + seconds)
+            if message == before:
+                return
+            if before is not None and before.severity is message.severity:
+                known[known.index(before)] = message
+            else:
+                log.info("%s", message.text)
+                known = [message, *(m for m in known if m is not before)]
+            self._messages = tuple(known[:MOST])
+        self.changed.emit()
+
+    def end(self, source: OpenSource | None, cause: Cause) -> None:
+        """The cause has gone, and with it what was said of it."""
+        with self._lock:
+            self._dismissed = [each for each in self._dismissed if each != (source, cause)]
+            self._keep(lambda message: (message.source, message.cause) != (source, cause))
+
+    def forget(self, source: OpenSource) -> None:
+        """A source is closed: nothing more is said of it."""
+        with self._lock:
+            self._dismissed = [each for each in self._dismissed if each[0] is not source]
+            self._keep(lambda message: message.source is not source)
+
+    def dismiss(self, message: Message) -> None:
+        """The user has read it; of a cause that lasts, nothing more is said until it has gone."""
+        with self._lock:
+            if message.cause is not None and message.ends is None:
+                self._dismissed.append((message.source, message.cause))
+            self._keep(lambda other: not other.is_as(message))
+
+    def dismiss_all(self) -> None:
+        """Clear the window."""
+        for message in self._messages:
+            self.dismiss(message)
+
+    def expire(self) -> None:
+        """Drop what has had its time; to be called now and then."""
+        now = self._clock()
+        self._keep(lambda message: message.ends is None or message.ends > now)
+
+    def _keep(self, wanted: Callable[[Message], bool]) -> None:
+        with self._lock:
+            kept = tuple(message for message in self._messages if wanted(message))
+            if kept == self._messages:
+                return
+            self._messages = kept
+        self.changed.emit()

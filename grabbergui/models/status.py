@@ -1,0 +1,288 @@
+"""How each open source is doing.
+
+Status strip, title, tile and messages derive from what is said here, so that they cannot contradict each
+other.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+
+from grabbergui.core.grabber import FrameGrabber, StreamStatistics
+from grabbergui.models.connection import Connection
+from grabbergui.models.diagnosis import CameraFacts
+from grabbergui.models.language import translate
+from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.stream_health import Health, HealthMeter, StreamHealth
+
+STALLED = 1.0
+"Seconds without a frame after which it is said."
+STARTING = 2.0
+"Seconds that the first frame may take."
+MOST_STEP = 0.5
+"""Seconds that count at most from one look to the next: while the window was busy with itself, a source had
+no chance to be seen."""
+FACTS_PERIOD = 1.0
+"Seconds between two questions to a source that sends no frames."
+_TELLING = frozenset({"TriggerMode", "TriggerSource", "TriggerSelector", "PlaybackActive"})
+"Features whose change may change the condition."
+
+
+class Condition(Enum):
+    """What a source is doing."""
+
+    CLOSED = "closed"
+    CONNECTING = "connecting"
+    STOPPED = "stopped"
+    READ_ONLY = "read only"
+    STARTING = "starting"
+    LIVE = "live"
+    PLAYING = "playing"
+    PAUSED = "paused"
+    WAITING = "waiting for a trigger"
+    STALLED = "stalled"
+    LOST = "lost"
+
+
+class Tone(Enum):
+    """How good that is."""
+
+    IDLE = "idle"
+    BUSY = "busy"
+    GOOD = "good"
+    BAD = "bad"
+
+
+_TONES = {
+    Condition.CLOSED: Tone.IDLE,
+    Condition.STOPPED: Tone.IDLE,
+    Condition.READ_ONLY: Tone.IDLE,
+    Condition.LIVE: Tone.GOOD,
+    Condition.PLAYING: Tone.GOOD,
+    Condition.LOST: Tone.BAD,
+}
+"All others are busy."
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What is known of a source at a moment; `condition` is what that means."""
+
+    link: LinkState
+    read_only: bool = False
+    frames: int = 0
+    "Since the stream was started."
+    silent: float = 0.0
+    "Seconds without a frame."
+    period: float = 0.0
+    "Seconds from frame to frame, as the camera is set; 0 where it does not say."
+    triggered: bool = False
+    "Whether frames come only when the camera is triggered."
+    playing: bool | None = None
+    "Whether a recording plays; None of a camera."
+    held: bool = False
+    "Whether the window shows a frame of the past."
+
+    @property
+    def condition(self) -> Condition:
+        """What the source is doing."""
+        if self.link is not LinkState.STREAMING:
+            stopped = Condition.READ_ONLY if self.read_only else Condition.STOPPED
+            return {
+                LinkState.CLOSED: Condition.CLOSED,
+                LinkState.OPENING: Condition.CONNECTING,
+                LinkState.LOST: Condition.LOST,
+            }.get(self.link, stopped)
+        if self.held or self.playing is False:
+            return Condition.PAUSED
+        if self.playing:
+            return Condition.PLAYING
+        if self.frames and self.silent < max(STALLED, 3 * self.period):
+            return Condition.LIVE
+        if self.triggered:
+            return Condition.WAITING
+        if not self.frames and self.silent < max(STARTING, 3 * self.period):
+            return Condition.STARTING
+        return Condition.STALLED
+
+
+@dataclass(frozen=True)
+class SourceStatus:
+    """What is said of a source."""
+
+    condition: Condition = Condition.CLOSED
+    seconds: float = 0.0
+    "How long it has been lost, or silent."
+    rate: float = 0.0
+    "Frames per second."
+    health: StreamHealth = field(default_factory=StreamHealth)
+    statistics: StreamStatistics | None = None
+    "None where nothing is open."
+    facts: CameraFacts = field(default_factory=CameraFacts)
+    recorded: bool = False
+    "Whether it is being recorded."
+
+    @property
+    def text(self) -> str:
+        """The condition in a word or two."""
+        return {
+            Condition.CLOSED: translate("Status", "Not connected"),
+            Condition.CONNECTING: translate("Status", "Connecting"),
+            Condition.STOPPED: translate("Status", "Stopped"),
+            Condition.READ_ONLY: translate("Status", "Read only"),
+            Condition.STARTING: translate("Status", "Starting"),
+            Condition.LIVE: translate("Status", "Live"),
+            Condition.PLAYING: translate("Status", "Playing"),
+            Condition.PAUSED: translate("Status", "Paused"),
+            Condition.WAITING: translate("Status", "Waiting for trigger"),
+            Condition.STALLED: translate("Status", "No frame for {0:.0f} s").format(self.seconds),
+            Condition.LOST: translate("Status", "Lost for {0:.0f} s").format(self.seconds),
+        }[self.condition]
+
+    @property
+    def tone(self) -> Tone:
+        """How good the condition is; a stream that loses something is never plainly good."""
+        tone = _TONES.get(self.condition, Tone.BUSY)
+        return Tone.BUSY if tone is Tone.GOOD and self.health.health is not Health.WHOLE else tone
+
+    @property
+    def loss_tone(self) -> Tone:
+        """How good it is what is said of losses."""
+        return {Health.WHOLE: Tone.IDLE, Health.RESENT: Tone.BUSY}.get(self.health.health, Tone.BAD)
+
+    @property
+    def tile(self) -> str:
+        """How it is doing, where there is room for a few letters: a rate where frames come."""
+        rate = translate("Status", "{0:.0f} fps").format(self.rate)
+        if self.condition is Condition.LIVE and self.health.health in (Health.LOSING, Health.OVERRUN):
+            return translate("Status", "{0}, losing frames").format(rate)
+        if self.condition is Condition.LIVE:
+            return rate
+        return self.text.lower()
+
+    def title(self, name: str) -> str:
+        """The title of a window that shows the source of this name."""
+        parts = [name]
+        if self.recorded:
+            parts.insert(0, translate("Status", "● Recording"))
+        if self.condition is Condition.LOST:
+            parts.append(translate("Status", "connection lost"))
+        return " — ".join(parts)
+
+
+class StatusModel:
+    """Looks at every open source, several times a second. One thread; no call waits."""
+
+    def __init__(self, connection: Connection, clock: Callable[[], float] = time.monotonic) -> None:
+        self._connection = connection
+        self._clock = clock
+        self._watches: dict[OpenSource, _Watch] = {}
+        self.held = False
+        "Whether the window shows a frame of the current source's past."
+        self.recorded: Callable[[OpenSource], bool] = lambda source: False
+        "Whether a source is being recorded."
+
+    def refresh(self) -> None:
+        """Look at every open source."""
+        sources = self._connection.sources
+        for closed in self._watches.keys() - set(sources):
+            self._watches.pop(closed).close()
+        for source in sources:
+            if source not in self._watches:
+                self._watches[source] = _Watch(source)
+            self._watches[source].look(self._clock())
+
+    def of(self, source: OpenSource | None) -> SourceStatus:
+        """How a source is doing; the current one as the window shows it."""
+        if source is None:
+            return SourceStatus()
+        watch = self._watches.get(source)
+        if watch is None:
+            return SourceStatus(Sighting(source.state, bool(source.read_only)).condition)
+        held = self.held and source is self._connection.source
+        return watch.status(self._clock(), held, self.recorded(source))
+
+    def close(self) -> None:
+        """Look no longer."""
+        for watch in self._watches.values():
+            watch.close()
+        self._watches.clear()
+
+
+class _Watch:
+    """What is known of one source."""
+
+    def __init__(self, source: OpenSource) -> None:
+        self._source = source
+        self._grabber: FrameGrabber | None = None
+        self._statistics: StreamStatistics | None = None
+        self._meter = HealthMeter()
+        self._health = StreamHealth()
+        self._facts = CameraFacts()
+        self._looked: float | None = None
+        self._silent = 0.0
+        self._changed = True
+        "Whether the facts may have changed. Set by any thread."
+        self._asked = -FACTS_PERIOD
+
+    def look(self, now: float) -> None:
+        """Read the counters; ask the source's own thread for the rest where it matters."""
+        step = min(now - self._looked, MOST_STEP) if self._looked is not None else 0.0
+        self._looked = now
+        grabber = self._source.grabber
+        if grabber is None or self._source.features is None:
+            return
+        if self._grabber is None:
+            self._grabber = grabber
+            grabber.features_changed.connect(self._on_features_changed)
+        before, self._statistics = self._statistics, grabber.statistics()
+        self._health = self._meter.judge(now, self._statistics)
+        streams = self._source.state is LinkState.STREAMING
+        came = before is None or before.frames != self._statistics.frames
+        self._silent = self._silent + step if streams and not came else 0.0
+        if not self._source.state.connected:
+            self._changed = True
+        elif self._changed or (streams and self._silent >= STALLED and now - self._asked >= FACTS_PERIOD):
+            self._ask(grabber, now)
+
+    def status(self, now: float, held: bool, recorded: bool) -> SourceStatus:
+        """What that means."""
+        source, statistics = self._source, self._statistics
+        sighting = Sighting(
+            source.state,
+            bool(source.read_only),
+            statistics.frames if statistics is not None else 0,
+            self._silent,
+            self._facts.period or 0.0,
+            self._facts.trigger_source is not None,
+            self._facts.playing,
+            held,
+        )
+        lost = now - source.lost_since if source.lost_since is not None else 0.0
+        return SourceStatus(
+            sighting.condition,
+            lost if sighting.condition is Condition.LOST else self._silent,
+            statistics.frame_rate if statistics is not None else 0.0,
+            self._health,
+            statistics,
+            self._facts,
+            recorded,
+        )
+
+    def close(self) -> None:
+        if self._grabber is not None:
+            self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+
+    def _ask(self, grabber: FrameGrabber, now: float) -> None:
+        self._asked, self._changed = now, False
+        self._source.worker.submit(lambda: CameraFacts.read(grabber), key="facts", done=self._on_facts)
+
+    def _on_facts(self, facts: CameraFacts) -> None:
+        self._facts = facts
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        if not names.isdisjoint(_TELLING):
+            self._changed = True

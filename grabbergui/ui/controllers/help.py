@@ -1,0 +1,112 @@
+"""Joins the *Help* menu to the manual, the doctor and *What's this?*."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import partial
+from importlib import resources
+from pathlib import Path
+
+from PyQt5.QtCore import QEvent, QObject, Qt
+from PyQt5.QtGui import QHelpEvent
+from PyQt5.QtWidgets import QApplication, QWhatsThis, QWidget
+
+from grabbergui.doctor import network, software, usb
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.help_dialogs import FIRST_PAGE, DoctorDialog, ManualDialog
+from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+
+
+class HelpController(QObject):
+    """Opens what explains the program. The doctor looks on a thread of its own."""
+
+    def __init__(self, window: MainWindow) -> None:
+        super().__init__(window)
+        self._window = window
+        self.manual: ManualDialog | None = None
+        self.doctor: DoctorDialog | None = None
+        "While it is shown."
+        self._bridge = Bridge(self)
+        window.actionManual.triggered.connect(self.show_manual)
+        window.actionDoctor.triggered.connect(self.show_doctor)
+        window.actionShortcuts.triggered.connect(self.show_shortcuts)
+        window.actionWhatsThis.triggered.connect(QWhatsThis.enterWhatsThisMode)
+        window.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Answer *What's this?* with the tooltip of what was clicked, or of what that is in.
+
+        The events of all widgets come by only while Qt is in that mode, of which it notifies the window:
+        thousands a second while a picture runs are a seventh of the GUI thread.
+        """
+        if event is None:
+            return False
+        app = QApplication.instance()
+        if app is not None and event.type() == QEvent.Type.EnterWhatsThisMode:
+            app.installEventFilter(self)
+        elif app is not None and event.type() == QEvent.Type.LeaveWhatsThisMode:
+            app.removeEventFilter(self)
+        if event.type() not in (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis):
+            return False
+        if not isinstance(watched, QWidget) or not isinstance(event, QHelpEvent):
+            return False
+        text = _explanation(watched)
+        if text and event.type() == QEvent.Type.WhatsThis:
+            QWhatsThis.showText(event.globalPos(), text, watched)
+        event.setAccepted(bool(text))
+        return bool(text)
+
+    def show_manual(self) -> None:
+        """Open the manual."""
+        self.manual = dialog = ManualDialog(manual_folder(), self._window)
+        dialog.show()
+
+    def show_doctor(self) -> None:
+        """Check this computer, and show what is found as it is found."""
+        if self.doctor is not None:
+            self.doctor.raise_()
+            return
+        self.doctor = dialog = DoctorDialog(self._window)
+        dialog.finished.connect(self._on_doctor_finished)
+        dialog.show()
+        threading.Thread(target=self._examine, args=(dialog,), name="doctor", daemon=True).start()
+
+    def show_shortcuts(self) -> None:
+        """List all keys."""
+        if (menubar := self._window.menuBar()) is not None:
+            dialog = ShortcutsDialog(menubar, self._window)
+            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+            dialog.open()
+
+    def _examine(self, dialog: DoctorDialog) -> None:
+        for checks in (network, usb, software):
+            for finding in checks.check():
+                if self.doctor is not dialog:
+                    return
+                self._bridge.call(partial(self._tell, dialog, partial(dialog.addFinding, finding)))
+        self._bridge.call(partial(self._tell, dialog, dialog.finish))
+
+    def _tell(self, dialog: DoctorDialog, report: Callable[[], None]) -> None:
+        if self.doctor is dialog:
+            report()
+
+    def _on_doctor_finished(self, _: int) -> None:
+        self.doctor = None
+
+
+def manual_folder() -> Path:
+    """Return where the manual's pages are: installed with the program, or beside it in its sources."""
+    beside = Path(__file__).parents[3] / "docs"
+    if (beside / FIRST_PAGE).exists():
+        return beside
+    return Path(str(resources.files("grabbergui.manual")))
+
+
+def _explanation(widget: QWidget | None) -> str:
+    while widget is not None:
+        if text := widget.whatsThis() or widget.toolTip():
+            return text
+        widget = widget.parentWidget()
+    return ""

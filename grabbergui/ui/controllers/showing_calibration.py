@@ -1,0 +1,97 @@
+"""Joins *Load calibration…* and *Show calibration* to the picture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from weakref import WeakKeyDictionary
+
+from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtWidgets import QFileDialog
+
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.open_source import OpenSource
+from grabbergui.models.picture.picture import PictureModel
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.main_window import MainWindow
+
+
+class ShowingCalibrationController(QObject):
+    """Each source may have a calibration; while it is shown, the picture is without the lens's distortion."""
+
+    failed = pyqtSignal(str)
+    """What did not work, for the window's messages."""
+    noticed = pyqtSignal(str)
+
+    def __init__(self, window: MainWindow, connection: Connection, picture: PictureModel) -> None:
+        super().__init__(window)
+        self._window = window
+        self._connection = connection
+        self._picture = picture
+        self._known: WeakKeyDictionary[OpenSource, Calibration] = WeakKeyDictionary()
+        self._size = (0, 0)
+        "Of the frames shown last."
+        window.actionLoadCalibration.triggered.connect(self._ask)
+        window.actionShowCalibration.toggled.connect(self._apply)
+        window.picture.painted.connect(self._on_picture_painted)
+        bridge = Bridge(self)
+        bridge.bind(connection.opened, lambda _: self._on_source_changed())
+        bridge.bind(connection.closing, lambda _: self._on_source_changed())
+        self._on_source_changed()
+
+    def load(self, path: Path) -> None:
+        """Read a camera_info file for the current source, and show it."""
+        source = self._connection.source
+        if source is None:
+            return
+        try:
+            calibration = Calibration.load(path)
+        except (UsageError, OSError) as error:
+            self.failed.emit(error_text(error))
+            return
+        self._known[source] = calibration
+        self._window.actionShowCalibration.setEnabled(True)
+        self._window.actionShowCalibration.setChecked(True)
+        self._apply()
+        if self._window.actionShowCalibration.isChecked():
+            across, down = calibration.field_of_view
+            text = self.tr("{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°")
+            self.noticed.emit(text.format(path.name, across, down))
+
+    def _ask(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(
+            self._window, self.tr("Load a calibration"), str(Path.home()), "camera_info (*.yaml *.yml)"
+        )
+        if path:
+            self.load(Path(path))
+
+    def _on_source_changed(self) -> None:
+        source = self._connection.source
+        known = source is not None and source in self._known
+        self._window.actionLoadCalibration.setEnabled(source is not None)
+        self._window.actionShowCalibration.setEnabled(known)
+        self._window.actionShowCalibration.setChecked(False)
+        self._apply()
+
+    def _on_picture_painted(self) -> None:
+        frame = self._picture.frame
+        if frame is not None and (frame.width, frame.height) != self._size:
+            self._size = (frame.width, frame.height)
+            self._apply()
+
+    def _apply(self, _: bool = False) -> None:
+        """Show the picture with or without the distortion; a calibration of another crop is refused."""
+        source, frame = self._connection.source, self._picture.frame
+        wanted = self._window.actionShowCalibration.isChecked() and source is not None
+        calibration = self._known.get(source) if wanted and source is not None else None
+        if calibration is not None and frame is not None:
+            try:
+                calibration = calibration.scaled_to(frame.width, frame.height)
+            except UsageError as error:
+                calibration = None
+                self._window.actionShowCalibration.setChecked(False)
+                self.failed.emit(error_text(error))
+        self._picture.settings = replace(self._picture.settings, calibration=calibration)

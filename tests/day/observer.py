@@ -1,0 +1,128 @@
+"""Runs in the window by `grabbergui gui --script`, and answers questions about it over stdin and stdout.
+
+A question is a line with a Python expression, an answer a line of JSON. Nothing here acts on the window: the
+test does that with the mouse and the keyboard. Questions are answered while a dialog is open, too.
+"""
+
+import json
+import os
+import sys
+
+from PyQt5.QtCore import QPoint, QSocketNotifier
+from PyQt5.QtWidgets import QAbstractButton, QApplication, QPushButton
+
+window, program = desk.window, desk.program  # noqa: F821  what a script finds
+
+
+def place(widget, x=0.5, y=0.5):
+    """Where a part of a widget is on the screen, in its pixels; None where it cannot be clicked."""
+    if widget is None or not widget.isVisible():
+        return None
+    point = widget.mapToGlobal(QPoint(round(x * (widget.width() - 1)), round(y * (widget.height() - 1))))
+    under = QApplication.widgetAt(point)
+    if under is not widget and not widget.isAncestorOf(under):
+        return None
+    ratio = widget.devicePixelRatioF()
+    return round(point.x() * ratio), round(point.y() * ratio)
+
+
+def row(name):
+    """The control of a feature above the picture."""
+    return window.favourites.rows.rows(name)[0]
+
+
+def button(text):
+    """A visible button of the window by its text, without its mnemonic."""
+    visible = (each for each in window.findChildren(QPushButton) if each.isVisible())
+    return next((each for each in visible if each.text().replace("&", "") == text), None)
+
+
+def dialog():
+    """The title of the dialog that has the focus; None where the window itself has it."""
+    modal = QApplication.activeModalWidget() or QApplication.activeWindow()
+    return modal.windowTitle() if modal is not None and modal is not window else None
+
+
+def text_of(label):
+    return label.text() if label.isVisible() else ""
+
+
+def tile(each):
+    return {
+        "name": each.titleLabel.toolTip(),
+        "state": text_of(each.stateLabel),
+        "recording": each.recordingLabel.isVisible(),
+        "current": bool(each.property("current")),
+    }
+
+
+def said():
+    """All that the window says of its cameras."""
+    strip, bar = window.status, window.recordingBar
+    return {
+        "title": window.windowTitle(),
+        "state": text_of(strip.stateLabel).removeprefix("● "),
+        "tone": strip.stateLabel.property("tone"),
+        "messages": strip.messages.messages,
+        "losses": text_of(strip.lossLabel),
+        "loss tone": strip.lossLabel.property("tone"),
+        "tiles": [tile(each) for each in window.gallery.tiles],
+        "age": text_of(window.picture.ageLabel),
+        "note": text_of(window.picture.note.summaryLabel),
+        "record": bar.recordButton.isEnabled(),
+        "recording": bar.recordButton.isChecked(),
+        "progress": text_of(bar.progressLabel),
+        "locked": any(not each.isEnabled() for each in window.favourites.rows.rows("ExposureTime")),
+    }
+
+
+def number(name):
+    """What a control above the picture shows, with its unit."""
+    rows = window.favourites.rows.rows(name)
+    return rows[0].editor.field.text() if rows and rows[0].editor is not None else None
+
+
+def frames():
+    """Frames that the current camera has delivered."""
+    source = program.connection.source
+    return source.grabber.statistics().frames if source is not None and source.grabber is not None else 0
+
+
+def cut_off():
+    """Buttons of the window that have less room than their text needs, or reach outside it on the left."""
+    return [
+        each.text()
+        for each in window.findChildren(QAbstractButton)
+        if each.text()
+        and not each.visibleRegion().isEmpty()
+        and (each.width() < each.minimumSizeHint().width() or each.mapTo(window, QPoint()).x() < 0)
+    ]
+
+
+def shot(path):
+    """Save what is on the screen."""
+    return QApplication.primaryScreen().grabWindow(0).save(path)
+
+
+def answer():
+    data = os.read(0, 65536)
+    if not data:  # the test has ended
+        window.close()
+        return
+    buffer.extend(data)
+    while b"\n" in buffer:
+        line, _, rest = bytes(buffer).partition(b"\n")
+        buffer[:] = rest
+        try:
+            reply = {"answer": eval(line.decode(), globals())}
+        except Exception as error:
+            reply = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(reply), flush=True)
+
+
+buffer = bytearray()
+listener = QSocketNotifier(sys.stdin.fileno(), QSocketNotifier.Read)
+listener.activated.connect(answer)
+print(json.dumps({"answer": "ready"}), flush=True)
+while True:
+    desk.wait(0.5)  # noqa: F821  ends with the window

@@ -1,0 +1,136 @@
+"""Messages: one for each event, with an owner and an end."""
+
+import pytest
+
+from grabbergui.core.uri import SourceUri
+from grabbergui.models.messages import (
+    ERROR_SECONDS,
+    MOST,
+    NOTICE_SECONDS,
+    Cause,
+    Message,
+    MessageModel,
+    Severity,
+)
+from grabbergui.models.open_source import OpenSource
+
+
+class Stage:
+    """A model with a clock that a test turns, and two cameras."""
+
+    def __init__(self):
+        self.now = 100.0
+        self.model = MessageModel(lambda: self.now)
+        self.one, self.two = (OpenSource(SourceUri.parse(uri)) for uri in ("sim:", "sim:colour"))
+        self.changes = []
+        self.model.changed.connect(lambda: self.changes.append(1))
+
+    def texts(self, source=None):
+        return [message.text for message in self.model.shown(source)]
+
+
+@pytest.fixture
+def stage():
+    stage = Stage()
+    yield stage
+    for source in (stage.one, stage.two):
+        source.let_go()
+
+
+def lost(source, count=1):
+    return Message("connection lost", Severity.ERROR, source, Cause.LINK, count=count)
+
+
+def test_a_message_of_a_camera_is_shown_while_that_is_the_current_one(stage):
+    stage.model.error("ExposureTime is locked", stage.one)
+    stage.model.notice("saved")
+    assert stage.texts(stage.one) == ["saved", "ExposureTime is locked"]
+    assert stage.texts(stage.two) == stage.texts(None) == ["saved"]
+    stage.model.forget(stage.one)
+    assert stage.texts(stage.one) == ["saved"]
+
+
+def test_repeated_losses_are_one_line_with_a_count_that_ends_with_the_return(stage):
+    stage.model.post(lost(stage.one))
+    stage.model.post(lost(stage.one, 2))
+    (line,) = stage.model.shown(stage.one)
+    assert line.sentence == "Connection lost  (×2)" and line.ends is None
+    back = Message("back after 4 s, set as before", Severity.NOTICE, stage.one, Cause.LINK, count=2)
+    stage.model.post(back, seconds=10)
+    assert stage.texts(stage.one) == ["back after 4 s, set as before"]
+    stage.now += 10
+    assert stage.texts(stage.one) == []
+
+
+def test_what_is_done_goes_by_itself_and_says_so(stage):
+    stage.model.notice("saved")
+    stage.model.error("no such file")
+    stage.now += NOTICE_SECONDS
+    stage.model.expire()
+    assert stage.texts() == ["no such file"] and len(stage.changes) == 3
+    stage.now += ERROR_SECONDS
+    assert stage.texts() == []
+
+
+def test_the_same_failure_again_counts_and_stays_as_long_as_a_new_one(stage):
+    stage.model.error("refused")
+    stage.now += ERROR_SECONDS - 1
+    stage.model.error("refused")
+    (line,) = stage.model.shown(None)
+    assert line.sentence == "Refused  (×2)" and line.ends == stage.now + ERROR_SECONDS
+    stage.now += ERROR_SECONDS
+    stage.model.error("refused")
+    assert stage.model.shown(None)[0].count == 1, "the first two are over"
+
+
+def test_a_cause_that_was_dismissed_stays_silent_until_it_has_gone(stage):
+    waiting = Message("waits for a trigger", source=stage.one, cause=Cause.TRIGGER)
+    stage.model.post(waiting)
+    stage.model.dismiss(waiting)
+    stage.model.post(waiting)
+    assert stage.texts(stage.one) == []
+    stage.model.post(Message("waits for a trigger", source=stage.two, cause=Cause.TRIGGER))
+    assert stage.texts(stage.two) == ["waits for a trigger"], "of another camera nobody has spoken"
+    stage.model.end(stage.one, Cause.TRIGGER)
+    stage.model.post(waiting)
+    assert stage.texts(stage.one) == ["waits for a trigger"]
+
+
+def test_a_failure_that_was_dismissed_is_said_when_it_happens_again(stage):
+    stage.model.error("refused")
+    stage.model.dismiss(stage.model.shown(None)[0])
+    stage.model.error("refused")
+    assert stage.texts() == ["refused"]
+
+
+def test_a_text_that_follows_its_cause_keeps_its_place(stage):
+    for seconds in (3, 4):
+        text = f"no frame for {seconds} s"
+        stage.model.post(Message(text, Severity.WARNING, stage.one, Cause.PICTURE))
+        stage.model.notice("saved")
+    assert stage.texts(stage.one) == ["saved", "no frame for 4 s"]
+    stage.model.post(lost(stage.one))
+    assert stage.texts(stage.one)[0] == "connection lost"
+
+
+def test_nothing_is_announced_where_nothing_changed(stage):
+    stage.model.post(lost(stage.one))
+    stage.model.post(lost(stage.one))
+    stage.model.end(stage.one, Cause.PICTURE)
+    stage.model.expire()
+    assert len(stage.changes) == 1
+
+
+def test_memory_is_bounded(stage):
+    for number in range(3 * MOST):
+        stage.model.error(f"failure {number}")
+    assert len(stage.model.shown(None)) == MOST
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [("no camera answers", "No camera answers"), ("sim: is open already", "sim: is open already"),
+     ("ExposureTime is locked", "ExposureTime is locked"), ("/data/x.mp4 is full", "/data/x.mp4 is full")],
+)  # fmt: skip
+def test_a_message_begins_with_a_capital_unless_it_begins_with_a_name(text, sentence):
+    assert Message(text).sentence == sentence

@@ -1,0 +1,161 @@
+"""How a source is doing: one condition at a time, from which all that is said derives."""
+
+from dataclasses import replace
+
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.core.grabber import ConnectionState, StreamStatistics
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import LinkState
+from grabbergui.models.status import MOST_STEP, Condition, Sighting, SourceStatus, StatusModel, Tone
+from grabbergui.models.stream_health import Health, StreamHealth
+from patience import PATIENCE, until
+
+RUNNING = Sighting(LinkState.STREAMING, frames=100, silent=0.1)
+SILENT = replace(RUNNING, silent=5.0)
+EMPTY = Sighting(LinkState.STREAMING, silent=0.5)
+
+
+@pytest.mark.parametrize(
+    ("sighting", "condition"),
+    [
+        (Sighting(LinkState.CLOSED), Condition.CLOSED),
+        (Sighting(LinkState.OPENING), Condition.CONNECTING),
+        (Sighting(LinkState.OPEN), Condition.STOPPED),
+        (Sighting(LinkState.OPEN, read_only=True), Condition.READ_ONLY),
+        (replace(SILENT, link=LinkState.LOST, triggered=True, held=True), Condition.LOST),
+        (RUNNING, Condition.LIVE),
+        (replace(RUNNING, read_only=True), Condition.LIVE),
+        (replace(RUNNING, triggered=True), Condition.LIVE),
+        (SILENT, Condition.STALLED),
+        (replace(SILENT, period=4.0), Condition.LIVE),
+        (replace(SILENT, triggered=True), Condition.WAITING),
+        (replace(EMPTY, triggered=True), Condition.WAITING),
+        (EMPTY, Condition.STARTING),
+        (replace(EMPTY, silent=3.0), Condition.STALLED),
+        (replace(RUNNING, playing=True), Condition.PLAYING),
+        (replace(SILENT, playing=True), Condition.PLAYING),
+        (replace(SILENT, playing=False), Condition.PAUSED),
+        (replace(RUNNING, held=True), Condition.PAUSED),
+        (replace(SILENT, triggered=True, held=True), Condition.PAUSED),
+    ],
+)
+def test_the_condition_of_a_source(sighting, condition):
+    assert sighting.condition is condition
+
+
+@pytest.mark.parametrize("condition", Condition)
+def test_every_condition_has_its_words(condition):
+    status = SourceStatus(condition, seconds=13, rate=20)
+    assert status.text and status.tile
+    assert ("connection lost" in status.title("Acme")) == (condition is Condition.LOST)
+    assert (status.tone is Tone.GOOD) == (condition in (Condition.LIVE, Condition.PLAYING))
+    assert (status.tone is Tone.BAD) == (condition is Condition.LOST)
+
+
+def test_a_stream_that_loses_something_is_not_plainly_good():
+    live = SourceStatus(Condition.LIVE, rate=20)
+    assert (live.tone, live.loss_tone, live.tile) == (Tone.GOOD, Tone.IDLE, "20 fps")
+    resent = replace(live, health=StreamHealth(Health.RESENT))
+    assert (resent.tone, resent.loss_tone, resent.tile) == (Tone.BUSY, Tone.BUSY, "20 fps")
+    losing = replace(live, health=StreamHealth(Health.LOSING))
+    assert (losing.tone, losing.loss_tone, losing.tile) == (Tone.BUSY, Tone.BAD, "20 fps, losing frames")
+
+
+def test_a_recording_is_in_the_title():
+    assert SourceStatus(Condition.LIVE, recorded=True).title("Acme") == "● Recording — Acme"
+
+
+class Counting(ScriptedGrabber):
+    """A camera whose counters a test sets."""
+
+    def __init__(self):
+        mode = Feature(
+            name="TriggerMode", kind=FeatureKind.ENUMERATION, access=AccessMode.READ_WRITE, value="Off"
+        )
+        super().__init__([mode])
+        self.count = StreamStatistics()
+
+    def statistics(self):
+        return replace(self.count)
+
+
+class Stand:
+    """A camera that streams, its status, and a clock that the test turns."""
+
+    def __init__(self):
+        self.now = 0.0
+        self.camera = Counting()
+        self.link = Connection(lambda uri: self.camera)
+        self.model = StatusModel(self.link, lambda: self.now)
+        self.link.connect_to("sim:")
+        until(lambda: self.link.state is LinkState.STREAMING)
+
+    def look(self, seconds=0.2, frames=0):
+        self.now += seconds
+        self.camera.count.frames += frames
+        self.model.refresh()
+        return self.model.of(self.link.source)
+
+    def wait(self, seconds, frames=0):
+        for _ in range(round(seconds / 0.2)):
+            status = self.look(frames=frames)
+        return status
+
+
+@pytest.fixture
+def stand():
+    stand = Stand()
+    yield stand
+    stand.model.close()
+    stand.link.close_all()
+    assert stand.link.wait_closed(PATIENCE)
+
+
+def test_frames_make_it_live_and_silence_is_measured(stand):
+    assert stand.look().condition is Condition.STARTING
+    assert stand.wait(1, frames=4).condition is Condition.LIVE
+    stalled = stand.wait(3)
+    assert (stalled.condition, stalled.text) == (Condition.STALLED, "No frame for 3 s")
+    assert stand.look(frames=1).condition is Condition.LIVE
+
+
+def test_a_window_that_was_busy_with_itself_blames_nobody(stand):
+    stand.look()
+    assert stand.look(seconds=30).seconds <= MOST_STEP
+    assert stand.model.of(stand.link.source).condition is Condition.STARTING
+
+
+def test_a_trigger_that_is_switched_on_is_waited_for(stand):
+    stand.wait(1, frames=4)
+    stand.camera.set("TriggerMode", "On")
+
+    def waits():
+        return stand.look().condition is Condition.WAITING
+
+    until(waits)
+    assert stand.look().facts.trigger_source == "an input"
+    assert stand.look(frames=1).condition is Condition.LIVE, "a frame was triggered"
+    stand.camera.set("TriggerMode", "Off")
+    until(lambda: stand.look(frames=1).facts.trigger_source is None)
+
+
+def test_a_loss_is_measured_and_ends(stand):
+    stand.wait(1, frames=4)
+    stand.camera.connection_changed.emit(ConnectionState.LOST, "gone")
+    stand.link.source.lost_since = stand.now
+    lost = stand.wait(4)
+    assert (lost.condition, lost.text, lost.tone) == (Condition.LOST, "Lost for 4 s", Tone.BAD)
+    stand.camera.connection_changed.emit(ConnectionState.OPEN, "")
+    assert stand.look(frames=1).condition is Condition.LIVE
+
+
+def test_nothing_is_left_of_a_source_that_is_closed(stand):
+    stand.look()
+    source, heard = stand.link.source, len(stand.camera.features_changed)
+    stand.link.disconnect()
+    stand.model.refresh()
+    assert len(stand.camera.features_changed) < heard
+    assert stand.model.of(None).condition is Condition.CLOSED and source not in stand.model._watches

@@ -1,0 +1,62 @@
+"""The list of changes: it follows what is new, and shows whose changes are wanted."""
+
+import pytest
+
+from grabbergui.core.selection import SettingKey
+from grabbergui.models.changes.change import Change, Origin
+from grabbergui.ui.views.changes_panel import ChangesPanel
+
+
+@pytest.fixture
+def panel(qtbot):
+    made = ChangesPanel()
+    qtbot.addWidget(made)
+    made.resize(500, 180)
+    made.show()
+    return made
+
+
+def change(number, origin=Origin.OPERATOR):
+    return Change(number, float(number), SettingKey("Gain"), number - 1, number, origin)
+
+
+def note(panel, first, last):
+    for number in range(first, last):
+        panel.noteChange(change(number))
+
+
+def last_row_is_whole(panel):
+    table = panel.table
+    bottom = table.visualRect(table.model().index(table.model().rowCount() - 1, 0)).bottom()
+    return 0 < bottom <= table.viewport().height()
+
+
+def test_new_rows_are_followed_also_those_that_came_while_the_panel_was_hidden(panel, qtbot):
+    panel.hide()
+    note(panel, 1, 60)
+    panel.show()
+    qtbot.waitUntil(lambda: last_row_is_whole(panel))
+    note(panel, 60, 80)
+    qtbot.waitUntil(lambda: last_row_is_whole(panel))
+    panel.resize(500, 130)
+    qtbot.waitUntil(lambda: last_row_is_whole(panel))
+
+
+def test_who_scrolled_up_stays_there_until_the_end_is_reached_again(panel, qtbot):
+    note(panel, 1, 60)
+    bar = panel.table.verticalScrollBar()
+    bar.setValue(5)
+    note(panel, 60, 70)
+    qtbot.wait(20)
+    assert bar.value() == 5
+    bar.setValue(bar.maximum())
+    note(panel, 70, 80)
+    qtbot.waitUntil(lambda: last_row_is_whole(panel))
+
+
+def test_the_cameras_own_changes_can_be_hidden(panel):
+    changes = [change(1), change(2, Origin.CAMERA), change(3, Origin.NETWORK)]
+    panel.whoseChanged.connect(lambda: panel.setChanges(changes))
+    for index, numbers in ((1, [1, 3]), (2, [1]), (0, [1, 2, 3])):
+        panel.whoseBox.setCurrentIndex(index)
+        assert [shown.number for shown in panel.chosen] == numbers

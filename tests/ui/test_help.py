@@ -1,0 +1,82 @@
+"""The Help menu: the manual, the doctor, and What's this?"""
+
+import threading
+
+from PyQt5.QtCore import QEvent, QPoint
+from PyQt5.QtGui import QHelpEvent
+from PyQt5.QtWidgets import QApplication, QWhatsThis
+
+from grabbergui.doctor import network, software, usb
+from grabbergui.doctor.finding import good, problem
+from grabbergui.ui.controllers.help import HelpController, manual_folder
+
+
+def test_the_manual_opens_and_its_links_lead_to_other_pages(window_desk):
+    window_desk.window.actionManual.trigger()
+    manual = window_desk.program.help.manual
+    assert "Find a camera" in manual.text.toPlainText()
+    manual.text.anchorClicked.emit(manual.text.source().resolved(type(manual.text.source())("tuning.md")))
+    assert (manual_folder() / "tuning.md").read_text("utf-8").splitlines()[0].lstrip("# ") in (
+        manual.text.toPlainText()
+    )
+    manual.close()
+
+
+def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(window_desk, monkeypatch):
+    threads = []
+
+    def look():
+        threads.append(threading.current_thread().name)
+        yield good("the network is <fine>")
+
+    monkeypatch.setattr(network, "check", look)
+    monkeypatch.setattr(usb, "check", lambda: iter([problem("no rule", "grabbergui doctor --fix-udev")]))
+    monkeypatch.setattr(software, "check", lambda: iter(()))
+    window_desk.window.actionDoctor.trigger()
+    doctor = window_desk.program.help.doctor
+    window_desk.until(lambda: doctor.stateLabel.text() == "1 problems found")
+    assert threads == ["doctor"]
+    text = doctor.text.toPlainText()
+    assert "good: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text
+    doctor.close()
+    window_desk.until(lambda: window_desk.program.help.doctor is None)
+
+
+def test_whats_this_explains_a_control_by_its_tooltip(window_desk, monkeypatch):
+    window_desk.connect()
+    window_desk.until(lambda: window_desk.window.features.watched)
+    said = []
+    monkeypatch.setattr(QWhatsThis, "showText", lambda _, text, widget: said.append(text))
+    row = window_desk.window.favourites.rows.rows("Gain")[0]
+    window_desk.until(lambda: row.editor is not None)
+    window_desk.window.actionWhatsThis.trigger()
+    for widget in (
+        row.editor.field,
+        window_desk.window.toolBar.widgetForAction(window_desk.window.actionStop),
+    ):
+        asked = QHelpEvent(QEvent.QueryWhatsThis, QPoint(3, 3), QPoint(300, 300))
+        assert QApplication.sendEvent(widget, asked) and asked.isAccepted()
+        QApplication.sendEvent(widget, QHelpEvent(QEvent.WhatsThis, QPoint(3, 3), QPoint(300, 300)))
+    assert "Gain" in said[0] and "dB" in said[0]
+    assert said[1].startswith("Stop streaming")
+    QWhatsThis.leaveWhatsThisMode()
+
+
+def test_other_events_do_not_come_by_but_while_something_is_asked(window_desk, monkeypatch):
+    """A filter in Python on all events took a seventh of the GUI thread."""
+    window, seen = window_desk.window, []
+    look = HelpController.eventFilter
+    monkeypatch.setattr(
+        HelpController, "eventFilter", lambda self, of, event: seen.append(of) or look(self, of, event)
+    )
+
+    def events_of_a_child() -> int:
+        del seen[:]
+        QApplication.sendEvent(window.toolBar, QEvent(QEvent.UpdateRequest))
+        return seen.count(window.toolBar)
+
+    assert events_of_a_child() == 0
+    window.actionWhatsThis.trigger()
+    assert events_of_a_child() > 0
+    QWhatsThis.leaveWhatsThisMode()
+    assert events_of_a_child() == 0

@@ -1,0 +1,131 @@
+"""No message outlives its cause: each fault is said while it lasts, and nothing of it when it is over.
+
+Losses by power and by cable at the real window: tests/day.
+"""
+
+import pytest
+from PyQt5.QtCore import Qt
+from PyQt5.QtWidgets import QAbstractButton
+
+from grabbergui import sources
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.models.connection import BACK_SECONDS
+from grabbergui.models.messages import ERROR_SECONDS
+from grabbergui.models.open_source import LinkState
+
+SIM = "sim:?width=320&height=240"
+ADDRESS = "127.21.2.1"
+SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.FRAME_RATE: 20.0}
+
+
+class Bench:
+    """A window, and a camera on the network that can be switched off."""
+
+    def __init__(self, desk, folder):
+        self.desk, self.folder = desk, folder
+        self._camera = None
+
+    def switch_on(self):
+        self._camera = GigeCamera(ADDRESS, power_on=SMALL)
+
+    def switch_off(self):
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+    def until_it_streams(self):
+        self.desk.until(lambda: self.desk.program.connection.state is LinkState.STREAMING)
+
+
+@pytest.fixture
+def bench(window_desk, tmp_path):
+    bench = Bench(window_desk, tmp_path)
+    yield bench
+    bench.switch_off()
+
+
+def power_lost(bench):
+    """The camera's power goes and comes back."""
+    bench.switch_on()
+    bench.desk.connect(f"gige:{ADDRESS}")
+    bench.switch_off()
+    yield "reconnecting since"
+    bench.switch_on()
+    bench.until_it_streams()
+    yield BACK_SECONDS
+
+
+def taken(bench):
+    """Another program controls the camera, and closes it."""
+    bench.switch_on()
+    other = sources.create(f"gige:{ADDRESS}")
+    other.open()
+    bench.desk.program.sources.connect_to(f"gige:{ADDRESS}")
+    yield "read only"
+    other.close()
+    messages = bench.desk.window.messages
+    bench.desk.until(lambda: messages.findChildren(QAbstractButton, "offerButton"))
+    bench.desk.qtbot.mouseClick(messages.findChildren(QAbstractButton, "offerButton")[-1], Qt.LeftButton)
+    bench.until_it_streams()
+    yield 0
+
+
+def disk_full(bench):
+    """A recording is cut off by a disk that takes no more."""
+    resource, desk = pytest.importorskip("resource"), bench.desk
+    desk.connect(SIM)
+    bar, before = desk.window.recordingBar, resource.getrlimit(resource.RLIMIT_FSIZE)
+    desk.until(bar.recordButton.isEnabled)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
+    try:
+        desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
+        desk.until(lambda: any("recording" in text for text in desk.errors))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    yield "recording"
+    yield ERROR_SECONDS
+
+
+def settings_broken(bench):
+    """A file of settings cannot be read."""
+    bench.desk.connect(SIM)
+    (bench.folder / "broken.yaml").write_bytes(b"\x00 no settings")
+    bench.desk.program.keeping.load(bench.folder / "broken.yaml")
+    yield "broken.yaml"
+    yield ERROR_SECONDS
+
+
+def opening(uri, said):
+    """A source that is not there; then one that is."""
+
+    def fault(bench):
+        bench.desk.program.sources.connect_to(uri)
+        yield said
+        bench.desk.connect(SIM)
+        yield 0
+
+    return fault
+
+
+FAULTS = {
+    "the camera's power": power_lost,
+    "another program": taken,
+    "a full disk": disk_full,
+    "a broken file": settings_broken,
+    "no such camera": opening("gige:127.21.2.99", "127.21.2.99"),
+    "no name server": opening("yarp:/nowhere?nameserver=127.21.2.98:10000", "no YARP name server"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS.values(), ids=FAULTS)
+def test_no_message_outlives_its_cause(bench, fault):
+    desk, messages = bench.desk, bench.desk.program.messages
+    passed, clock = [0.0], messages._clock
+    messages._clock = lambda: clock() + passed[0]
+    course = fault(bench)
+
+    said = next(course)
+    desk.until(lambda: any(said in text for text in desk.errors))
+    passed[0] += next(course)
+    desk.until(lambda: not desk.errors and not desk.window.messages.isVisible())
