@@ -60,6 +60,11 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
         return [info for infos in found for info in infos]
 
 
+def discover_kind(scheme: str, timeout: float = 1.0) -> list[DeviceInfo]:
+    """Every source of one kind found within `timeout` seconds; none where that kind fails."""
+    return _discover(scheme, timeout)
+
+
 def _known(uri: SourceUri) -> SourceUri:
     if uri.scheme not in _KINDS:
         known = ", ".join(f"{scheme}:" for scheme in _KINDS)

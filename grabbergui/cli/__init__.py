@@ -54,7 +54,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         place = f"{error.filename}: " if error.filename is not None else ""
         print(f"grabbergui: {place}{error.strerror or error}", file=sys.stderr)
         _give_up_output()
-        return EXIT_FAILURE
+        # A file that was named and is not there, as MissingFileError elsewhere.
+        return EXIT_USAGE if isinstance(error, FileNotFoundError) else EXIT_FAILURE
     except KeyboardInterrupt as interrupt:
         return EXIT_TERMINATED if isinstance(interrupt, Terminated) else EXIT_INTERRUPTED
 

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from grabbergui.servo.boards import BoardSettings
     from grabbergui.servo.calibration import Collector
 
+REMIND = 5.0
+"Seconds without a new view, after which it says what it waits for."
+
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
@@ -110,21 +113,42 @@ def _show(options: argparse.Namespace) -> int:
 
 def _collect(collector: Collector, options: argparse.Namespace) -> None:
     """Look at the source until there are enough views, or the time is up."""
+    from grabbergui.servo.calibration import Verdict
+
+    waiting = {
+        Verdict.NOT_SEEN: "no board is seen: bring all of it into the picture, lit and in focus",
+        Verdict.MOVING: "the board moves: hold it still for a moment",
+        Verdict.KNOWN: "this view is known: hold the board elsewhere, nearer, farther or tilted",
+    }
     deadline = time.monotonic() + options.seconds
     with opened(options.source) as grabber:
         queue = grabber.open_queue(1)
         grabber.start()
+        print(
+            f"show the {options.board} board ({options.columns}×{options.rows} fields of "
+            f"{options.square:g} m) to {grabber.info.title} and hold it still; "
+            f"{collector.wanted} different views are wanted, within {options.seconds:g} s",
+            flush=True,
+        )
+        said = time.monotonic()
         try:
             while not collector.complete and time.monotonic() < deadline:
                 frame = queue.get(min(5.0, max(0.1, deadline - time.monotonic())))
-                if frame.complete and collector.add(frame.mono()):
+                if not frame.complete:
+                    continue
+                verdict, now = collector.look(frame.mono()), time.monotonic()
+                if verdict is Verdict.KEPT:
                     hint = collector.missing()
+                    said = now
                     print(
                         f"view {len(collector.views)} of {collector.wanted}, "
                         f"coverage {100 * collector.coverage.part:.0f} %"
                         f"{f'; next, hold it {hint}' if hint else ''}",
                         flush=True,
                     )
+                elif now - said > REMIND:
+                    said = now
+                    print(f"{waiting[verdict]}; {deadline - now:.0f} s are left", flush=True)
         except FrameTimeoutError:
             if time.monotonic() < deadline:
                 raise

@@ -15,6 +15,7 @@ from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import FeatureError, FeatureValueError, UsageError
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber
+from grabbergui.core.selection import SettingKey
 
 SELECTOR, SWITCH = "EventSelector", "EventNotification"
 LOOK_PERIOD = 0.1
@@ -83,18 +84,16 @@ def _keep(waiting: queue.Queue[DeviceEvent], event: DeviceEvent) -> None:
 @contextmanager
 def _switched_on(grabber: FrameGrabber, names: list[str]) -> Iterator[None]:
     """The events on, and off again behind the block where they were off."""
-    before = []
-    for name in names:
-        grabber.write_feature(SELECTOR, name)
-        before.append((name, grabber.feature(SWITCH).value))
-        grabber.write_feature(SWITCH, "On")
+    switches = [SettingKey(SWITCH, ((SELECTOR, name),)) for name in names]
+    before = [(key, grabber.read_setting(key).value) for key in switches]
     try:
+        for key in switches:
+            grabber.write_setting(key, "On")
         yield
     finally:
-        for name, value in before:
-            if isinstance(value, str):
-                grabber.write_feature(SELECTOR, name)
-                grabber.write_feature(SWITCH, value)
+        for key, value in before:
+            if value is not None:
+                grabber.write_setting(key, value)
 
 
 def _line(event: DeviceEvent, *, as_json: bool) -> str:

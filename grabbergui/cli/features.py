@@ -11,6 +11,8 @@ from grabbergui.cli.opening import add_source, opened
 from grabbergui.core.errors import FeatureAccessError, UsageError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, format_value
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey
+from grabbergui.models.features.text import typed_value
 
 
 def add_commands(commands: Any) -> None:
@@ -36,12 +38,17 @@ def add_commands(commands: Any) -> None:
     running.set_defaults(run=_run)
 
 
-def assignment(text: str) -> tuple[str, str]:
-    """`NAME=VALUE` in two. Raises UsageError."""
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip():
+def assignment(text: str) -> tuple[SettingKey, str]:
+    """`NAME=VALUE` in two; the name may have its selectors. Raises UsageError."""
+    found = SettingKey.parse_assignment(text)
+    if found is None:
         raise UsageError(f"'{text}' is not NAME=VALUE")
-    return name.strip(), value
+    return found
+
+
+def write(grabber: FrameGrabber, key: SettingKey, text: str) -> Feature:
+    """Write what was typed, a number perhaps with a unit (`20ms`); return what the camera then reports."""
+    return grabber.write_setting(key, typed_value(text, grabber.feature(key.name))).feature
 
 
 def report(feature: Feature) -> str:
@@ -63,7 +70,7 @@ def _features(options: argparse.Namespace) -> int:
 def _get(options: argparse.Namespace) -> int:
     with opened(options.source, reading=True) as grabber:
         for name in options.names:
-            feature = grabber.feature(name)
+            feature = grabber.read_setting(SettingKey.parse(name))
             if feature.value is None:
                 why = "is a command and has no value" if feature.kind is FeatureKind.COMMAND else None
                 raise FeatureAccessError(f"{name} {why or feature.access_problem()}", name)
@@ -74,8 +81,8 @@ def _get(options: argparse.Namespace) -> int:
 def _set(options: argparse.Namespace) -> int:
     assignments = [assignment(text) for text in options.assignments]
     with opened(options.source) as grabber:
-        for name, value in assignments:
-            print(report(grabber.write_feature(name, value)))
+        for key, text in assignments:
+            print(report(write(grabber, key, text)))
     return 0
 
 

@@ -14,6 +14,7 @@ from grabbergui.core.errors import DeviceStatusError, FeatureError, FrameTimeout
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.identity import describe
 from grabbergui.core.uri import SourceUri
 
 PTP_WAIT = 15.0
@@ -94,7 +95,7 @@ def _persistent_ip(options: argparse.Namespace) -> int:
             configuration = forget_address(device)
         else:
             configuration = read_configuration(device)
-    print(f"{device.info.title} ({device.info.serial or device.info.address}): {configuration}")
+    print(f"{describe(device.info)}: {configuration}")
     if writing:
         print("restart the camera for this to take effect: unplug it, or `grabbergui run … DeviceReset`")
     return 0

@@ -9,7 +9,6 @@ from typing import Any
 
 from grabbergui.cli import streaming
 from grabbergui.cli.numbers import count, counted
-from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.models.recording import snapshot
@@ -44,16 +43,11 @@ def _grab(options: argparse.Namespace) -> int:
     return 0
 
 
-def _collect(
-    source: streaming.FrameSource, queue: FrameQueue, options: argparse.Namespace
-) -> dict[str, Any]:
+def _collect(source: streaming.FrameSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
     first: Frame | None = None
     payload_bytes = 0
     for so_far in range(options.frames):
-        try:
-            frame = queue.get(options.timeout)
-        except FrameTimeoutError:
-            raise source.no_frame(options.timeout, so_far) from None
+        frame = source.next_frame(queue, options.timeout, so_far)
         first = first or frame
         payload_bytes += frame.payload.nbytes
         if options.out is not None:
@@ -61,7 +55,7 @@ def _collect(
     assert first is not None
     counters = source.grabber.statistics()
     # From the first frame's own time to the last's: opening the camera is not the camera's rate.
-    seconds = max(0.0, (frame.received_ns - first.received_ns) / 1e9)
+    seconds = max(0.0, frame.captured - first.captured)
     return {
         "frames": options.frames,
         "incomplete": counters.incomplete,

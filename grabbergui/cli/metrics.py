@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import hmac
 import logging
+import socket
 import threading
+import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
 
-from grabbergui.core.errors import TransportError, UsageError
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.core.errors import ResourceExhaustedError, TransportError, UsageError
 from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 
 log = logging.getLogger(__name__)
@@ -15,7 +22,13 @@ log = logging.getLogger(__name__)
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 DEFAULT_HOST = "127.0.0.1"
 REQUEST_TIMEOUT = 5.0
-"""Seconds that a caller has for its request."""
+"""Seconds that a caller may stand still within its request."""
+
+PAUSE = 1.0
+"""Seconds before the next caller when descriptors were used up."""
+
+MOST_REQUESTS = 8
+"""Answered at a time, each on a thread of its own; the oldest gives way to another."""
 
 _GAUGES = {
     "frame_rate": ("frame_rate_hertz", "Frames per second."),
@@ -32,6 +45,8 @@ _COUNTERS = {
     "packets_resent": ("packets_resent_total", "Packets that came because they were asked for again."),
     "packets_duplicate": ("packets_duplicate_total", "Packets that came twice."),
     "packets_ignored": ("packets_ignored_total", "Foreign, malformed or stale datagrams."),
+    "packets_clipped": ("packets_clipped_total", "Last packets with padding beyond the payload's end."),
+    "overruns": ("overruns_total", "Times that all waiting packets were discarded to catch up."),
 }
 
 Published = Mapping[str, Callable[[], int]]
@@ -70,17 +85,47 @@ def parse_address(text: str) -> tuple[str, int]:
     return host.strip("[]") or DEFAULT_HOST, int(port)
 
 
+def read_token(path: str) -> str:
+    """Return the token in a file, which only its owner should be able to read. Raises UsageError."""
+    try:
+        token = Path(path).read_text("ascii").strip()
+    except (OSError, UnicodeError) as error:
+        raise UsageError(f"--metrics-token {path}: {error}") from error
+    if not token:
+        raise UsageError(f"--metrics-token {path}: the file is empty; write a token into it")
+    return token
+
+
 class MetricsServer:
     """Answers GET /metrics. One thread, and one for each request; reads no feature of the camera."""
 
-    def __init__(self, grabber: FrameGrabber, address: str, published: Published) -> None:
-        """Bind. Raises UsageError for a bad address, TransportError where it cannot be had."""
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        address: str,
+        published: Published,
+        *,
+        token: str = "",
+        allowed: AllowedAddresses = EVERYBODY,
+    ) -> None:
+        """Bind. With a `token` requests need the header `Authorization: Bearer TOKEN`.
+
+        Raises UsageError for a bad address, TransportError where it cannot be had.
+        """
         host, port = parse_address(address)
+        expected = f"Bearer {token}".encode() if token else b""
 
         class Handler(BaseHTTPRequestHandler):
             timeout = REQUEST_TIMEOUT
 
             def do_GET(self) -> None:
+                given = self.headers.get("Authorization", "").encode("latin-1", "replace")
+                if expected and not hmac.compare_digest(given, expected):
+                    self.send_response(401)
+                    self.send_header("WWW-Authenticate", "Bearer")
+                    self.send_header("Content-Length", "0")
+                    self.end_headers()
+                    return
                 if self.path.partition("?")[0] != "/metrics":
                     self.send_error(404, "the figures are at /metrics")
                     return
@@ -96,7 +141,7 @@ class MetricsServer:
                 log.debug("metrics for %s: %s", self.address_string(), format % args)
 
         try:
-            self._server = _Server((host, port), Handler)
+            self._server = _Server((host, port), Handler, allowed)
         except OSError as error:
             raise TransportError(f"--metrics {address}: {error.strerror or error}") from error
         self._thread = threading.Thread(target=self._server.serve_forever, name="metrics", daemon=True)
@@ -121,6 +166,42 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     # A caller that says nothing must not hold up the end.
     block_on_close = False
+
+    def __init__(
+        self, address: tuple[str, int], handler: type[BaseHTTPRequestHandler], allowed: AllowedAddresses
+    ) -> None:
+        self._allowed = allowed
+        self._requests: dict[socket.socket, None] = {}
+        "Those in progress, oldest first."
+        self._lock = threading.Lock()
+        super().__init__(address, handler)
+
+    def verify_request(self, request: Any, client_address: Any) -> bool:
+        return self._allowed.allows(client_address[0], request.getsockname()[0])
+
+    def get_request(self) -> tuple[socket.socket, Any]:
+        try:
+            return super().get_request()
+        except OSError as error:
+            if failure := ResourceExhaustedError.of(error):
+                log.warning("metrics: nobody can connect: %s", failure)
+                time.sleep(PAUSE)  # the connection still waits: without a pause this would be asked for ever
+            raise
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        with self._lock:
+            if len(self._requests) >= MOST_REQUESTS:
+                oldest = next(iter(self._requests))
+                del self._requests[oldest]
+                with suppress(OSError):
+                    oldest.shutdown(socket.SHUT_RDWR)
+            self._requests[request] = None
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        with self._lock:
+            self._requests.pop(request, None)
+        super().shutdown_request(request)
 
     def handle_error(self, request: object, client_address: object) -> None:
         log.debug("metrics for %s: broken off", client_address, exc_info=True)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import UsageError
 
 if TYPE_CHECKING:
@@ -27,8 +28,10 @@ def add_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> No
 
 
 @contextmanager
-def named(address: str, *, ours: bool) -> Iterator[NameClient]:
-    """The name server at `HOST:PORT`, else the configured one; with `ours` one that runs within the block.
+def named(address: str, *, ours: bool, allowed: AllowedAddresses = EVERYBODY) -> Iterator[NameClient]:
+    """The name server at `HOST:PORT`, else the configured one.
+
+    With `ours` one that runs within the block and answers the `allowed` addresses.
 
     Raises UsageError for an address that is none, SourceUnavailableError and TransportError.
     """
@@ -41,7 +44,7 @@ def named(address: str, *, ours: bool) -> Iterator[NameClient]:
     host, _, port = (address or DEFAULT).rpartition(":")
     if not host or not (port.isascii() and port.isdigit()) or int(port) > 0xFFFF:
         raise UsageError(f"--nameserver {address}: write HOST:PORT")
-    server = NameServer(host, int(port))
+    server = NameServer(host, int(port), allowed=allowed)
     server.open()
     try:
         contact = server.contact

@@ -11,6 +11,7 @@ from typing import Any
 from grabbergui.cli import streaming
 from grabbergui.cli.numbers import count, counted, positive
 from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.config.shipped_files import check_folder_of
 from grabbergui.core.errors import FeatureError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
@@ -42,6 +43,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _record(options: argparse.Namespace) -> int:
+    check_folder_of(options.out)
     kind = kind_of(options.out, lossless=options.lossless)
     if options.tiff and kind is not RecordingKind.PNG:
         raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
@@ -57,7 +59,8 @@ def _record(options: argparse.Namespace) -> int:
             grabber.start(keep_trigger=options.keep_trigger)
             begun = time.monotonic()
             while not recorder.wait(_POLL) and not stop.is_set():
-                if not recorder.progress.frames and time.monotonic() - begun > options.timeout:
+                source.outage.check()
+                if not recorder.progress.frames and source.outage.waited(begun) > options.timeout:
                     raise source.no_frame(options.timeout)
         finally:
             recorder.stop()

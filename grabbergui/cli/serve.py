@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
+import re
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -13,15 +15,19 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
 from grabbergui.cli import name_server
-from grabbergui.cli.metrics import MetricsServer, parse_address
+from grabbergui.cli.metrics import MetricsServer, parse_address, read_token
 from grabbergui.cli.opening import add_monitor, opened
+from grabbergui.cli.outage import Outage, add_lost_timeout
+from grabbergui.cli.service_manager import supervised
 from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.config import ini, resource_finder
+from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
+from grabbergui.net.fitted_calibration import FittedCalibration
 
 if TYPE_CHECKING:
     from grabbergui.net.ros2.server import Ros2GrabberServer
@@ -30,10 +36,12 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 _NETWORKS = {
-    "yarp": ("bind", "capabilities", "raw", "period", "normalised"),
-    "ros2": ("frame_id", "calibration", "qos", "ros_args"),
+    "yarp": ("bind", "require_authentication", "capabilities", "raw", "period", "normalised"),
+    "ros2": ("frame_id", "qos", "ros_args"),
 }
 """Options that mean nothing without the network."""
+_RENAMED = re.compile(r"__(ns|node|name):=")
+"""What gives the ROS 2 node another name than --ros2 does."""
 
 
 def add_commands(commands: Any) -> None:
@@ -52,6 +60,7 @@ def add_commands(commands: Any) -> None:
         "--index", type=int, metavar="N", help="which camera found, where no SOURCE is named (0)"
     )
     add_monitor(parser)
+    add_lost_timeout(parser)
     parser.add_argument("--pixel-format", metavar="NAME", help="set PixelFormat before streaming")
     parser.add_argument("--introspection", action="store_true", help="log every feature of the camera")
     parser.add_argument("--terminal", action="store_true", help="take commands from the keyboard")
@@ -61,10 +70,29 @@ def add_commands(commands: Any) -> None:
         metavar="[HOST:]PORT",
         help="counters for Prometheus at http://HOST:PORT/metrics (127.0.0.1)",
     )
+    parser.add_argument(
+        "--metrics-token", metavar="FILE", help="holds the bearer token that who reads the counters must send"
+    )
+    parser.add_argument("--read-only", action="store_true", help="peers see everything and change nothing")
+    parser.add_argument(
+        "--allow",
+        action="append",
+        metavar="ADDRESS",
+        help="answer on YARP and for the counters only this address or network, as 10.0.0.0/24; repeatable",
+    )
+
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        help="camera_info YAML: ROS 2's camera_info, YARP's intrinsics; set_camera_info writes it",
+    )
 
     yarp = parser.add_argument_group("YARP")
     yarp.add_argument("--yarp", metavar="/PORT", help="images here, requests at /PORT/rpc")
     name_server.add_options(yarp)
+    yarp.add_argument(
+        "--require-authentication", action="store_true", help="do not serve without a key in YARP's auth.conf"
+    )
     yarp.add_argument("--bind", metavar="ADDRESS", help="the address our ports listen on")
     yarp.add_argument("--capabilities", choices=("COLOR", "RAW"), help="what the image port sends (COLOR)")
     yarp.add_argument("--raw", action="store_true", help="raw images as well, at /PORT/raw")
@@ -73,9 +101,12 @@ def add_commands(commands: Any) -> None:
 
     ros2 = parser.add_argument_group("ROS 2")
     ros2.add_argument("--ros2", metavar="/NAME", help="the node and prefix of its topics")
-    ros2.add_argument("--frame-id", metavar="FRAME", help="of the pictures' headers (camera)")
-    ros2.add_argument("--calibration", metavar="FILE", help="camera_info's YAML; set_camera_info writes it")
-    ros2.add_argument("--qos", choices=("sensor_data", "reliable"), help="of the pictures (sensor_data)")
+    ros2.add_argument("--frame-id", metavar="FRAME", help="of the images' headers (camera)")
+    ros2.add_argument(
+        "--qos",
+        choices=("reliable", "sensor_data"),
+        help="of the images (reliable); sensor_data: best effort",
+    )
     ros2.add_argument(
         "--ros-args",
         nargs=argparse.REMAINDER,
@@ -87,6 +118,7 @@ def add_commands(commands: Any) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     options = _options(arguments)
+    allowed = options.allowed
     if options.metrics:
         parse_address(options.metrics)
     if options.yarp:
@@ -94,40 +126,55 @@ def _run(arguments: argparse.Namespace) -> int:
 
         check_port_name(options.yarp)
     with stop_on_signals() as stop, ExitStack() as stack:
-        uri = options.uri or _nth_camera(options.index)
+        ros_args = getattr(arguments, "ros_args", ())
+        place = " ".join((options.yarp or options.ros2, *filter(_RENAMED.match, ros_args)))
+        uri = _with_own_serial(options.uri or _nth_camera(options.index), place)
         grabber = stack.enter_context(opened(uri, monitor=options.monitor))
+        outage = Outage(grabber, options.lost_timeout or None, on_exceeded=stop.set)
+        stack.callback(outage.close)
         if options.pixel_format:
             grabber.write_feature("PixelFormat", options.pixel_format)
         if options.introspection:
             for feature in grabber.features():
                 log.warning("%s", _introspected(feature))
         grabber.start()
+        shared = stack.enter_context(_read_only(grabber)) if options.read_only else grabber
+        calibration = _calibration(shared, options)
         published: dict[str, Callable[[], int]] = {}
         if options.yarp or options.with_name_server:
-            yarp = stack.enter_context(_on_yarp(grabber, options))
+            yarp = stack.enter_context(_on_yarp(shared, options, calibration))
             if yarp is not None:
                 published["yarp"] = lambda: yarp.published
         if options.ros2:
-            ros2 = stack.enter_context(_on_ros2(grabber, options, getattr(arguments, "ros_args", ())))
+            ros2 = stack.enter_context(_on_ros2(shared, options, calibration, ros_args))
             published["ros2"] = lambda: ros2.published
         if options.metrics:
-            metrics = stack.enter_context(MetricsServer(grabber, options.metrics, published))
+            token = read_token(options.metrics_token) if options.metrics_token else ""
+            server = MetricsServer(grabber, options.metrics, published, token=token, allowed=allowed)
+            metrics = stack.enter_context(server)
             print(f"counters are at {metrics.url}", flush=True)
+        stack.enter_context(supervised(grabber.statistics))
+        code = 0
         print(f"serving {grabber.info.title} ({uri}); Ctrl-C ends it", flush=True)
         if options.window:
-            return _show_window(grabber, stop)
-        if options.terminal:
+            code = _show_window(grabber, stop)
+        elif options.terminal:
             from grabbergui.terminal import console
 
-            console.run(grabber, finished=stop.is_set)
+            # Behind a pipe that has ended, as of a service, there is nobody left to say `exit`.
+            if not console.run(grabber, finished=stop.is_set).left:
+                stop.wait()
         else:
             stop.wait()
-    return 0
+        outage.check()
+    return code
 
 
 def _options(arguments: argparse.Namespace) -> ServeOptions:
     known = {field.name for field in fields(ServeOptions)}
     given = {name: value for name, value in vars(arguments).items() if name in known and value is not None}
+    if "allow" in given:
+        given["allow"] = " ".join(given["allow"])
     options = ServeOptions(**given)
     name = getattr(arguments, "file", None)
     if name is not None:
@@ -140,7 +187,22 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
         idle = [name for name in names if hasattr(arguments, name) and not getattr(options, network)]
         if idle:
             raise UsageError(f"--{idle[0].replace('_', '-')} says nothing without --{network} /NAME")
+    if options.calibration and not (options.yarp or options.ros2):
+        raise UsageError("--calibration says nothing without --yarp /NAME or --ros2 /NAME")
     return options
+
+
+@contextmanager
+def _read_only(grabber: FrameGrabber) -> Iterator[FrameGrabber]:
+    """What the networks see of a camera that they may not change; whoever sits here still may."""
+    from grabbergui.core.read_only import ReadOnlyGrabber
+
+    shown = ReadOnlyGrabber(grabber)
+    shown.open()
+    try:
+        yield shown
+    finally:
+        shown.close()
 
 
 def _nth_camera(index: int) -> str:
@@ -154,17 +216,39 @@ def _nth_camera(index: int) -> str:
     return found[index]
 
 
+def _with_own_serial(uri: str, place: str) -> str:
+    """Give a simulated camera a serial number that no other server's has, unless it was given one."""
+    from grabbergui.driver.sim.source import served_at
+
+    source = SourceUri.parse(uri)
+    return str(served_at(source, place)) if source.scheme == "sim" and place else uri
+
+
 def _introspected(feature: Feature) -> str:
     return f"{feature.name} = {format_value(feature.value)} {feature.unit} ({feature.range_text()})"
 
 
+def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibration:
+    """The one that all networks share. Raises UsageError where there is no such file and none can be made."""
+    file = Path(options.calibration) if options.calibration else None
+    if file is not None and not file.is_file() and not options.ros2:
+        raise UsageError(f"--calibration {file}: there is no such file; `grabbergui calibrate` makes one")
+    return FittedCalibration(grabber, file)
+
+
 @contextmanager
-def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabberServer | None]:
+def _on_yarp(
+    grabber: FrameGrabber, options: ServeOptions, calibration: FittedCalibration
+) -> Iterator[YarpGrabberServer | None]:
     from grabbergui.net.yarp.dev.grabber_pictures import Capability
+    from grabbergui.net.yarp.os.configuration import require_authentication
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.terminal.interpreter import remote_terminal
 
-    with name_server.named(options.nameserver, ours=options.with_name_server) as names:
+    if options.require_authentication:
+        require_authentication()
+    allowed = options.allowed
+    with name_server.named(options.nameserver, ours=options.with_name_server, allowed=allowed) as names:
         if not options.yarp:
             yield None
             return
@@ -177,7 +261,9 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabb
             period=options.period,
             normalised=options.normalised,
             bind=options.bind,
+            allowed=allowed,
             terminal=remote_terminal(grabber),
+            calibration=calibration,
         )
         server.start()
         try:
@@ -186,20 +272,39 @@ def _on_yarp(grabber: FrameGrabber, options: ServeOptions) -> Iterator[YarpGrabb
             server.stop()
 
 
+def _narrow_discovery(allowed: AllowedAddresses) -> None:
+    """Let ROS 2 look for peers only where they are allowed. It keeps accidents away, not strangers."""
+    hosts = allowed.hosts
+    if hosts is None or "ROS_AUTOMATIC_DISCOVERY_RANGE" in os.environ:
+        log.warning("--allow %s: ROS 2 answers everybody in its domain; use a firewall or SROS 2", allowed)
+        return
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    os.environ["ROS_STATIC_PEERS"] = ";".join(hosts)
+    log.warning(
+        "--allow %s: ROS 2 looks for peers on this machine and there only; it still answers whoever knows "
+        "where we are",
+        allowed,
+    )
+
+
 @contextmanager
 def _on_ros2(
-    grabber: FrameGrabber, options: ServeOptions, ros_args: Sequence[str]
+    grabber: FrameGrabber, options: ServeOptions, calibration: FittedCalibration, ros_args: Sequence[str]
 ) -> Iterator[Ros2GrabberServer]:
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.terminal.interpreter import remote_terminal
 
+    allowed = options.allowed
+    if not allowed.everybody:
+        _narrow_discovery(allowed)
     server = Ros2GrabberServer(
         grabber,
         options.ros2,
         frame_id=options.frame_id,
-        calibration=Path(options.calibration) if options.calibration else None,
+        calibration=calibration,
         qos=options.qos,
         ros_args=ros_args,
+        read_only=options.read_only,
         terminal=remote_terminal(grabber),
     )
     server.start()

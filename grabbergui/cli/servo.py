@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from grabbergui.cli import calibrate, servo_robots, simulate_teo, simulate_tiago
 from grabbergui.cli.numbers import positive
 from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def add_commands(commands: Any) -> None:
 def _config(options: argparse.Namespace) -> Config:
     from grabbergui.servo.config import Config
 
-    config = Config.load(options.config) if options.config else Config()
+    config = Config.load(find_file(options.config, "configuration")) if options.config else Config()
     given = {"id": options.marker, "dictionary": options.dictionary, "size": options.size}
     marker = replace(config.marker, **{key: value for key, value in given.items() if value is not None})
     head = replace(config.head, mode="steps") if options.steps else config.head
@@ -86,7 +87,9 @@ def _run(options: argparse.Namespace) -> int:
         def detector(frame: Frame) -> Detector:
             return desk.detector(config, scene.calibration(frame.width, frame.height))
 
-        pilot = Pilot(scene.grabber, scene.robot, detector, config)
+        if scene.guardian is not None:
+            scene.guardian.await_ready()
+        pilot = Pilot(scene.grabber, scene.robot, detector, config, scene.guardian)
         servo_robots.publish(pilot, options, stack)
         with stop_on_signals() as stop:
             return _follow(pilot, options, scene, stop)
@@ -138,9 +141,7 @@ def _follow(
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
 
 
-def _window(
-    options: argparse.Namespace, stop: threading.Event
-) -> Callable[[Pilot, CalibrationFor], None]:
+def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Pilot, CalibrationFor], None]:
     try:
         from grabbergui.ui.theme import Theme
         from grabbergui.ui.views import servo_run
@@ -184,8 +185,8 @@ def _typed(seconds: float, pilot: Pilot, stop: threading.Event) -> str:
     line = sys.stdin.readline().strip().lower()
     if line == "":
         pilot.emergency_stop("stopped from the keyboard")
-    elif line == "r":
-        pilot.resume()
+    elif line == "r" and (why_not := pilot.resume()):
+        print(f"still stopped: {why_not}", flush=True)
     return line
 
 

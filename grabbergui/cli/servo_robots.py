@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grabbergui.cli.opening import opened
+from grabbergui.config.shipped_files import find_file
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.calibration_choice import CalibrationFor
     from grabbergui.servo.config import Config
+    from grabbergui.servo.guardian_link import GuardianLink
     from grabbergui.servo.pilot import Pilot
     from grabbergui.servo.robots.robot import Body, Robot
     from grabbergui.servo.robots.tiago_ros2 import Topics
@@ -42,6 +44,8 @@ class Scene:
     truth: Truth | None = None
     real: bool = False
     "Perhaps something moves in this world: the window waits for a person's Start."
+    guardian: GuardianLink | None = None
+    "Of a robot that would go on moving if this program died; starting."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -117,9 +121,7 @@ def tiago_body(options: argparse.Namespace) -> Body:
     """TIAGo as the options have it. Raises SourceUnavailableError."""
     from grabbergui.servo.robots import tiago
 
-    return tiago.body(
-        options.urdf, options.hand_frame or tiago.HAND, options.camera_frame or tiago.CAMERA
-    )
+    return tiago.body(options.urdf, options.hand_frame or tiago.HAND, options.camera_frame or tiago.CAMERA)
 
 
 def tiago_topics(options: argparse.Namespace) -> Topics:
@@ -185,9 +187,10 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
     grabber = stack.enter_context(opened(options.source))
     calibration = _calibration(options, grabber)
     robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote)
+    guardian = _guardian(robot, config, stack)
     robot.open()
     stack.callback(robot.close)
-    return Scene(robot, grabber, calibration, real=True)
+    return Scene(robot, grabber, calibration, real=True, guardian=guardian)
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
@@ -196,15 +199,27 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 
     source = options.source = options.source or "ros2:/camera"
     robot = tiago_ros2.TiagoOverRos2(tiago_body(options), tiago_topics(options))
+    guardian = _guardian(robot, config, stack)
     robot.open()
     stack.callback(robot.close)
     given = options.calibration is not None or options.field_of_view is not None
     if given or not source.startswith("ros2:"):
         grabber = stack.enter_context(opened(source))
-        return Scene(robot, grabber, _calibration(options, grabber), real=True)
+        return Scene(robot, grabber, _calibration(options, grabber), real=True, guardian=guardian)
     # Of a camera that perhaps is being started only now: this waits for it.
     calibration = receive_calibration(source.removeprefix("ros2:"))
-    return Scene(robot, stack.enter_context(opened(source)), calibration.scaled_to, real=True)
+    grabber = stack.enter_context(opened(source))
+    return Scene(robot, grabber, calibration.scaled_to, real=True, guardian=guardian)
+
+
+def _guardian(robot: Robot, config: Config, stack: ExitStack) -> GuardianLink:
+    """A guardian for a robot that is not open yet: both get ready together, and it is let go last."""
+    from grabbergui.servo.guardian_link import GuardianLink
+
+    guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
+    guardian.open()
+    stack.callback(guardian.close)
+    return guardian
 
 
 _ROBOTS = {"sim-teo": _sim_teo, "sim-tiago": _sim_tiago, "teo": _teo, "tiago": _tiago}
@@ -218,7 +233,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
     from grabbergui.servo.calibration_choice import CalibrationChoice
 
     if options.calibration is not None:
-        return CalibrationChoice.file(options.calibration)
+        return CalibrationChoice.file(find_file(options.calibration, "calibration"))
     if options.field_of_view is not None:
         return CalibrationChoice.nominal(options.field_of_view)
     if not options.headless:

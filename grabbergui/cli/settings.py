@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import FeatureSet, Selectors, capture, compare
+from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
 from grabbergui.models.settings.loading import SETTLED, load_onto, roll_back
 
 EXIT_DIFFERENT = 1
@@ -48,22 +49,25 @@ def _save(options: argparse.Namespace) -> int:
 
 
 def _load(options: argparse.Namespace) -> int:
-    with opened(options.source) as grabber:
-        features = files.load(options.file, Selectors(grabber).of)
-        report = load_onto(grabber, features, dry_run=options.dry_run)
+    with opened(options.source) as grabber, stop_on_signals() as cancelled:
+        features = files.load(options.file, grabber.selectors.of)
+        report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
         print("\n".join(report.lines()))
         if options.all_or_nothing and not report.settled and not options.dry_run:
             print(f"rolled back: {roll_back(grabber, report).summary()}")
     unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
-    if unsettled or report.problem:
+    if not report.settled:
         raise GrabberError(
-            f"{len(unsettled)} of {len(report.settings)} settings are not as {options.file} has them"
+            f"{len(unsettled) + len(report.lost_lines)} of {len(report.settings) + len(report.lost_lines)}"
+            f" settings are not as {options.file} has them"
         )
     return 0
 
 
 def _diff(options: argparse.Namespace) -> int:
     first, second = _two_sets(options.first, options.second)
+    for line in (*first.lost_lines, *second.lost_lines):
+        print(line)
     differences = compare(first, second)
     for difference in differences:
         print(difference)
@@ -74,7 +78,7 @@ def _two_sets(first: str, second: Path) -> tuple[FeatureSet, FeatureSet]:
     """A camera and a file, or two files; the one that knows what selectors select tells the other."""
     if ":" in first and not Path(first).is_file():
         with opened(first, reading=True) as grabber:
-            return capture(grabber), files.load(second, Selectors(grabber).of)
+            return capture(grabber), files.load(second, grabber.selectors.of)
     one, other = files.load(Path(first)), files.load(second)
     if _is_yaml(first) and not _is_yaml(second):
         other = files.load(second, one.selectors_of)

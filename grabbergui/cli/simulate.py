@@ -27,7 +27,11 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--camera", default="sim:", metavar="SOURCE", help="its power-on values: sim:?width=640&fps=60 …"
     )
-    parser.add_argument("--serial", default="", help="the serial number; further cameras count on from it")
+    parser.add_argument(
+        "--serial",
+        default="",
+        help="the serial number (follows from the address); further cameras count on",
+    )
 
     parser.add_argument(
         "--bandwidth",
@@ -35,6 +39,12 @@ def add_commands(commands: Any) -> None:
         default=125e6,
         metavar="BYTES/S",
         help="of the link that --gige paces its packets to; 0 is unlimited (125e6: 1 GbE)",
+    )
+    parser.add_argument(
+        "--segmentation",
+        action="store_true",
+        help="let the kernel cut --gige's packets out of large sends: faster, but packet sockets and "
+        "captures on this machine see the large ones",
     )
 
     faults = parser.add_argument_group("faults on the network (--gige)")
@@ -95,16 +105,19 @@ def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[...,
         power_on=power_on_values(camera.options),
         faults=faults,
         bandwidth=options.bandwidth,
+        segmentation=options.segmentation,
     )
 
 
 def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
-    from grabbergui.driver.sim.source import create_device
+    from grabbergui.driver.sim.source import create_device, served_at
     from grabbergui.driver.sim.u3v.device import U3vFaults
-    from grabbergui.driver.sim.u3v.serve import serve
+    from grabbergui.driver.sim.u3v.serve import place_of, serve
 
     if options.serial:
         camera = SourceUri("sim", "", {**camera.options, "serial": options.serial})
+    elif "serial" not in camera.options:
+        camera = served_at(camera, place_of(options.via, options.host, options.port, options.udc))
     return functools.partial(
         serve,
         options.via,

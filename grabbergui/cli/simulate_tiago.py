@@ -27,6 +27,7 @@ def add_commands(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
+    from grabbergui.net.fitted_calibration import FittedCalibration
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import desk
     from grabbergui.servo.config import MarkerConfig
@@ -46,7 +47,10 @@ def _run(options: argparse.Namespace) -> int:
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
         desk.calibration().save(calibration)
         pictures = Ros2GrabberServer(
-            camera, options.ros2, frame_id=topics.camera_frame, calibration=calibration
+            camera,
+            options.ros2,
+            frame_id=topics.camera_frame,
+            calibration=FittedCalibration(camera, calibration),
         )
         pictures.start()
         stack.callback(pictures.stop)

@@ -13,6 +13,11 @@ from grabbergui.cli.stopping import dies_of_interrupt
 _COLUMNS = ("uri", "vendor", "model", "serial", "address", "note")
 
 
+_ROS2, _ROS2_MORE = "ros2:", 2.0
+"""DDS participants announce themselves every three seconds: whoever missed an announcement hears the next one
+in so many seconds more."""
+
+
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
     parser = commands.add_parser("list", help="list every source found")
@@ -24,6 +29,8 @@ def add_commands(commands: Any) -> None:
 def _run(options: argparse.Namespace) -> int:
     with dies_of_interrupt():
         found = sources.discover(options.timeout)
+        if not any(info.uri.startswith(_ROS2) for info in found):
+            found += sources.discover_kind("ros2", _ROS2_MORE)
     if options.json:
         print(json.dumps([info.as_dict() for info in found], indent=2))
         return 0

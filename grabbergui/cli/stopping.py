@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import _thread
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -54,7 +56,10 @@ def raising_on_signals() -> Iterator[None]:
     def on_signal(number: int, frame: FrameType | None) -> None:
         if not _within(frame, _MUST_NOT_BE_LEFT):
             raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
-        again = threading.Timer(PUT_OFF, signal.pthread_kill, (threading.get_ident(), number))
+        if sys.platform == "win32":
+            again = threading.Timer(PUT_OFF, _thread.interrupt_main, (number,))
+        else:  # also ends a system call in which the main thread waits
+            again = threading.Timer(PUT_OFF, signal.pthread_kill, (threading.get_ident(), number))
         again.daemon = True
         again.start()
 

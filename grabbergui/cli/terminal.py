@@ -8,6 +8,9 @@ from typing import Any
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.stopping import stop_on_signals
 
+EXIT_REFUSED = 1
+"A line of a script was refused."
+
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
@@ -20,5 +23,5 @@ def _run(options: argparse.Namespace) -> int:
     from grabbergui.terminal import console
 
     with stop_on_signals() as stop, opened(options.source, reading=True) as grabber:
-        console.run(grabber, finished=stop.is_set)
-    return 0
+        outcome = console.run(grabber, finished=stop.is_set)
+    return EXIT_REFUSED if outcome.refused else 0

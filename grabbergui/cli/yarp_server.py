@@ -7,6 +7,7 @@ from typing import Any
 
 from grabbergui.cli.numbers import port
 from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.config.allowed_addresses import AllowedAddresses
 
 
 def add_commands(commands: Any) -> None:
@@ -17,13 +18,25 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--port", type=port, default=10000, help="0 takes a free one (10000)")
     parser.add_argument("--namespace", default="/root", help="the server's own name (/root)")
+    parser.add_argument(
+        "--allow",
+        action="append",
+        default=[],
+        metavar="ADDRESS",
+        help="answer only this address or network, as 10.0.0.0/24; repeatable",
+    )
     parser.set_defaults(run=_run)
 
 
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.net.yarp.os.name_server import NameServer
 
-    server = NameServer(options.host, options.port, namespace=options.namespace)
+    server = NameServer(
+        options.host,
+        options.port,
+        namespace=options.namespace,
+        allowed=AllowedAddresses.parse(options.allow),
+    )
     with stop_on_signals() as stop:
         server.open()
         try:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
+from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.ini import Section
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SIMULATED
@@ -44,9 +45,9 @@ class ServeOptions:
     frame_id: str = "camera"
     "Of the headers of ROS 2 pictures."
     calibration: str = ""
-    "A camera_info YAML file; `set_camera_info` writes it."
-    qos: str = "sensor_data"
-    "Of ROS 2 pictures: sensor_data or reliable."
+    "A camera_info YAML file for both networks; `set_camera_info` of ROS 2 writes it."
+    qos: str = "reliable"
+    "Of ROS 2 images: reliable, or sensor_data (best effort)."
     with_name_server: bool = False
     "Run a YARP name server too."
     nameserver: str = ""
@@ -61,12 +62,29 @@ class ServeOptions:
     "Seconds between YARP images at least; 0: every frame."
     normalised: bool = False
     "Serve YARP feature values as 0…1."
+    read_only: bool = False
+    "Let peers on the networks see images and values, and change nothing."
+    allow: str = ""
+    "Addresses and networks, separated by commas or blanks, whose YARP ports and browsers are answered."
+    require_authentication: bool = False
+    "Serve on YARP only with a key in auth.conf, which every peer must prove to know."
+    metrics_token: str = ""
+    "A file with the token that whoever reads the counters must send."
+    lost_timeout: float = 0.0
+    "Seconds after which a source that was lost is given up; 0: never."
     metrics: str = ""
     "HOST:PORT, or PORT on this machine only, where the counters are for Prometheus; empty: nowhere."
 
     def __post_init__(self) -> None:
-        if not 0 <= self.period < math.inf:
-            raise UsageError(f"period {self.period:g}: write seconds, from 0 on")
+        for name in ("period", "lost_timeout"):
+            seconds = getattr(self, name)
+            if not 0 <= seconds < math.inf:
+                raise UsageError(f"{name.replace('_', '-')} {seconds:g}: write seconds, from 0 on")
+
+    @property
+    def allowed(self) -> AllowedAddresses:
+        """Who is answered. Raises UsageError."""
+        return AllowedAddresses.parse(self.allow.replace(",", " ").split())
 
     @property
     def uri(self) -> str:
@@ -95,6 +113,10 @@ _TYPES: Mapping[str, str] = {field.name: str(field.type) for field in fields(Ser
 _NAMES: Mapping[str, str] = {name: name for name in _TYPES if name != "pixel_format"} | {
     "pixelFormat": "pixel_format",
     "with-name-server": "with_name_server",
+    "read-only": "read_only",
+    "require-authentication": "require_authentication",
+    "metrics-token": "metrics_token",
+    "lost-timeout": "lost_timeout",
     "name": "yarp",
     "node_name": "ros2",
 }

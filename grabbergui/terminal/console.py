@@ -7,6 +7,7 @@ import os
 import select
 import sys
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 
 from prompt_toolkit import PromptSession
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
@@ -57,23 +58,39 @@ class FeatureCompleter(Completer):
                 yield entry.name, entry.tooltip
 
 
-def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> None:
+@dataclass(frozen=True)
+class Outcome:
+    """How a console ended."""
+
+    left: bool
+    "Somebody said `exit`, or ended the input at a terminal; False where a script simply had no more lines."
+    refused: int
+    "How many lines of a script failed; a person at a terminal has seen what did."
+
+
+def run(grabber: FrameGrabber, *, finished: Callable[[], bool] = lambda: False) -> Outcome:
     """Read and run commands until `exit`, the end of the input, or `finished`, which ends long commands too.
 
     With a terminal it prompts and completes; without one it reads lines, for scripts.
     """
     interpreter = Interpreter(grabber, cancelled=finished)
-    lines = _prompted(grabber, interpreter, finished) if sys.stdin.isatty() else _piped(finished)
+    interactive = sys.stdin is not None and sys.stdin.isatty()
+    lines = _prompted(grabber, interpreter, finished) if interactive else _piped(finished)
+    refused = 0
     for line in lines:
         worked, text = answer(interpreter, line)
+        refused += not (worked or interactive)
         if text:
             print(text, file=sys.stdout if worked else sys.stderr, flush=True)
         if interpreter.finished or finished():
-            return
+            break
+    return Outcome(left=interpreter.finished or interactive, refused=refused)
 
 
 def _piped(finished: Callable[[], bool]) -> Iterator[str]:
     """Lines as they come; a script that says nothing does not hold up the end."""
+    if sys.stdin is None:
+        return
     descriptor = sys.stdin.fileno()
     rest = b""
     while not finished():
@@ -87,9 +104,7 @@ def _piped(finished: Callable[[], bool]) -> Iterator[str]:
             return
 
 
-def _prompted(
-    grabber: FrameGrabber, interpreter: Interpreter, finished: Callable[[], bool]
-) -> Iterator[str]:
+def _prompted(grabber: FrameGrabber, interpreter: Interpreter, finished: Callable[[], bool]) -> Iterator[str]:
     console: PromptSession[str] = PromptSession(completer=FeatureCompleter(grabber, interpreter))
 
     async def leave_when_finished() -> None:

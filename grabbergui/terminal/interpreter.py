@@ -18,7 +18,9 @@ from grabbergui.core.features import Feature, FeatureKind, Visibility, format_va
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
+from grabbergui.models.features.text import typed_value
 from grabbergui.models.recording import snapshot
 from grabbergui.models.settings import feature_set, files
 from grabbergui.models.settings.loading import load_onto
@@ -30,6 +32,8 @@ _WATCH_PERIOD = 0.05
 _WATCH_LONGEST = 5.0
 """Seconds; a remote terminal waits seven for its answer."""
 _MOST_FRAMES = 100
+_REMOTE_LINE = 2000
+"""Characters of a line from afar: splitting it into words takes 1 µs each."""
 _ON_FILES = {"snapshot", "save", "load", "grab"}
 
 
@@ -132,22 +136,21 @@ class Interpreter:
         return "\n".join(lines) or f"no feature's name has '{wanted}' in it"
 
     def _get_feature(self, name: str) -> str:
-        return self._line(self._grabber.feature(name))
+        return self._line(self._grabber.read_setting(SettingKey.parse(name)))
 
     def _set_feature(self, name: str, *value: str) -> str:
         # NAME=VALUE is what the command line has taught.
-        if not value and "=" in name:
-            name, _, text = name.partition("=")
-        else:
-            text = " ".join(value).removeprefix("=").strip()
+        joined = SettingKey.parse_assignment(name) if not value else None
+        key, text = joined or (SettingKey.parse(name), " ".join(value).removeprefix("=").strip())
         # An empty text is a value of its own, to be written as "".
-        is_empty_text = "" in value and self._grabber.feature(name).kind is FeatureKind.STRING
+        feature = self._grabber.feature(key.name)
+        is_empty_text = "" in value and feature.kind is FeatureKind.STRING
         if not text and not is_empty_text:
-            raise UsageError(f"{name}: which value? {self._grabber.feature(name).range_text()}")
-        return self._line(self._grabber.write_feature(name, text))
+            raise UsageError(f"{name}: which value? {self._grabber.read_setting(key).range_text()}")
+        return self._line(self._grabber.write_setting(key, typed_value(text, feature)).feature)
 
     def _run(self, name: str) -> str:
-        self._grabber.execute(name)
+        self._grabber.execute_setting(SettingKey.parse(name))
         return f"{name} is done"
 
     def _auto(self, name: str, mode: str = AUTO_CONTINUOUS) -> str:
@@ -224,7 +227,7 @@ class Interpreter:
 
     def _load(self, file: str) -> str:
         path = self._folder / Path(file).expanduser()
-        features = files.load(path, feature_set.Selectors(self._grabber).of)
+        features = files.load(path, self._grabber.selectors.of)
         return "\n".join(load_onto(self._grabber, features).lines())
 
     def _stats(self) -> str:
@@ -256,7 +259,13 @@ class Interpreter:
 
 def remote_terminal(grabber: FrameGrabber) -> Callable[[str], str]:
     """A grabber's terminal for those who type from afar: several may at once, each line stands for itself."""
-    return lambda line: Interpreter(grabber, remote=True).execute(line)
+
+    def run(line: str) -> str:
+        if len(line) > _REMOTE_LINE:
+            raise UsageError(f"a line of {len(line)} characters is too long, {_REMOTE_LINE} are allowed")
+        return Interpreter(grabber, remote=True).execute(line)
+
+    return run
 
 
 def answer(interpreter: Interpreter, line: str) -> tuple[bool, str]:

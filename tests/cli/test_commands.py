@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import threading
 
 import cv2
 import pytest
@@ -12,7 +13,7 @@ from grabbergui import sources
 from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.core.grabber import Access, ConnectionState
-from patience import PATIENCE
+from patience import PATIENCE, PROGRAM
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -126,6 +127,51 @@ def test_wrong_usage_is_exit_code_2(capsys, arguments):
     assert err and "Traceback" not in err
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["load", "sim:", "MISSING.yaml"],
+        ["diff", "sim:", "MISSING.yaml"],
+        ["diff", "MISSING.yaml", "MISSING.yaml"],
+        ["save", "sim:", "MISSING/a.yaml"],
+        ["record", "sim:", "--out", "MISSING/a.mcap"],
+        ["grab", "file:MISSING.mcap"],
+        ["get", "gentl:MISSING.cti", "Width"],
+        ["serve", "sim:", "--from", "MISSING.ini"],
+        ["servo", "--robot", "sim-teo", "--headless", "--config", "MISSING.ini"],
+        ["gui", "--offscreen", "--script", "MISSING.py"],
+    ],
+    ids=" ".join,
+)
+def test_a_missing_file_is_named_and_exit_code_2(capsys, monkeypatch, tmp_path, arguments):
+    monkeypatch.chdir(tmp_path)
+
+    code, out, err = run(capsys, *arguments)
+
+    assert (code, out) == (2, "")
+    assert "there is no" in err and "MISSING" in err and err.count("\n") == 1
+    assert not any(tmp_path.iterdir())
+
+
+def test_numbers_may_have_a_unit_as_in_the_window(capsys):
+    code, out, _ = run(
+        capsys, "set", "sim:", "ExposureTime=20ms", "AcquisitionFrameRate=0.01 kHz", "Width=640px"
+    )
+
+    assert code == 0
+    assert out.splitlines() == ["ExposureTime = 20000 us", "AcquisitionFrameRate = 10 Hz", "Width = 640 px"]
+
+
+def test_a_script_with_a_line_that_is_refused_has_failed():
+    for lines, expected in (("set Gain 3\nset Gain 1e9\nget Gain\n", 1), ("set Gain 3\n", 0)):
+        done = subprocess.run(
+            [sys.executable, "-m", "grabbergui", "terminal", SMALL],
+            input=lines, capture_output=True, text=True, timeout=PROGRAM,
+        )  # fmt: skip
+        assert done.returncode == expected
+        assert "Gain = 3" in done.stdout and ("1e9" in done.stderr) == bool(expected)
+
+
 def test_grab_counts(capsys):
     code, out, _ = run(capsys, "grab", SMALL, "-n", "5", "--json")
 
@@ -191,11 +237,33 @@ def test_a_camera_that_is_lost_is_no_trigger_to_look_for(monkeypatch, capsys):
         camera, "start", lambda **options: camera.connection_changed.emit(ConnectionState.LOST, "unplugged")
     )
 
-    code, _, err = run(capsys, "grab", SMALL, "--timeout", "0.3")
+    code, _, err = run(capsys, "grab", SMALL, "--timeout", "0.3", "--lost-timeout", "0.4")
 
     assert code == 1
-    assert "was lost after 0 frames and did not come back within 0.3 s: unplugged" in err
+    assert "was lost and did not come back within 0.4 s: unplugged" in err
     assert "trigger" not in err
+
+
+@pytest.mark.parametrize("command", [["grab"], ["record", "-n", "1", "--out", "pictures"]])
+def test_a_source_that_is_away_is_waited_for_longer_than_for_a_frame(command, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    camera = sources.create(SMALL)
+    monkeypatch.setattr(sources, "create", lambda uri: camera)
+    start = camera.start
+
+    def be_away(**options):
+        camera.connection_changed.emit(ConnectionState.LOST, "unplugged")
+        threading.Timer(1.5, come_back).start()
+
+    def come_back():
+        start()
+        camera.connection_changed.emit(ConnectionState.OPEN, "plugged in")
+
+    monkeypatch.setattr(camera, "start", be_away)
+
+    code, _, err = run(capsys, command[0], SMALL, "--timeout", "1", *command[1:])
+
+    assert (code, err) == (0, "")
 
 
 def test_the_module_runs_and_a_closed_pipe_is_no_error():

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Iterator
 
 import pytest
 
-from grabbergui.cli import main
+from grabbergui import sources
+from grabbergui.cli import events, main
+from grabbergui.core.grabber import FrameGrabber
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -21,6 +25,23 @@ def test_what_is_told_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {line["event"] for line in lines} == {"ExposureEnd", "FrameStart"} and len(lines) == 4
     assert lines[0]["values"]["EventFrameStartFrameID"] == 1
+
+
+def test_the_selector_stands_where_it_stood(monkeypatch: pytest.MonkeyPatch) -> None:
+    selected = []
+    camera = sources.create(SMALL)
+
+    @contextlib.contextmanager
+    def opened(*_: object, **__: object) -> Iterator[FrameGrabber]:
+        camera.open()
+        camera.write_feature("EventSelector", "FrameStart")
+        yield camera
+        selected.append(camera.feature("EventSelector").value)
+        camera.close()
+
+    monkeypatch.setattr(events, "opened", opened)
+    assert main(["events", SMALL, "ExposureEnd", "Test", "--duration", "0.1"]) == 0
+    assert selected == ["FrameStart"]
 
 
 def test_it_ends_in_time(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,12 +6,14 @@ import re
 import socket
 import urllib.error
 import urllib.request
+from contextlib import ExitStack
 
 import pytest
 
 from grabbergui import sources
 from grabbergui.cli.logs import JsonFormatter
-from grabbergui.cli.metrics import MetricsServer, exposition, parse_address
+from grabbergui.cli.metrics import MOST_REQUESTS, MetricsServer, exposition, parse_address, read_token
+from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import StreamStatistics
 from patience import PATIENCE
@@ -65,6 +67,47 @@ def test_a_caller_that_says_nothing_holds_nobody_up(camera):
                 MetricsServer(camera, str(port), {})
             silent.sendall(b"nonsense\r\n\r\n")
             assert silent.recv(100)
+
+
+def test_whoever_lacks_the_token_learns_nothing(camera, tmp_path):
+    (tmp_path / "token").write_text("s3cret\n")
+    with MetricsServer(camera, "0", {}, token=read_token(str(tmp_path / "token"))) as server:
+        for header in ({}, {"Authorization": "Bearer wrong"}, {"Authorization": "Basic s3cret"}):
+            with pytest.raises(urllib.error.HTTPError, match="401") as refused:
+                fetch(urllib.request.Request(server.url, headers=header))
+            assert not refused.value.read()
+            refused.value.close()
+        request = urllib.request.Request(server.url, headers={"Authorization": "Bearer s3cret"})
+        assert "grabbergui_streaming" in fetch(request)[1]
+
+
+@pytest.mark.parametrize("text", ["", "\n", None])
+def test_a_token_that_is_none(tmp_path, text):
+    path = tmp_path / "token"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(UsageError, match="--metrics-token"):
+        read_token(str(path))
+
+
+def test_only_allowed_addresses_read_the_counters(camera, monkeypatch):
+    monkeypatch.setattr(AllowedAddresses, "allows", lambda self, address, own="": address != "127.15.0.66")
+    with MetricsServer(camera, "127.0.0.1:0", {}) as server:
+        port = int(server.url.split(":")[2].split("/")[0])
+        with socket.create_connection(("127.0.0.1", port), source_address=("127.15.0.66", 0)) as stranger:
+            stranger.settimeout(PATIENCE)
+            assert stranger.recv(100) == b""
+        assert "grabbergui_streaming" in fetch(server.url)[1]
+
+
+def test_callers_that_say_nothing_do_not_become_many(camera):
+    with MetricsServer(camera, "127.0.0.1:0", {}) as server, ExitStack() as stack:
+        port = int(server.url.split(":")[2].split("/")[0])
+        silent = [stack.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(40)]
+        assert "grabbergui_streaming" in fetch(server.url)[1]
+        for sock in silent[: 40 - MOST_REQUESTS]:
+            sock.settimeout(PATIENCE)
+            assert sock.recv(100) == b"", "the oldest gave way"
 
 
 def test_addresses():

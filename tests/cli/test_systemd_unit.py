@@ -25,6 +25,16 @@ def test_systemd_finds_nothing_wrong_with_it(tmp_path):
     assert not complaints and checked.returncode == 0
 
 
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
+def test_a_stranger_who_gets_in_can_do_little(tmp_path):
+    command = ["systemd-analyze", "security", "--offline=true", "--threshold=25", "--no-pager", str(UNIT)]
+    checked = subprocess.run(command, capture_output=True, text=True)
+    if "unrecognized option" in checked.stderr:
+        pytest.skip("this systemd cannot judge a unit that is not installed")
+
+    assert checked.returncode == 0, checked.stdout.splitlines()[-1:] + checked.stderr.splitlines()[-1:]
+
+
 def test_its_command_is_one_of_ours():
     command = re.search(rf"^ExecStart={PROGRAM} (.*)$", UNIT.read_text("utf-8"), re.MULTILINE)[1]
     parser, _ = _parser()

@@ -143,7 +143,7 @@ def test_lines_from_a_pipe():
         timeout=30,
     )
 
-    assert result.returncode == 0
+    assert result.returncode == 1
     assert result.stdout.startswith("Gain = 3 dB") and result.stdout.count("\n") == 1
     assert "no feature Nonsense" in result.stderr
 

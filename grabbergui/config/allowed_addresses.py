@@ -1,0 +1,59 @@
+"""Which addresses a server of ours answers: `serve --allow 10.0.0.0/24 --allow 192.168.1.7`."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Iterable
+
+from grabbergui.core.errors import UsageError
+
+_Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+
+
+class AllowedAddresses:
+    """A set of networks. Without any, everybody is allowed; this machine always is."""
+
+    def __init__(self, networks: Iterable[_Network] = ()) -> None:
+        self._networks = tuple(networks)
+
+    @classmethod
+    def parse(cls, texts: Iterable[str]) -> AllowedAddresses:
+        """Read `10.0.0.0/24` and `192.168.1.7`. Raises UsageError."""
+        return cls(_network(text) for text in texts)
+
+    @property
+    def everybody(self) -> bool:
+        """Whether no address is kept out."""
+        return not self._networks
+
+    def allows(self, address: str, own: str = "") -> bool:
+        """Whether a peer at `address` is answered; `own` is our end's address, thus this machine's."""
+        if not self._networks or address == own:
+            return True
+        try:
+            peer = ipaddress.ip_address(address.partition("%")[0])
+        except ValueError:
+            return False
+        if isinstance(peer, ipaddress.IPv6Address) and peer.ipv4_mapped:
+            peer = peer.ipv4_mapped
+        return peer.is_loopback or any(peer in network for network in self._networks)
+
+    @property
+    def hosts(self) -> list[str] | None:
+        """The single addresses; None where a network is allowed, whose addresses are too many to name."""
+        if any(network.num_addresses > 1 for network in self._networks):
+            return None
+        return [str(network.network_address) for network in self._networks]
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self._networks)) or "everybody"
+
+
+EVERYBODY = AllowedAddresses()
+
+
+def _network(text: str) -> _Network:
+    try:
+        return ipaddress.ip_network(text.strip(), strict=False)
+    except ValueError as error:
+        raise UsageError(f"--allow {text}: write an address or a network, as 10.0.0.0/24") from error

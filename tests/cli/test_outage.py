@@ -1,0 +1,62 @@
+"""A source that is lost: waited for, and given up after a time."""
+
+import threading
+
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.cli.outage import Outage
+from grabbergui.core.errors import TransportError
+from grabbergui.core.grabber import ConnectionState
+from patience import PATIENCE
+
+
+@pytest.fixture
+def grabber():
+    return ScriptedGrabber([])
+
+
+def test_a_source_may_be_away_as_long_as_it_likes(grabber):
+    now = [0.0]
+    outage = Outage(grabber, None, clock=lambda: now[0])
+    grabber.connection_changed.emit(ConnectionState.LOST, "unplugged")
+    now[0] = 1e6
+
+    outage.check()
+    assert outage.present
+
+
+def test_one_that_is_away_for_too_long_is_given_up(grabber):
+    now = [0.0]
+    outage = Outage(grabber, 60.0, clock=lambda: now[0])
+    grabber.connection_changed.emit(ConnectionState.LOST, "unplugged")
+    now[0] = 59.0
+    grabber.connection_changed.emit(ConnectionState.LOST, "still unplugged")
+    outage.check()
+
+    now[0] = 61.0
+    with pytest.raises(TransportError, match="did not come back within 60 s: still unplugged"):
+        outage.check()
+    outage.close()
+
+
+def test_one_that_came_back_is_not(grabber):
+    now = [0.0]
+    outage = Outage(grabber, 60.0, clock=lambda: now[0])
+    grabber.connection_changed.emit(ConnectionState.LOST, "unplugged")
+    assert (outage.present, outage.waited(0.0)) == (True, 0.0)
+    now[0] = 59.0
+    grabber.connection_changed.emit(ConnectionState.OPEN, "plugged in")
+    now[0] = 61.0
+
+    outage.check()
+    assert (outage.present, outage.waited(0.0), outage.waited(60.0)) == (False, 2.0, 1.0)
+
+
+def test_whoever_waits_for_something_else_is_called(grabber):
+    exceeded = threading.Event()
+    outage = Outage(grabber, 0.01, on_exceeded=exceeded.set)
+    grabber.connection_changed.emit(ConnectionState.LOST, "unplugged")
+
+    assert exceeded.wait(PATIENCE)
+    outage.close()

@@ -1,0 +1,152 @@
+"""Shared memory of killed ROS 2 programs is seen and cleared; that of living ones is left alone."""
+
+import fcntl
+import mmap
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from grabbergui.cli import main
+from grabbergui.doctor import shared_memory
+from grabbergui.doctor.finding import Level
+from grabbergui.doctor.shared_memory import FOLDER, clear, leftovers
+from patience import PROGRAM, until
+from ros2_domain import own_domain
+
+SEGMENT, PORT = "fastdds_0123456789abcdef", "fastdds_port7411"
+PARTS = {
+    SEGMENT: (SEGMENT, f"{SEGMENT}_el"),
+    PORT: (PORT, f"{PORT}_el", f"{PORT}_sl", f"sem.{PORT}_mutex"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """What a program that was killed a minute ago leaves, beside files of others."""
+    for name in (*PARTS[SEGMENT], *PARTS[PORT], "sem.other", "fastdds_notes.txt"):
+        (tmp_path / name).write_bytes(bytes(100_000 if name == SEGMENT else 0))
+        os.utime(tmp_path / name, (time.time() - 60,) * 2)
+    return tmp_path
+
+
+def names(found):
+    return [leftover.name for leftover in found]
+
+
+def test_what_nobody_holds_is_cleared_and_other_files_stay(folder):
+    found = leftovers(folder)
+    assert names(found) == [SEGMENT, PORT] and found[0].size >= 100_000
+
+    assert clear(found) == found
+
+    assert sorted(path.name for path in folder.iterdir()) == ["fastdds_notes.txt", "sem.other"]
+
+
+@pytest.mark.parametrize(
+    ("part", "kind"), [("_el", fcntl.LOCK_EX), ("_sl", fcntl.LOCK_SH)], ids=["owner", "readers"]
+)
+def test_what_is_locked_stays(folder, part, kind):
+    before = leftovers(folder)
+    with (folder / f"{PORT}{part}").open() as lock:
+        fcntl.flock(lock, kind)
+        assert names(leftovers(folder)) == [SEGMENT]
+        assert names(clear(before)) == [SEGMENT], "also if it was taken between looking and clearing"
+        assert all((folder / name).exists() for name in PARTS[PORT])
+
+
+def test_what_a_living_process_has_in_its_memory_stays(folder):
+    """As a port that it only sends to."""
+    before = leftovers(folder)
+    with ExitStack() as stack:
+        file = stack.enter_context((folder / SEGMENT).open("r+b"))
+        stack.enter_context(mmap.mmap(file.fileno(), 0))
+        assert names(leftovers(folder)) == names(clear(before)) == [PORT]
+    assert (folder / SEGMENT).exists()
+
+
+def test_what_was_made_a_moment_ago_stays(folder):
+    """Its owner may not have locked it yet."""
+    os.utime(folder / SEGMENT)
+    assert names(leftovers(folder)) == [PORT]
+
+
+def test_the_report_says_how_much_and_what_to_do(folder, tmp_path):
+    (finding,) = shared_memory.shared_memory(folder)
+    assert finding.level is Level.NOTE and "0.1 MB" in finding.text and "2 segments and ports" in finding.text
+    assert finding.remedy == "grabbergui doctor --clear-shared-memory"
+
+    clear(leftovers(folder))
+
+    assert [finding.level for finding in shared_memory.shared_memory(folder)] == [Level.GOOD]
+    assert not list(shared_memory.shared_memory(tmp_path / "missing"))
+
+
+def test_the_command_clears(folder, monkeypatch, capsys):
+    monkeypatch.setattr(shared_memory, "FOLDER", folder)
+
+    assert main(["doctor", "--clear-shared-memory"]) == 0
+
+    assert "freed 0.1 MB: 2 segments and ports" in capsys.readouterr().out
+    assert not (folder / SEGMENT).exists()
+
+
+PROGRAM_TEXT = """
+import sys, time
+from grabbergui.net.ros2.runtime import Ros2Node
+from sensor_msgs.msg import Image
+ros = Ros2Node("leaves_memory")
+ros.node.create_publisher(Image, "/left", 5)
+ros.start()
+print("ready", flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.mark.ros2
+def test_a_killed_ros_program():
+    """One of two programs is killed: what it left is found, and the other's memory is not."""
+    pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+    programs = [
+        subprocess.Popen(
+            [sys.executable, "-c", PROGRAM_TEXT],
+            env=os.environ | own_domain(),
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(2)
+    ]
+    killed, living = programs
+    used = []
+    try:
+        for program in programs:
+            assert program.stdout.readline().strip() == "ready"
+        used = [until(lambda pid=program.pid: _used_by(pid)) for program in programs]
+        assert not used[0] & set(names(leftovers(FOLDER, youngest=0)))
+
+        killed.send_signal(signal.SIGKILL)
+        killed.wait(PROGRAM)
+
+        left = [leftover for leftover in leftovers(FOLDER, youngest=0) if leftover.name in used[0] - used[1]]
+        assert left and sum(leftover.size for leftover in left) > 0
+        clear(left)
+        assert not [path for leftover in left for path in leftover.files if path.exists()]
+        assert used[1] <= _used_by(living.pid) and all((FOLDER / name).exists() for name in used[1])
+    finally:
+        for program in programs:
+            program.kill()
+            program.wait(PROGRAM)
+            program.stdout.close()
+        mine = set().union(*used)
+        clear([leftover for leftover in leftovers(FOLDER, youngest=0) if leftover.name in mine])
+
+
+def _used_by(pid):
+    """Names of the segments and ports in a process's memory."""
+    lines = Path(f"/proc/{pid}/maps").read_text().splitlines()
+    return {Path(line.split()[-1]).name for line in lines if "/dev/shm/fastdds_" in line}
