@@ -19,6 +19,7 @@ Figures are of one machine in one run: compare the rows of one table, not tables
 measures everything again and rewrites this page; `python -m benchmarks NAME` does so for one of its sections.
 """
 ORDER = (
+    "Tuning",
     "GigE Vision",
     "USB3 Vision",
     "Both networks at once",

@@ -12,12 +12,26 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim import registers as reg
 
 ADDRESS = "127.0.79.9"
 WIDTH, HEIGHT = 4096, 256
 PIXEL_FORMAT = by_name("BGRa8")
 "Few lines of many bytes, so that the sensor's readout does not bound the rate: 1,630 frames/s, 6.8 GB/s."
 PAYLOAD = PIXEL_FORMAT.image_bytes(WIDTH, HEIGHT)
+_FEW_LINES = {
+    reg.WIDTH: WIDTH,
+    reg.HEIGHT: HEIGHT,
+    reg.PIXEL_FORMAT: PIXEL_FORMAT.code,
+    reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
+}
+_WHOLE_SENSOR = {
+    reg.OFFSET_X: 0,
+    reg.OFFSET_Y: 0,
+    reg.WIDTH: reg.SENSOR_WIDTH,
+    reg.HEIGHT: reg.SENSOR_HEIGHT,
+    reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP_MOVING),
+}
 GIGABIT = 125e6
 "Bytes a second of the link."
 
@@ -31,11 +45,12 @@ class Conditions:
     loss: float = 0.0
     segmentation: bool = True
     "Whether the kernel cuts packets out of large sends. It makes the camera faster, as a camera's hardware."
+    whole_sensor: bool = False
+    "Mono8 images of the whole sensor, whose first pixel counts them, instead of the few lines."
 
 
 def serve(conditions: Conditions) -> None:
     """Be the camera until standard input ends, then print when each block's last packet left."""
-    from grabbergui.driver.sim import registers as reg
     from grabbergui.driver.sim.gige.faults import Faults
     from grabbergui.driver.sim.gige.server import GigeCamera
 
@@ -47,12 +62,9 @@ def serve(conditions: Conditions) -> None:
         segmentation=conditions.segmentation,
         on_sent=lambda block_id: sent.__setitem__(block_id, time.monotonic()),
         power_on={
-            reg.WIDTH: WIDTH,
-            reg.HEIGHT: HEIGHT,
-            reg.PIXEL_FORMAT: PIXEL_FORMAT.code,
             reg.FRAME_RATE_ENABLE: 0,
             reg.EXPOSURE_TIME: 1000.0,
-            reg.TEST_PATTERN: int(reg.TestPattern.GREY_HORIZONTAL_RAMP),
+            **(_WHOLE_SENSOR if conditions.whole_sensor else _FEW_LINES),
         },
     )
     print("ready", flush=True)
@@ -68,7 +80,7 @@ def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
     Gives when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
     """
     command = [sys.executable, "-m", "benchmarks._gige_camera", str(conditions.bandwidth)]
-    command += [str(conditions.loss), str(int(conditions.segmentation))]
+    command += [str(conditions.loss), str(int(conditions.segmentation)), str(int(conditions.whole_sensor))]
     sent: dict[int, float] = {}
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None and process.stdin is not None
@@ -86,5 +98,7 @@ if __name__ == "__main__":
     parser.add_argument("bandwidth", type=float)
     parser.add_argument("loss", type=float)
     parser.add_argument("segmentation", type=int)
+    parser.add_argument("whole_sensor", type=int)
     chosen = parser.parse_args()
-    serve(Conditions(chosen.bandwidth, chosen.loss, bool(chosen.segmentation)))
+    switches = bool(chosen.segmentation), bool(chosen.whole_sensor)
+    serve(Conditions(chosen.bandwidth, chosen.loss, *switches))

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 
@@ -200,7 +201,7 @@ def _of(delivery: Delivery | None, name: str) -> float | None:
     return None if delivery is None else getattr(delivery, name)
 
 
-_VALUES = {
+_VALUES: dict[str, Callable[[Run], float | None]] = {
     "cpu": lambda run: 100 * run.cores,
     "yarp median": lambda run: _of(run.yarp, "median"),
     "ros2 median": lambda run: _of(run.ros2, "median"),

@@ -1,6 +1,6 @@
 """Unpacking, converting and reducing pictures, per pixel format, beside what OpenCV needs for its own part.
 
-    python -m benchmarks conversion [--seconds 0.15]
+python -m benchmarks conversion [--seconds 0.15]
 """
 
 from __future__ import annotations

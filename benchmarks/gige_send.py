@@ -53,6 +53,7 @@ def send(packet_size: int, seconds: float) -> None:
     camera = GigeCamera(
         ADDRESS,
         bandwidth=0,
+        segmentation=True,
         power_on={
             reg.WIDTH: reg.SENSOR_WIDTH,
             reg.HEIGHT: reg.SENSOR_HEIGHT,

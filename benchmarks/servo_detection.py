@@ -1,6 +1,6 @@
 """How long detection takes in a frame, and how near its corners are: with and without the pyramid.
 
-    python -m benchmarks servo_detection [--repeats 25]
+python -m benchmarks servo_detection [--repeats 25]
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How fast the simulated sensor renders its whole picture (4096×2160) on one core, per pixel format.
 
-    python -m benchmarks sim_render [--formats Mono8 …]
+python -m benchmarks sim_render [--formats Mono8 …]
 """
 
 from __future__ import annotations

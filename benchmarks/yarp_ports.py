@@ -189,9 +189,7 @@ def round_trips(asker: str, answerer: str, names: str, seconds: float) -> list[f
         return sorted(_process(stack, ASKERS[asker], names, name, seconds).recv())
 
 
-def _process(
-    stack: ExitStack, target: Callable[..., None], *arguments: Any, ends: bool = True
-) -> Connection:
+def _process(stack: ExitStack, target: Callable[..., None], *arguments: Any, ends: bool = True) -> Connection:
     """A process that ends by itself, or with the stack."""
     ours, theirs = CONTEXT.Pipe()
     process = CONTEXT.Process(target=target, args=(theirs, *arguments))

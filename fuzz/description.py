@@ -1,16 +1,28 @@
-"""What a camera stores or appends: URLs, archives, XML, chunks; and configuration files."""
+"""What a camera stores or appends: URLs, archives, XML, chunks; and configuration files.
+
+What the vetting lets through is loaded, read and written by GenApi here: a trap ends the fuzzer, which keeps
+the input.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import io
+import time
 import zipfile
+from typing import cast
 
 import numpy as np
+from genicam import genapi
 
+from fuzz._descriptions import HEAD, Registers, description, formula
 from fuzz._input import DATA, Input, erring, refusing
 from grabbergui.config import ini
-from grabbergui.driver.device import DataLayout
-from grabbergui.driver.genapi import chunk_reader, xml_text
+from grabbergui.core.errors import GrabberError
+from grabbergui.driver.device import DataLayout, Device
+from grabbergui.driver.genapi import chunk_reader, loading, node_features, xml_text
+from grabbergui.driver.genapi.formulas import without_traps
+from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.gige.description import fetch_description, parse_url
 from grabbergui.driver.stored_description import unpack
 
@@ -21,6 +33,9 @@ URLS = (
     b"File:///etc/hostname",
     b"http://vendor.example/camera.xml",
 )
+
+LONGEST = 3.0
+"Seconds of computing that a small description may take."
 
 
 def seeds() -> list[bytes]:
@@ -35,6 +50,8 @@ def seeds() -> list[bytes]:
         b"\1" + archive.getvalue(),
         b"\2" + xml,
         b"\3" + chunks,
+        *(b"\5" + bytes([pick] * 200) for pick in (3, 37, 101, 255)),
+        b"\6" + bytes(range(60)),
         b"\4[CAMERA]\nname = /grabber // a comment\nwidth 640\n",
     ]
 
@@ -42,7 +59,8 @@ def seeds() -> list[bytes]:
 def one_input(data: bytes) -> None:
     """One part's turn, by the first byte."""
     source = Input(data)
-    (_url, _archive, _xml, _chunks, _ini)[source.number(1) % 5](source)
+    parts = (_url, _archive, _xml, _chunks, _ini, _description, _formula)
+    parts[source.number(1) % len(parts)](source)
 
 
 def _url(source: Input) -> None:
@@ -74,3 +92,41 @@ def _chunks(source: Input) -> None:
 
 def _ini(source: Input) -> None:
     erring(ini.parse, source.rest().decode("utf-8", "replace"))
+
+
+def _description(source: Input) -> None:
+    """A whole description: loaded, and every node read and written, twice."""
+    registers = Registers(source.take(24))
+    began = time.process_time()
+    try:
+        nodes = loading.load(description(source))
+        port = RegisterPort(cast(Device, registers))
+        nodes.connect(port, "Device")
+    except (genapi.GenericException, RuntimeError, GrabberError):
+        return
+    for value in (0, -(1 << 63), 1.5):
+        for node in nodes.nodes:
+            _use(node, value)
+    if time.process_time() - began > LONGEST:
+        raise AssertionError(f"{time.process_time() - began:.1f} s for one description")
+
+
+def _use(node: object, value: float) -> None:
+    known = node_features.describe(getattr(node, "node", node), "")
+    if known is None:
+        return
+    feature = node_features.NodeFeature(node, known, None)
+    feature.snapshot()
+    with contextlib.suppress(genapi.GenericException, RuntimeError, TypeError, OverflowError, ValueError):
+        feature.assign(value)
+
+
+def _formula(source: Input) -> None:
+    """One integer formula with the two numbers that trap."""
+    text = without_traps(formula(source, 40)).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    nodes = genapi.NodeMap()
+    constants = f'<Constant Name="A">{-(1 << 63)}</Constant><Constant Name="B">-1</Constant>'
+    knife = f'<IntSwissKnife Name="X">{constants}<Formula>{text}</Formula></IntSwissKnife>'
+    with contextlib.suppress(genapi.GenericException, RuntimeError):
+        nodes.load_xml_from_string(f'{HEAD}<Category Name="Root"/>{knife}</RegisterDescription>')
+        _ = nodes.get_node("X").value

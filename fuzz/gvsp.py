@@ -72,9 +72,7 @@ def _goes_on(datagrams: list[bytes], stride: int) -> bool:
 
 
 def _assembler(stride: int, incomplete: bool) -> BlockAssembler:
-    return BlockAssembler(
-        stride, PAYLOAD, lambda: np.zeros(PAYLOAD, np.uint8), deliver_incomplete=incomplete
-    )
+    return BlockAssembler(stride, PAYLOAD, lambda: np.zeros(PAYLOAD, np.uint8), deliver_incomplete=incomplete)
 
 
 def _one_by_one(datagrams: list[bytes], stride: int, incomplete: bool) -> BlockAssembler:

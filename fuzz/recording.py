@@ -49,7 +49,7 @@ def _mcap(image: RosImage, compression: CompressionType) -> bytes:
         topic = "/image" if name == ros_image.IMAGE_NAME else "/image/device_time"
         channel = writer.register_channel(topic, "cdr", schema, {"pixel_format": "BayerRG8"})
         writer.add_message(channel, 1, message, 1)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return file.getvalue()
 
 

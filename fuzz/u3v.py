@@ -77,7 +77,8 @@ def _assemble(source: Input) -> None:
         request.view[:length] = np.frombuffer(message, np.uint8, length)
         in_step = assembler.in_step
         block = assembler.complete(request, length)
-        if block is not None and not 0 <= block.missing <= max(block.trailer.valid_payload_size, 0):
+        valid = block.trailer.valid_payload_size if block is not None and block.trailer is not None else 0
+        if block is not None and not 0 <= block.missing <= max(valid, 0):
             raise AssertionError(block)
         if in_step and not assembler.in_step:
             assembler.give_up()

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from fuzz._input import DATA, Input, erring, joined, refusing
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.dev import grabber_rpc
 from grabbergui.net.yarp.os import bottle_text, carrier, datagrams, mjpeg, names
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.bottle_scan import BottleScanner
 from grabbergui.net.yarp.os.envelope import Stamp
-from grabbergui.net.yarp.os.receiver import Receiver
+from grabbergui.net.yarp.os.framing import BottleScanner, Receiver
 from grabbergui.net.yarp.os.values import Dialect
 
 MOST_MEMORY = 1 << 20
@@ -37,7 +39,7 @@ def seeds() -> list[bytes]:
         *(b"\1" + text.encode() for text in texts),
         b"\2" + message + message,
         b"\3" + image.encode_header("mono", 4, 2, 8) + bytes(16),
-        b"\4" + carrier.encode_greeting(carrier.TCP, "/me"),
+        b"\4" + carrier.encode_header(carrier.TCP, "/me"),
         *(b"\4" + capture for capture in captures),
         b"\5" + joined([b"".join(map(bytes, part)) for part in datagrams.split([message, bytes(3000)], 512)]),
         b"\6" + _stream_of(b".jpg"),
@@ -48,7 +50,11 @@ def seeds() -> list[bytes]:
 
 def _stream_of(kind: bytes) -> bytes:
     """What an HTTP camera sends, with pictures of one byte and of two bytes a pixel where they have them."""
-    pictures = [np.zeros((2, 2), np.uint8), np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.uint16)]
+    pictures: list[NDArray[Any]] = [
+        np.zeros((2, 2), np.uint8),
+        np.zeros((2, 2, 3), np.uint8),
+        np.zeros((2, 2), np.uint16),
+    ]
     parts = []
     for picture in pictures[: 3 if kind == b".png" else 2]:
         _, encoded = cv2.imencode(kind.decode(), picture)
@@ -121,7 +127,7 @@ def _greeting(source: Input) -> None:
 
 
 def _datagrams(source: Input) -> None:
-    joiner = datagrams.Joiner(lambda size: memoryview(bytearray(size)), MOST_MEMORY)
+    joiner = datagrams.Reassembler(lambda size: memoryview(bytearray(size)), MOST_MEMORY)
     for datagram in source.messages():
         message = refusing(joiner.datagram, datagram)
         if message is not None:

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("benchmarks", reason="benchmarks/ is found from the checkout: python -m pytest")
 
-from benchmarks import sim_render, yarp_ports
+from benchmarks import end_to_end, sim_render, yarp_ports
 
 
 def test_the_sensor_is_measured():
@@ -25,3 +25,13 @@ def test_yarp_streams_and_requests_are_measured():
     assert int(ours[3]) > 0
     assert next(row for row in ages if row[0] == "ours → ours")[1] != "nan ms"
     assert float(next(row for row in trips if row[0] == "ours asks ours")[1].removesuffix(" ms")) > 0
+
+
+def test_the_way_from_the_camera_to_a_reader_is_measured(monkeypatch):
+    monkeypatch.setattr(end_to_end, "has_aravis_camera", lambda: False)
+
+    section = end_to_end.measure(["--seconds", "1", "--rounds", "1"])
+
+    server, rate, *_, per_frame = section.tables[0].rows[0]
+    assert (server, section.lacking) == (end_to_end.OURS, "AravisCamera")
+    assert float(rate) > 0 and float(per_frame.removesuffix(" ms")) > 0

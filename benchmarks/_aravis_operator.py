@@ -1,0 +1,81 @@
+"""Aravis doing what an operator does: open, start, stop, change what a frame looks like, write the gain.
+
+Runs in the system's Python, which has PyGObject: /usr/bin/python3 _aravis_operator.py ADDRESS WRITES
+Prints seconds as JSON: one number an action, a list for the writes.
+"""
+
+import json
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import gi
+
+gi.require_version("Aravis", "0.8")
+from gi.repository import Aravis  # noqa: E402 - only after the version is chosen
+
+BUFFERS = 8
+PATIENCE_US = 5_000_000
+
+
+class Operator:
+    def __init__(self, address: str) -> None:
+        began = time.monotonic()
+        self.camera = Aravis.Camera.new(address)
+        self.camera.gv_set_stream_options(Aravis.GvStreamOption.PACKET_SOCKET_DISABLED)
+        self.device = self.camera.get_device()
+        self.took = {"open": time.monotonic() - began}
+        self.stream: Any = None
+
+    def start(self) -> None:
+        self.stream = self.camera.create_stream(None, None)
+        self.stream.set_property("socket-buffer", Aravis.GvStreamSocketBuffer.AUTO)
+        for _ in range(BUFFERS):
+            self.stream.push_buffer(Aravis.Buffer.new_allocate(self.camera.get_payload()))
+        self.camera.start_acquisition()
+
+    def frame(self) -> None:
+        while True:
+            buffer = self.stream.timeout_pop_buffer(PATIENCE_US)
+            if buffer is None:
+                raise SystemExit("Aravis got no frame")
+            complete = buffer.get_status() == Aravis.BufferStatus.SUCCESS
+            self.stream.push_buffer(buffer)
+            if complete:
+                return
+
+    def stop(self) -> None:
+        self.camera.stop_acquisition()
+        self.stream = None  # its thread ends with it
+
+    def timed(self, name: str, *actions: Callable[[], object]) -> None:
+        began = time.monotonic()
+        for action in actions:
+            action()
+        self.took[name] = time.monotonic() - began
+
+    def change(self, name: str, write: Callable[[], object]) -> None:
+        """As in a program that shows the picture: until the first frame that is as was asked for."""
+        self.timed(name, self.stop, write, self.start, self.frame)
+
+
+def main(address: str, writes: int) -> None:
+    operator = Operator(address)
+    operator.timed("start", operator.start, operator.frame)
+    gains = []
+    for number in range(writes):
+        end = time.monotonic() + 0.05
+        while time.monotonic() < end:
+            operator.frame()
+        began = time.monotonic()
+        operator.device.set_float_feature_value("Gain", float(number % 2))
+        gains.append(time.monotonic() - began)
+    operator.change("pixel format", lambda: operator.device.set_string_feature_value("PixelFormat", "Mono16"))
+    operator.change("region", lambda: operator.device.set_integer_feature_value("Height", 768))
+    operator.timed("stop", operator.stop)
+    print(json.dumps({**operator.took, "writes": gains}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]))

@@ -1,0 +1,76 @@
+"""Drives the hand at full speed until it is killed: `teo HOST:PORT`, or `tiago`.
+
+It is a servo program without a camera: robot, gate and guardian are the real ones. Whoever starts it reads
+the guardian's process id, then "moving" once the hand moves, then why it was halted.
+"""
+
+import sys
+import threading
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.servo.config import ArmConfig, Config
+from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.guardian_link import GuardianLink
+from grabbergui.servo.robots.robot import Robot
+
+SPEED = 0.15
+"Metres per second."
+
+
+def opened(kind: str, place: str) -> Robot:
+    """The robot, connected."""
+    if kind == "teo":
+        from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+
+        robot: Robot = TeoOverYarp(NameClient.find(place))
+    else:
+        from grabbergui.servo.robots import tiago
+        from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
+
+        robot = TiagoOverRos2(tiago.body())
+    robot.open()
+    return robot
+
+
+def main(kind: str, place: str = "") -> None:
+    """Move the hand to and fro for ever."""
+    robot = opened(kind, place)
+    config = replace(Config(), arm=ArmConfig(fastest=SPEED))
+    guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
+    guardian.open()
+    guardian.await_ready()
+    gate = CommandGate(robot, config, guardian)
+    print(f"guardian {guardian.pid}", flush=True)
+
+    def watch() -> None:
+        while True:
+            gate.expire(time.monotonic())
+            gate.beat()
+            time.sleep(0.02)
+
+    threading.Thread(target=watch, daemon=True).start()
+    while robot.state() is None:
+        time.sleep(0.01)
+    start = robot.state().hand[:3, 3].copy()  # type: ignore[union-attr]
+    direction, said = 1.0, ""
+    while True:
+        height = robot.state().hand[2, 3] - start[2]  # type: ignore[union-attr]
+        direction = -1.0 if height > 0.10 else 1.0 if height < -0.10 else direction
+        gate.send(Command(hand=np.array([0, 0, direction * SPEED, 0, 0, 0])), time.monotonic())
+        word = f"halted {gate.halted}" if gate.halted else "moving"
+        if word != said:
+            said = word
+            print(word, flush=True)
+        time.sleep(0.02)
+
+
+if __name__ == "__main__":
+    try:
+        main(*sys.argv[1:])
+    except GrabberError as error:
+        sys.exit(str(error))

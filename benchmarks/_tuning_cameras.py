@@ -1,0 +1,272 @@
+"""The cameras of `tuning`: one of 3,500 nodes on each kind of connection, which notes when it was written to.
+
+Each runs in a process of its own, but for `sim:`, U3V and GenTL, which have no wire to another process.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks._wide_camera import BASE, create_wide, wide_description
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.camera import Camera
+from grabbergui.driver.device import Device
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.device import SimulatedDevice
+from grabbergui.driver.sim.memory import Register, RegisterValue
+from grabbergui.driver.sim.model import CameraModel, FramePlan
+
+WIDTH, HEIGHT, PIXEL_FORMAT = 2048, 1536, "Mono8"
+ADDRESS = "127.11.9.1"
+NAME = "/tuning"
+SIMULATED = f"sim:?width={WIDTH}&height={HEIGHT}&fps=37.5&pixel_format={PIXEL_FORMAT}&exposure=2000"
+GIGABIT = 125e6
+"Bytes a second of the camera's link."
+LEAST_LEVEL, LEVELS = 20, 199
+BYTES_OF_WIDE_REGISTERS = 16 << 10
+PATIENCE = 60.0
+
+Writes = list[float]
+"""When a register took each value written to it: `time.monotonic`, which all processes share."""
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A camera that can be opened by its URI."""
+
+    uri: str
+    writes: Callable[[], Writes]
+    "Of the tuned feature, from the beginning."
+    create: Callable[[SourceUri], FrameGrabber]
+    feature: str = "Gain"
+    own_write: float = 0.0
+    "Seconds that the served camera itself takes to be written to; 0 where it is not served."
+    shown: bool = True
+    "Whether a picture's grey value says which value it was exposed with."
+
+
+@dataclass
+class _Noted:
+    """Notes writes of the gain, and lets every frame show the gain that it was exposed with."""
+
+    writes: Writes = field(default_factory=list)
+
+    def watch(self, model: CameraModel) -> None:
+        model.memory.on_written(reg.GAIN_RAW, lambda: self.writes.append(time.monotonic()))
+        model.render = _render_flat  # type: ignore[method-assign]
+
+
+def _render_flat(plan: FramePlan, out: NDArray[np.uint8]) -> int:
+    """One grey value, for next to no CPU: the sensor's simulation is not what is measured."""
+    size = plan.settings.image_bytes
+    out[:size] = level_of(plan.settings.gain_db)
+    return size
+
+
+def level_of(gain: float) -> int:
+    """The grey value that stands for a gain in dB: neighbouring hundredths have different ones."""
+    return LEAST_LEVEL + round(gain * 100) % LEVELS
+
+
+def power_on() -> dict[Register, RegisterValue]:
+    """As many frames as the link carries."""
+    from grabbergui.core.pfnc import by_name
+
+    return {
+        reg.WIDTH: WIDTH,
+        reg.HEIGHT: HEIGHT,
+        reg.PIXEL_FORMAT: by_name(PIXEL_FORMAT).code,
+        reg.FRAME_RATE_ENABLE: 0,
+        reg.EXPOSURE_TIME: 2000.0,
+        reg.LINK_THROUGHPUT_LIMIT_MODE: 1,
+        reg.LINK_THROUGHPUT_LIMIT: int(GIGABIT * 0.95),
+    }
+
+
+# -- in this process ---------------------------------------------------------------------------------
+@contextmanager
+def simulated() -> Iterator[Tuned]:
+    """`sim:`: registers are memory of this process."""
+    noted = _Noted()
+    yield Tuned("sim:", lambda: noted.writes, lambda uri: _wide_grabber(noted))
+
+
+def _wide_grabber(noted: _Noted) -> Camera:
+    camera = create_wide(SourceUri.parse(SIMULATED))
+    device = camera.device
+    assert isinstance(device, SimulatedDevice)
+    noted.watch(device.model)
+    return camera
+
+
+@contextmanager
+def u3v() -> Iterator[Tuned]:
+    """USB3 Vision's protocol whole, without a kernel's USB stack between."""
+    from grabbergui.driver.sim.u3v.backend import SimulatedBus
+    from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
+    from grabbergui.driver.u3v.device import U3vDevice
+
+    noted = _Noted()
+    model = CameraModel(power_on={**power_on(), reg.DEVICE_TL_TYPE: int(reg.TransportLayer.USB3_VISION)})
+    noted.watch(model)
+    device = SimulatedU3vDevice(model)
+    device.start()
+    try:
+        yield Tuned("u3v:", lambda: noted.writes, lambda uri: Camera(U3vDevice(backend=SimulatedBus(device))))
+    finally:
+        device.stop()
+
+
+@contextmanager
+def gentl() -> Iterator[Tuned]:
+    """EMVA's simulated producer; it has no gain, so its frame rate is changed."""
+    import genicam
+
+    from grabbergui.driver.gentl.source import create
+
+    library = Path(genicam.__file__).with_name("viky.cti")
+    writes: Writes = []
+
+    def create_noted(uri: SourceUri) -> FrameGrabber:
+        camera = create(uri)
+        assert isinstance(camera, Camera)
+        _note_port(camera.device, writes)
+        return camera
+
+    yield Tuned(
+        f"gentl:{library}#VikyTL_DEV_red", lambda: writes, create_noted, "AcquisitionFrameRate", shown=False
+    )
+
+
+def _note_port(device: Device, writes: Writes) -> None:
+    write = device.write
+
+    def noted(address: int, data: bytes) -> None:
+        write(address, data)
+        writes.append(time.monotonic())
+
+    device.write = noted  # type: ignore[method-assign]
+
+
+# -- in a process of their own -----------------------------------------------------------------------
+@contextmanager
+def gige() -> Iterator[Tuned]:
+    """The simulated GigE Vision camera behind the loopback, its link as fast as Gigabit Ethernet."""
+    from grabbergui.driver.gige.source import create
+
+    with _process(be_gige) as ask:
+        yield Tuned(f"gige:{ADDRESS}", lambda: ask("writes"), create)
+
+
+@contextmanager
+def yarp() -> Iterator[Tuned]:
+    """`sim:` served on YARP."""
+    from grabbergui.net.yarp.source import create
+
+    with _process(be_served, False) as ask:
+        own_write, names = ask("own write"), ask("names")
+        yield Tuned(f"yarp:{NAME}?nameserver={names}", lambda: ask("writes"), create, own_write=own_write)
+
+
+@contextmanager
+def ros2() -> Iterator[Tuned]:
+    """`sim:` served on ROS 2."""
+    from grabbergui.net.ros2.source import create
+
+    with _process(be_served, True) as ask:
+        own_write = ask("own write")
+        yield Tuned(f"ros2:{NAME}", lambda: ask("writes"), create, own_write=own_write)
+
+
+@contextmanager
+def _process(target: Callable[..., None], *arguments: object) -> Iterator[Callable[[str], Any]]:
+    ours, theirs = get_context("spawn").Pipe()
+    process = get_context("spawn").Process(target=target, args=(theirs, *arguments), daemon=True)
+    process.start()
+    theirs.close()
+
+    def ask(question: str) -> Any:
+        ours.send(question)
+        if not ours.poll(PATIENCE):
+            raise SystemExit(f"the camera's process did not answer within {PATIENCE:g} s")
+        return ours.recv()
+
+    try:
+        ask("ready")
+        yield ask
+    finally:
+        ours.send(None)
+        process.join(PATIENCE)
+
+
+def be_gige(pipe: Connection) -> None:
+    """The camera's process."""
+    from grabbergui.driver.sim.gige import registers as gev
+    from grabbergui.driver.sim.gige.server import GigeCamera
+
+    noted = _Noted()
+    description = gev.description()
+    gev.description = lambda: wide_description(description)
+    camera = GigeCamera(ADDRESS, bandwidth=GIGABIT, segmentation=True, power_on=power_on())
+    camera.control.memory.add_block(BASE, b"\0\0\0\1" * (BYTES_OF_WIDE_REGISTERS // 4))
+    noted.watch(camera.model)
+    _answer(pipe, noted, {})
+    camera.close()
+
+
+def be_served(pipe: Connection, on_ros2: bool) -> None:
+    """The process of a camera and its server."""
+    with ExitStack() as stack:
+        noted = _Noted()
+        camera = _wide_grabber(noted)
+        camera.open()
+        stack.callback(camera.close)
+        camera.start()
+        answers: dict[str, object] = {"own write": _own_write(camera)}
+        if on_ros2:
+            from grabbergui.net.ros2.server import Ros2GrabberServer
+
+            stack.enter_context(Ros2GrabberServer(camera, NAME))
+        else:
+            from grabbergui.net.yarp.os.name_client import NameClient
+            from grabbergui.net.yarp.os.name_server import NameServer
+            from grabbergui.net.yarp.server import YarpGrabberServer
+
+            names = NameServer("127.0.0.1", 0)
+            names.open()
+            stack.callback(names.close)
+            answers["names"] = f"127.0.0.1:{names.port_number}"
+            client = NameClient.find(str(answers["names"]))
+            stack.enter_context(YarpGrabberServer(camera, NAME, names=client))
+        _answer(pipe, noted, answers)
+
+
+def _own_write(camera: Camera) -> float:
+    """Median seconds of a write to the camera itself."""
+    took = []
+    for number in range(40):
+        began = time.monotonic()
+        camera.write_feature("Gain", float(number % 2))
+        took.append(time.monotonic() - began)
+        time.sleep(0.02)
+    return statistics.median(took)
+
+
+def _answer(pipe: Connection, noted: _Noted, answers: dict[str, object]) -> None:
+    while (question := pipe.recv()) is not None:
+        pipe.send(list(noted.writes) if question == "writes" else answers.get(question))
+
+
+SOURCES = {"sim": simulated, "GigE": gige, "U3V": u3v, "GenTL": gentl, "YARP": yarp, "ROS 2": ros2}

@@ -1,0 +1,163 @@
+"""What else an operator waits for, at a GigE Vision camera: by this driver, by Aravis, and by the window."""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from tempfile import NamedTemporaryFile, TemporaryDirectory
+
+from benchmarks._tuning_cameras import ADDRESS, WIDTH, Tuned, gige
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.genapi.vetting import vetted
+
+PATIENCE = 20.0
+SYSTEM_PYTHON = Path("/usr/bin/python3")
+PEER = Path(__file__).with_name("_aravis_operator.py")
+
+
+def ours(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
+    """Median seconds of each action through this driver, and the seconds of all its writes of the gain.
+
+    Actions that bring a picture end when it is in hand.
+    """
+    gains: list[float] = []
+    with gige() as tuned:
+        runs = [_driven(tuned, writes, gains) for _ in range(rounds)]
+    return {name: statistics.median(run[name] for run in runs) for name in runs[0]}, gains
+
+
+def aravis(rounds: int, writes: int) -> tuple[dict[str, float], list[float]]:
+    """The same through Aravis, and the seconds of all its writes of the gain while it streams."""
+    command = [str(SYSTEM_PYTHON), str(PEER), ADDRESS, str(writes)]
+    runs = []
+    with gige():
+        for _ in range(rounds):
+            done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+            if done.returncode:
+                return {}, []
+            runs.append(json.loads(done.stdout))
+    gains = [seconds for run in runs for seconds in run.pop("writes")]
+    return {name: statistics.median(run[name] for run in runs) for name in runs[0]}, gains
+
+
+def _driven(tuned: Tuned, writes: int, gains: list[float]) -> dict[str, float]:
+    took: dict[str, float] = {}
+
+    def timed(name: str, *actions: Callable[[], object]) -> None:
+        began = time.monotonic()
+        for action in actions:
+            action()
+        took[name] = time.monotonic() - began
+
+    camera = tuned.create(SourceUri.parse(tuned.uri))
+    with _forgotten_descriptions():
+        timed("open first", camera.open)
+        camera.close()
+        timed("open", camera.open)
+    try:
+        queue = camera.open_queue(2)
+        timed("start", camera.start, lambda: queue.get(PATIENCE))
+        for number in range(writes):
+            end = time.monotonic() + 0.05
+            while time.monotonic() < end:
+                queue.get(PATIENCE)  # as Aravis's side does
+            began = time.monotonic()
+            camera.write_feature("Gain", float(number % 2))
+            gains.append(time.monotonic() - began)
+        for name, feature, value in (("pixel format", "PixelFormat", "Mono16"), ("region", "Height", 768)):
+            before = camera.feature(feature).value
+            timed(name, partial(_change, camera, queue, feature, value))
+            assert before is not None
+            camera.write_feature(feature, before)
+        timed("stop", camera.stop)
+        timed("start and stop", camera.start, camera.stop)
+        other = tuned.create(SourceUri.parse(tuned.uri))
+        timed("take control", lambda: other.open(Access.TAKE_OVER))
+        other.close()
+    finally:
+        camera.close()
+    return took
+
+
+@contextmanager
+def _forgotten_descriptions() -> Iterator[None]:
+    """Let no camera be known from earlier."""
+    vetted.cache_clear()
+    before = os.environ.get("XDG_CACHE_HOME")
+    with TemporaryDirectory() as folder:
+        os.environ["XDG_CACHE_HOME"] = folder
+        try:
+            yield
+        finally:
+            del os.environ["XDG_CACHE_HOME"]
+            if before is not None:
+                os.environ["XDG_CACHE_HOME"] = before
+
+
+def _change(camera: FrameGrabber, queue: FrameQueue, feature: str, value: str | int) -> None:
+    """Until the first frame that is as was asked for."""
+    camera.write_feature(feature, value)
+
+    def changed(frame: Frame) -> bool:
+        return value in (str(frame.pixel_format), frame.height)
+
+    while not changed(queue.get(PATIENCE)):
+        pass
+
+
+_SCRIPT = """
+import statistics, time
+canvas, connection = desk.window.picture.canvas, desk.program.connection
+show, seen, painted = canvas.setPicture, [0], []
+
+def set_picture(image, width, height):
+    seen[0] = width
+    show(image, width, height)
+
+canvas.setPicture = set_picture
+desk.window.picture.painted.connect(lambda: painted.append((time.monotonic(), seen[0])))
+desk.open({uri!r})
+desk.until(lambda: painted, {patience}, "a picture")
+first = painted[0][0]
+connection.connect_beside("sim:?width=640&height=480&fps=100")
+desk.until(lambda: len(connection.sources) == 2, {patience}, "a second camera")
+desk.wait(1.0)
+widths, switched = (640, {width}), []
+for number in range(20):
+    desk.wait(0.1)
+    painted.clear()
+    other = next(source for source in connection.sources if source is not connection.source)
+    began = time.monotonic()
+    connection.bring_forward(other)
+    desk.until(lambda: any(w == widths[number % 2] for _, w in painted), {patience}, "the other camera")
+    switched.append(next(at for at, w in painted if w == widths[number % 2]) - began)
+print(first, statistics.median(switched))
+"""
+"""Run by the window: prints when it painted its first picture, and how long a switch of cameras took."""
+
+
+def by_the_window() -> dict[str, float]:
+    """Seconds from the program's start to its first painted picture, and of a switch between open cameras.
+
+    The switch is a median of 20, until the first picture of the other camera is painted.
+    """
+    script = _SCRIPT.format(uri=f"gige:{ADDRESS}", width=WIDTH, patience=PATIENCE)
+    with gige(), NamedTemporaryFile("w", suffix=".py") as file:
+        file.write(script)
+        file.flush()
+        began = time.monotonic()
+        command = [sys.executable, "-m", "grabbergui", "gui", "--offscreen", "--script", file.name]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    first, switched = map(float, done.stdout.split()[-2:])
+    return {"program start": first - began, "switch": switched}

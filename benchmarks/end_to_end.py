@@ -1,0 +1,252 @@
+"""From a GigE camera to a reader on YARP: `grabbergui serve` beside AravisCamera, the C++ device of YARP.
+
+    python -m benchmarks end_to_end [--seconds 5] [--rounds 3]
+
+AravisCamera (github.com/roboticslab-uc3m/aravis-yarp-devices) takes part where `yarpdev` is on the PATH and
+finds it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from benchmarks import _document
+from benchmarks._gige_camera import ADDRESS, GIGABIT, Conditions, camera_process
+from benchmarks._results import Goal, Section, Table, machine
+from benchmarks.yarp_ports import CONTEXT, name_server, real_version
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.net.yarp import image
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.ports import InputPort
+
+PORT = "/benchmark/camera"
+PACKET_SIZE = 1500
+OURS, RING, THEIRS = "grabbergui serve", "grabbergui serve, packet ring", "AravisCamera"
+RAW = ("--capabilities", "RAW")
+SOURCE = f"gige:{ADDRESS}?packet_size={PACKET_SIZE}"
+SERVE = (sys.executable, "-m", "grabbergui", "serve", "--yarp", PORT, *RAW)
+COMMANDS = {
+    OURS: [*SERVE, SOURCE],
+    RING: [*SERVE, f"{SOURCE}&packet_ring=1"],
+    THEIRS: [
+        *("yarpdev", "--device", "deviceBundler", "--wrapper_device", "frameGrabber_nws_yarp"),
+        *("--attached_device", THEIRS, "--name", PORT, "--period", "0.005", *RAW),
+    ],
+}
+CAMERA = Conditions(GIGABIT, segmentation=False, whole_sensor=True)
+CAP_NET_RAW = 13
+PATIENCE = 20.0
+"Seconds in which a server must have come up."
+SETTLING = 2.0
+"Seconds of streaming before anything counts."
+HEADER = ["server", "frames/s", "latency, median", "95 %", "CPU, of one core", "CPU a frame"]
+METHOD = """The simulated camera sends 4096×2160 Mono8 at the pace of gigabit Ethernet, packets of {packet}
+bytes each sent singly; a server takes them and sends the images over `fast_tcp`; the same reader, a process
+of its own, gets them. Servers take turns for {seconds:g} seconds, {rounds} rounds, of which the median
+counts; ratios compare runs of one round. {peer}CPU is the server's alone, kernel included."""
+READING = [
+    "*latency*: from the last payload packet's leaving the camera to the image in the reader's hands.",
+    "AravisCamera receives through a packet socket's ring if it may (CAP_NET_RAW), as ours does with"
+    " `packet_ring=1`: the kernel then copies packets in the sender's time, which is not the server's."
+    " In this run it {raw}.",
+]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One server's turn."""
+
+    frames: int
+    seconds: float
+    cpu: float
+    "Seconds of the server's process."
+    latencies: list[float]
+    "Milliseconds, sorted."
+
+    @property
+    def median(self) -> float:
+        return statistics.median(self.latencies) if self.latencies else float("nan")
+
+    @property
+    def late(self) -> float:
+        return self.latencies[int(0.95 * len(self.latencies))] if self.latencies else float("nan")
+
+    @property
+    def cpu_per_frame(self) -> float:
+        return 1000 * self.cpu / max(self.frames, 1)
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks end_to_end", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--rounds", type=int, default=3)
+    options = parser.parse_args(arguments)
+    before = machine()
+    raw = may_open_packet_sockets()
+    servers = [OURS, *([RING] if raw else []), *([THEIRS] if has_aravis_camera() else [])]
+    runs: dict[str, list[Run]] = {server: [] for server in servers}
+    with name_server() as names:
+        for _ in range(options.rounds):
+            for server in servers:
+                run = observe(server, names, options.seconds)
+                runs[server].append(run)
+                print(f"{server}: {run.cpu_per_frame:.1f} ms of CPU a frame, {run.median:.1f} ms", flush=True)
+    there = THEIRS in servers
+    peer = f"AravisCamera's YARP is {real_version()}. " if there else "**AravisCamera was not there.** "
+    method = METHOD.format(packet=PACKET_SIZE, seconds=options.seconds, rounds=options.rounds, peer=peer)
+    return Section(
+        "From the camera to a reader on YARP",
+        "python -m benchmarks end_to_end          # a minute; yarpdev and AravisCamera on the PATH",
+        method,
+        [Table(HEADER, rows(runs))],
+        goals=goals(runs),
+        reading=[point.format(raw="could" if raw else "could not") for point in READING],
+        machine=before,
+        lacking="" if there else "AravisCamera",
+    )
+
+
+# -- what is measured --------------------------------------------------------------------------------
+def observe(server: str, names: str, seconds: float) -> Run:
+    """One server between the camera and the reader."""
+    with camera_process(CAMERA) as sent, running(server, names) as pid, ExitStack() as stack:
+        pipe, theirs = CONTEXT.Pipe()
+        reader = CONTEXT.Process(target=read, args=(theirs, names, SETTLING + seconds), daemon=True)
+        reader.start()
+        stack.callback(reader.join, PATIENCE)
+        pipe.recv()
+        time.sleep(SETTLING)
+        begun, cpu = time.monotonic(), cpu_seconds(pid)
+        time.sleep(seconds)
+        took, cpu = time.monotonic() - begun, cpu_seconds(pid) - cpu
+        arrivals: list[tuple[float, int]] = pipe.recv()
+    counted = [(at, count) for at, count in arrivals if begun <= at < begun + took]
+    found = (latency(at, count, sent) for at, count in counted)
+    return Run(len(counted), took, cpu, sorted(1000 * late for late in found if late is not None))
+
+
+@contextmanager
+def running(server: str, names: str) -> Iterator[int]:
+    """A server, up; its process id."""
+    command = COMMANDS[server] + ([] if server == THEIRS else ["--nameserver", names])
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            yield process.pid
+        finally:
+            process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(PATIENCE)
+            process.kill()
+
+
+def read(pipe: Connection, names: str, seconds: float) -> None:
+    """Answer once connected, then with each image's arrival and the number in its first pixel."""
+    port = InputPort("/benchmark/reader", NameClient.find(names), depth=4)
+    with port:
+        until = time.monotonic() + PATIENCE
+        while True:
+            try:
+                port.connect(PORT)
+                break
+            except GrabberError:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.2)
+        pipe.send(None)
+        arrivals = []
+        until = time.monotonic() + seconds + 1.0
+        while time.monotonic() < until:
+            with suppress(FrameTimeoutError):
+                message, _ = port.read(0.5)
+                at = time.monotonic()
+                arrivals.append((at, int(image.decode(message)[1][0, 0])))
+        pipe.send(arrivals)
+
+
+def latency(at: float, count: int, sent: dict[int, float]) -> float | None:
+    """Seconds since the frame left whose number is `count` modulo 256; None if none such left before."""
+    left = [when for block, when in sent.items() if block % 256 == count and when <= at]
+    return at - max(left) if left else None
+
+
+def cpu_seconds(pid: int) -> float:
+    """What a process has taken so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def has_aravis_camera() -> bool:
+    if not shutil.which("yarpdev"):
+        return False
+    listed = subprocess.run(["yarpdev", "--list"], capture_output=True, text=True, check=False)
+    return f'"{THEIRS}"' in listed.stdout + listed.stderr
+
+
+def may_open_packet_sockets() -> bool:
+    """Whether this process, and so those that it starts, has CAP_NET_RAW."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    effective = next(int(line.split()[1], 16) for line in lines if line.startswith("CapEff"))
+    return bool(effective >> CAP_NET_RAW & 1)
+
+
+# -- what is told ------------------------------------------------------------------------------------
+Figure = Callable[[Run], float]
+
+
+def median(run: Run) -> float:
+    return run.median
+
+
+def cpu_per_frame(run: Run) -> float:
+    return run.cpu_per_frame
+
+
+def rows(runs: dict[str, list[Run]]) -> list[list[str]]:
+    def middle(server: str, figure: Figure) -> float:
+        return statistics.median(map(figure, runs[server]))
+
+    return [
+        [
+            server,
+            f"{middle(server, lambda run: run.frames / run.seconds):.1f}",
+            f"{middle(server, median):.1f} ms",
+            f"{middle(server, lambda run: run.late):.1f} ms",
+            f"{middle(server, lambda run: run.cpu / run.seconds):.0%}",
+            f"{middle(server, cpu_per_frame):.1f} ms",
+        ]
+        for server in runs
+    ]
+
+
+def goals(runs: dict[str, list[Run]]) -> list[Goal]:
+    """Ours as multiples of AravisCamera's, round by round; none without it."""
+    if THEIRS not in runs:
+        return []
+
+    def goal(server: str, what: str, figure: Figure) -> Goal:
+        rounds = zip(runs[server], runs[THEIRS], strict=True)
+        ratio = statistics.median(figure(ours) / figure(theirs) for ours, theirs in rounds)
+        return Goal(f"{server}: no more {what} than AravisCamera", f"{ratio:.2f} times", ratio <= 1)
+
+    # AravisCamera has a ring too if it may.
+    like_it = RING if RING in runs else OURS
+    ours = [server for server in runs if server != THEIRS]
+    return [
+        goal(like_it, "CPU a frame", cpu_per_frame),
+        *(goal(server, "latency", median) for server in ours),
+    ]
+
+
+if __name__ == "__main__":
+    print(_document.markdown(measure()))

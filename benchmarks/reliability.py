@@ -1,0 +1,55 @@
+"""Tries every fault on purpose and writes docs/reliability.md.
+
+python -m benchmarks reliability [NAME …] [--list] [--only-write]
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+
+from benchmarks._faults import DOCUMENT, FAULTS, document, keep, kept
+from benchmarks._results import machine
+
+MODULES = ("_faults_outages", "_faults_strangers", "_faults_servo", "_faults_ros2")
+"""In the order of the page's tables."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    for module in MODULES:
+        importlib.import_module(f"benchmarks.{module}")
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.reliability",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="the faults to try (all)")
+    parser.add_argument("--list", action="store_true", help="only print the faults' names")
+    parser.add_argument("--only-write", action="store_true", help="try nothing; write what was kept")
+    options = parser.parse_args(arguments)
+    if unknown := [name for name in options.names if name not in FAULTS]:
+        parser.error(f"{', '.join(unknown)}: no such fault, there are {', '.join(FAULTS)}")
+    if options.list:
+        print("\n".join(FAULTS))
+        return
+    failed = []
+    for name in () if options.only_write else options.names or FAULTS:
+        begun = time.monotonic()
+        outcome = replace(FAULTS[name][1](), machine=machine())
+        keep(name, outcome)
+        print(
+            f"{name}: {outcome.times}; lost {outcome.lost}; well after {outcome.well_after} "
+            f"({time.monotonic() - begun:.0f} s)",
+            flush=True,
+        )
+        failed += [] if outcome.survived else [name]
+    DOCUMENT.write_text(document(kept()), encoding="utf-8")
+    if failed:
+        raise SystemExit(f"not survived: {', '.join(failed)}")
+
+
+if __name__ == "__main__":
+    main()

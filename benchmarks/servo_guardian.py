@@ -1,0 +1,188 @@
+"""A servo program that is killed or frozen at full speed: how far the robot's hand still moves."""
+
+import argparse
+import math
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks._document import markdown
+from benchmarks._results import Goal, Section, Table, machine
+from benchmarks._servo_at_full_speed import SPEED
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.servo.geometry import Vector
+from grabbergui.servo.robots import teo, tiago
+from grabbergui.servo.robots.simulated import SimRobot
+
+GOAL_MM = 30.0
+FAULTS = {"killed (kill -9)": signal.SIGKILL, "frozen (SIGSTOP)": signal.SIGSTOP}
+TRIES = 10
+PATIENCE = 30.0
+"Seconds within which a program moves, and a hand rests."
+METHOD = f"""A program with the real robot client, gate and guardian, but without a camera, drives the hand at
+{SPEED} m/s by a command every 20 ms. The simulated robot runs in another process and obeys its last command
+for ever, as velocity drives do. Its drives follow a command with a time constant of 30 ms, which alone is
+{1e3 * SPEED * 0.03:.1f} mm. The program gets the signal at full speed, and the distance is that between the
+hand's true places then and at rest."""
+
+
+class Tireless(SimRobot):
+    """Obeys a twist until the next, as a controller without a time limit of its own."""
+
+    COMMAND_TIMEOUT = math.inf
+
+
+class Program:
+    """`_servo_at_full_speed` in a process of its own."""
+
+    def __init__(self, *arguments: str) -> None:
+        command = [sys.executable, str(Path(__file__).with_name("_servo_at_full_speed.py")), *arguments]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.guardian = int(self.said().partition(" ")[2] or 0)
+
+    def said(self) -> str:
+        """The next line of its output; empty at the end."""
+        assert self.process.stdout is not None
+        return self.process.stdout.readline().strip()
+
+    def close(self) -> None:
+        """End it, and wait for the end of its guardian."""
+        for pid in filter(None, (self.process.pid, self.guardian)):
+            with suppress(OSError):
+                os.kill(pid, signal.SIGCONT)
+        self.process.kill()
+        self.process.wait()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        deadline = time.monotonic() + PATIENCE
+        while running(self.guardian):
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"the guardian {self.guardian} does not end")
+            time.sleep(0.02)
+
+
+def running(pid: int) -> bool:
+    """Whether there is such a process, and not only what is left of one."""
+    with suppress(OSError):
+        stat = Path(f"/proc/{pid}/stat").read_text("utf-8")
+        return stat.rpartition(")")[2].split()[0] not in "ZX"
+    return False
+
+
+@contextmanager
+def at_full_speed(robot: SimRobot, *arguments: str) -> Iterator[Program]:
+    """The program while the hand moves at its full speed."""
+    program = Program(*arguments)
+    try:
+        if program.said() != "moving":
+            raise RuntimeError("the program does not move the hand")
+        deadline = time.monotonic() + PATIENCE
+        while speed(robot) < 0.95 * SPEED:
+            if time.monotonic() > deadline:
+                raise TimeoutError("the hand does not reach its full speed")
+        yield program
+    finally:
+        program.close()
+
+
+def place(robot: SimRobot) -> Vector:
+    """Where the hand is, metres."""
+    return robot.state().hand[:3, 3].copy()
+
+
+def speed(robot: SimRobot) -> float:
+    """Of the hand, metres per second."""
+    before = robot.state()
+    time.sleep(0.04)
+    after = robot.state()
+    return float(np.linalg.norm(after.hand[:3, 3] - before.hand[:3, 3]) / (after.time - before.time))
+
+
+def moved_after(robot: SimRobot, pid: int, number: int) -> float:
+    """Metres that the hand moves on after a signal to a process, until it rests."""
+    start = place(robot)
+    os.kill(pid, number)
+    deadline = time.monotonic() + PATIENCE
+    while robot.speed > 1e-4 and time.monotonic() < deadline:
+        time.sleep(0.005)
+    return float(np.linalg.norm(place(robot) - start))
+
+
+@contextmanager
+def teo_on_yarp() -> Iterator[tuple[SimRobot, list[str]]]:
+    """The simulated TEO behind its ports, and how the program is to find it."""
+    from grabbergui.servo.robots.teo_ports import TeoPorts
+
+    server = NameServer("127.0.0.1", 0)
+    server.open()
+    robot = SimRobot(teo.BODY)
+    ports = TeoPorts(robot, NameClient(server.contact))
+    ports.open()
+    try:
+        yield robot, ["teo", f"{server.contact.host}:{server.contact.port}"]
+    finally:
+        ports.close()
+        server.close()
+
+
+@contextmanager
+def tiago_on_ros2() -> Iterator[tuple[SimRobot, list[str]]]:
+    """The simulated TIAGo behind its topics, likewise."""
+    from grabbergui.servo.robots.tiago_topics import TiagoTopics
+
+    robot = Tireless(tiago.body())
+    topics = TiagoTopics(robot)
+    topics.open()
+    try:
+        yield robot, ["tiago"]
+    finally:
+        topics.close()
+
+
+ROBOTS = {"TEO over YARP": teo_on_yarp, "TIAGo over ROS 2": tiago_on_ros2}
+
+
+def distances(
+    robot: AbstractContextManager[tuple[SimRobot, list[str]]], number: int, tries: int = TRIES
+) -> list[float]:
+    """Millimetres that the hand moved on, a try each."""
+    with robot as (simulated, arguments):
+        moved = []
+        for _ in range(tries):
+            with at_full_speed(simulated, *arguments) as program:
+                moved.append(1e3 * moved_after(simulated, program.process.pid, number))
+    return moved
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_guardian", description=__doc__)
+    parser.add_argument("--tries", type=int, default=TRIES, help=f"of each kind ({TRIES})")
+    options = parser.parse_args(arguments)
+    rows, worst = [], 0.0
+    for robot, simulated in ROBOTS.items():
+        for fault, number in FAULTS.items():
+            moved = distances(simulated(), number, options.tries)
+            worst = max(worst, *moved)
+            numbers = f"{statistics.median(moved):.1f}", f"{max(moved):.1f}"
+            rows.append([robot, fault, str(len(moved)), *numbers])
+    return Section(
+        title="A servo program that dies",
+        program="python -m benchmarks servo_guardian",
+        method=METHOD,
+        tables=[Table(["robot", "the program is", "times", "median, mm", "worst, mm"], rows)],
+        goals=[Goal(f"under {GOAL_MM:g} mm at {SPEED} m/s", f"at most {worst:.1f} mm", worst < GOAL_MM)],
+        machine=machine(),
+    )
+
+
+if __name__ == "__main__":
+    print(markdown(measure()))

@@ -1,0 +1,228 @@
+"""Tuning a camera: from the operator's hand to the register, and to the first picture that shows it.
+
+python -m benchmarks tuning [--repeats 60] [SOURCE …]
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import statistics
+from collections.abc import Sequence
+
+from benchmarks import _tuning_waits as waits
+from benchmarks._results import Goal, Section, Table, machine
+from benchmarks._tuning_cameras import HEIGHT, PIXEL_FORMAT, SOURCES, WIDTH
+from benchmarks._tuning_window import DRAG_RATE, DRAG_SECONDS, HANDS, Seen, watch
+
+ROUNDS, WRITES = 3, 30
+"Of what else an operator waits for, of which medians count; writes of the gain in each round."
+METHOD = f"""The whole window, offscreen, on a camera of 3,500 nodes with ten more categories of its panel
+open, streaming {WIDTH}×{HEIGHT} {PIXEL_FORMAT} at 37.5 frames/s (118 MB/s; GigE Vision: as fast as a link
+of 125 MB/s carries it), with its heartbeat on. The gain is changed {{repeats}} times by each means at
+random moments: the slider, an arrow key, the wheel, a number typed and Enter. *Register*: from just before
+the widget's signal to the write in the camera, which notes it. *Picture*: to the first painted picture of
+other grey value; each frame's grey value says which gain it was exposed with. GigE Vision, YARP and ROS 2
+have the camera in another process; `sim:` and U3V (the protocol without a kernel's USB stack) in the
+window's own, and so has GenTL (EMVA's simulated producer, of which the frame rate is changed and no picture
+can be told from another).
+
+Then the slider is dragged from end to end for {DRAG_SECONDS:g} s at {DRAG_RATE:g} signals a second. CPU is
+all of the window's process: with the stream, the painting and the camera where it is in there."""
+
+
+def measure(arguments: list[str] | None = None) -> Section:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks tuning", description=__doc__)
+    parser.add_argument("--repeats", type=int, default=60, help="adjustments by each means")
+    parser.add_argument("source", nargs="*", choices=[[], *SOURCES], help=f"of {', '.join(SOURCES)}")
+    options = parser.parse_args(arguments)
+    before = machine()
+    seen: dict[str, Seen] = {}
+    for source in options.source or SOURCES:
+        seen[source] = _in_a_process(source, options.repeats)
+        print(source, *_register_row(seen[source]), flush=True)
+    ours, own_writes = waits.ours(ROUNDS, WRITES)
+    peer, writes = waits.aravis(ROUNDS, WRITES)
+    ours |= waits.by_the_window()
+    reading = [
+        "*driver*: `write_feature` until the acknowledge, on a thread of the same process beside the window; "
+        "*Aravis*: its `set_float_feature_value` to the same camera, streaming, in a process of its "
+        "own.",
+        "*bare*: an empty request to the server and back, and the served camera's own write, added.",
+        "Aravis's changes of format and region are stop, write, start, and the first whole frame.",
+        "GenTL's row of *Dragged* has the frame rate dragged from 1 to 200 Hz, which is what its CPU is for.",
+    ]
+    if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
+        reading.append("With real-time priority, as others used the machine.")
+    return Section(
+        "Tuning",
+        "python -m benchmarks tuning          # five minutes",
+        METHOD.format(repeats=options.repeats),
+        [
+            Table(
+                ["source", *HANDS, "driver", "bare"],
+                _rows(seen, _register_row),
+                "Register, ms (median / 99 %):",
+            ),
+            Table(
+                ["source", "frame period", *HANDS], _rows(seen, _picture_row), "Picture, ms (median / 99 %):"
+            ),
+            Table(
+                ["source", "signals", "writes", "last written after", "picture", "CPU"],
+                _rows(seen, _drag_row),
+                "Dragged, ms:",
+            ),
+            Table(
+                ["GigE Vision", "ours, ms", "Aravis, ms"],
+                _wait_rows(ours, peer, own_writes, writes),
+                "What else one waits for:",
+            ),
+        ],
+        goals=[goal for source in seen for goal in _goals(source, seen[source], own_writes, writes)],
+        reading=reading,
+        machine=before,
+        lacking="" if peer else "Aravis",
+    )
+
+
+def _in_a_process(source: str, repeats: int) -> Seen:
+    """Each source gets a new window in a new process."""
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=watch, args=(theirs, source, repeats))
+    process.start()
+    theirs.close()
+    try:
+        seen: Seen = ours.recv()
+    except EOFError:
+        raise SystemExit(f"the window on {source} ended before it was measured") from None
+    finally:
+        process.join(30)
+    return seen
+
+
+# -- tables ------------------------------------------------------------------------------------------
+def _rows(seen: dict[str, Seen], row: object) -> list[list[str]]:
+    assert callable(row)
+    return [[source, *row(of)] for source, of in seen.items()]
+
+
+def _register_row(seen: Seen) -> list[str]:
+    bare = f"{1e3 * (seen.round_trip + seen.own_write):.2f}" if seen.own_write else ""
+    hands = [_both([one.register for one in seen.adjusted[hand]]) for hand in HANDS]
+    return [*hands, _both(seen.driver_write), bare]
+
+
+def _picture_row(seen: Seen) -> list[str]:
+    pictures = (_pictures(seen, hand) for hand in HANDS)
+    return [f"{1e3 * seen.frame_period:.1f}", *(_both(values) if values else "–" for values in pictures)]
+
+
+def _drag_row(seen: Seen) -> list[str]:
+    dragged = seen.dragged
+    assert dragged is not None
+    picture = _both(dragged.pictures) if dragged.pictures else "–"
+    last = f"{1e3 * dragged.last:.1f}"
+    return [str(dragged.signals), str(dragged.writes), last, picture, f"{dragged.cores:.0%}"]
+
+
+def _wait_rows(
+    ours: dict[str, float], peer: dict[str, float], own_writes: Sequence[float], writes: Sequence[float]
+) -> list[list[str]]:
+    labels = {
+        "open first": "open a camera whose description was never seen",
+        "open": "open",
+        "start": "start, to the first frame",
+        "pixel format": "another pixel format while streaming, to its first frame",
+        "region": "another region while streaming, to its first frame",
+        "stop": "stop",
+        "start and stop": "start and stop",
+        "take control": "take control from another program",
+        "switch": "switch to another open camera, to its first painted picture",
+        "program start": "start of the program, to the first painted picture",
+    }
+    rows = [
+        [label, f"{1e3 * ours[name]:.0f}", f"{1e3 * peer[name]:.0f}" if name in peer else "–"]
+        for name, label in labels.items()
+    ]
+    return [*rows, ["write the gain (median / 99 %)", _both(own_writes), _both(writes) if writes else "–"]]
+
+
+def _pictures(seen: Seen, hand: str) -> list[float]:
+    return [one.picture for one in seen.adjusted[hand] if one.picture is not None]
+
+
+def _both(values: Sequence[float]) -> str:
+    return f"{1e3 * statistics.median(values):.2f} / {1e3 * _late(values):.2f}"
+
+
+def _late(values: Sequence[float]) -> float:
+    """What 99 of 100 do not exceed."""
+    return sorted(values)[max(-(-99 * len(values) // 100) - 1, 0)]
+
+
+# -- goals -------------------------------------------------------------------------------------------
+def _goals(source: str, seen: Seen, driver: Sequence[float], aravis: Sequence[float]) -> list[Goal]:
+    registers = [one.register for hand in HANDS for one in seen.adjusted[hand]]
+    pictures = [picture for hand in HANDS for picture in _pictures(seen, hand)]
+    goals = []
+    if source == "GigE":
+        goals.append(_goal(f"{source}: register, median under 3 ms", statistics.median(registers), 3e-3))
+        goals.append(_goal(f"{source}: register, 99 % under 15 ms", _late(registers), 15e-3))
+        if aravis:
+            limit = 1.5 * statistics.median(aravis)
+            goals.append(
+                _goal(
+                    f"{source}: the driver's write within 1.5 × Aravis's ({1e3 * limit:.2f} ms)",
+                    statistics.median(driver),
+                    limit,
+                )
+            )
+            goals.append(
+                _goal(
+                    f"{source}: slider to register within 1.5 × Aravis's own write ({1e3 * limit:.2f} ms)",
+                    statistics.median(one.register for one in seen.adjusted["slider"]),
+                    limit,
+                )
+            )
+    if seen.own_write:
+        limit = 1.5 * (seen.round_trip + seen.own_write)
+        goals.append(
+            _goal(
+                f"{source}: register within 1.5 × bare request + write ({1e3 * limit:.2f} ms)",
+                statistics.median(registers),
+                limit,
+            )
+        )
+    period = seen.frame_period
+    if pictures:
+        goals.append(
+            _goal(f"{source}: picture, median under two periods", statistics.median(pictures), 2 * period)
+        )
+        goals.append(_goal(f"{source}: picture, 99 % under three periods", _late(pictures), 3 * period))
+    return goals + _drag_goals(source, seen)
+
+
+def _drag_goals(source: str, seen: Seen) -> list[Goal]:
+    dragged, period = seen.dragged, seen.frame_period
+    assert dragged is not None
+    if not dragged.pictures:
+        return []  # what is dragged is the frame rate itself, up to 200 Hz
+    middle, late = statistics.median(dragged.pictures), _late(dragged.pictures)
+    measured = f"{1e3 * middle:.1f} and {1e3 * late:.1f} ms"
+    met = middle < 2 * period and late < 3 * period
+    return [
+        Goal(f"{source}: dragged, picture within two periods, 99 % within three", measured, met),
+        Goal(f"{source}: dragged, under half a core", f"{dragged.cores:.0%}", dragged.cores < 0.5),
+    ]
+
+
+def _goal(asked: str, seconds: float, limit: float) -> Goal:
+    return Goal(asked, f"{1e3 * seconds:.2f} ms", seconds < limit)
+
+
+if __name__ == "__main__":
+    from benchmarks._document import markdown
+
+    print(markdown(measure()))

@@ -1,0 +1,46 @@
+from pathlib import Path
+
+from benchmarks import _faults, reliability
+from benchmarks._faults import Outcome, document, keep, kept
+
+
+def outcome(**changes):
+    return Outcome(
+        **{"done": "pulled", "times": "20", "lost": "3", "well_after": "1 s", "machine": "m"} | changes
+    )
+
+
+def test_the_page_has_a_row_per_fault_and_marks_what_did_not_hold(tmp_path, monkeypatch):
+    monkeypatch.setattr(_faults, "FAULTS", {})
+    _faults.fault("Cables")(lambda: outcome())
+    for name in ("first_fault", "second_fault", "never_tried"):
+        function = lambda: outcome()  # noqa: E731
+        function.__name__ = name
+        _faults.fault("Strangers")(function)
+    keep("first-fault", outcome(), tmp_path)
+    keep("second-fault", outcome(done="cut", survived=False), tmp_path)
+    keep("second-fault", outcome(done="cut again", survived=False), tmp_path)
+
+    page = document(kept(tmp_path))
+
+    assert page == document(kept(tmp_path))
+    assert "**Not survived: second-fault.**" in page
+    assert "| pulled | 20 | 3 | 1 s |\n| cut again | 20 | 3 | 1 s **(failed)** |" in page
+    assert "Cables" not in page, "nothing was tried there"
+
+
+def test_a_machine_is_named_once_with_its_loads(monkeypatch):
+    monkeypatch.setattr(_faults, "FAULTS", dict.fromkeys("abc", ("Strangers", outcome)))
+    loads = {
+        "a": "m, load average 3.5 before; others kept it busy",
+        "b": "m, load average 1.0 before",
+        "c": "n",
+    }
+    page = document({name: outcome(machine=machine) for name, machine in loads.items()})
+    assert "Measured on m, load average 1 to 3.5 before; n.\n" in page
+
+
+def test_the_page_is_what_the_kept_outcomes_give():
+    reliability.main(["--list"])
+    assert Path(_faults.DOCUMENT).read_text(encoding="utf-8") == document(kept())
+    assert set(kept()) <= set(_faults.FAULTS), "an outcome of a fault that is gone"
