@@ -3,7 +3,10 @@
 import os
 import signal
 
+import pytest
 from hypothesis import HealthCheck, settings
+
+import isolation
 
 # No test looks for cameras beyond this machine, or needs a display.
 os.environ["GRABBERGUI_INTERFACES"] = "lo"
@@ -17,3 +20,20 @@ settings.register_profile("patient", deadline=None, suppress_health_check=[Healt
 settings.load_profile("patient")
 
 pytest_plugins = ["peers"]
+
+if isolation.WORKER:
+    isolation.enter_own_namespaces()
+else:
+    isolation.begin_run()
+
+
+def pytest_unconfigure() -> None:
+    """What one worker started for all must outlive it."""
+    if not isolation.WORKER:
+        isolation.end_run()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Answer `-n auto`: as many workers as can be kept apart."""
+    return isolation.workers_allowed()
