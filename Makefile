@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 setup-servo run test lint bench fuzz screenshots translations clean
+.PHONY: setup setup-ros2 setup-servo run test lint bench fuzz docs screenshots translations clean
 
 setup: $(STAMP)
 
@@ -32,13 +32,20 @@ run: setup
 	    $(BIN)/grabbergui gui --offscreen --duration 5 --screenshot grabbergui.png; \
 	fi
 
+# Benchmarks and the fuzzer run on Linux only; the package is checked for what else it may be installed on.
 lint: setup
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports --no-logo
 	$(BIN)/mypy
+	$(BIN)/mypy --package grabbergui --platform win32 --cache-dir .mypy_cache/win32
+	$(BIN)/mypy --package grabbergui --platform darwin --cache-dir .mypy_cache/darwin
 
+# The tests of one package alone: make test ROOM=net/yarp
+ROOM ?=
 test: setup
 	scripts/system-packages tests
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal tests/$(ROOM)
 
 # The pictures in docs/, made by the program itself.
 screenshots: setup
@@ -56,6 +63,11 @@ screenshots: setup
 translations: setup
 	scripts/translations
 
+# The manual as a site, in build/site; warnings are errors.
+docs: setup
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]'
+	$(BIN)/mkdocs build --quiet
+
 bench: setup
 	$(BIN)/python -m benchmarks
 
@@ -66,4 +78,4 @@ fuzz: setup
 	$(BIN)/python -m fuzz --seconds $(SECONDS)
 
 clean:
-	rm -rf $(VENV) build dist ./*.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) build dist ./*.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -1,4 +1,7 @@
-"""What pyproject.toml cannot say: resources/ stands beside the package and is installed inside it."""
+"""What pyproject.toml cannot say: resources/ and docs/ are installed, and the README can be read anywhere."""
+
+import re
+from pathlib import Path
 
 from setuptools import find_namespace_packages, setup
 
@@ -6,7 +9,17 @@ from setuptools import find_namespace_packages, setup
 ours = find_namespace_packages(include=["grabbergui*"], exclude=["*__pycache__*"])
 resources = [f"grabbergui.resources.{name}" for name in find_namespace_packages("resources")]
 
+
+def description() -> str:
+    """Return the README without pictures, and relative links as plain text: both need the repository."""
+    text = Path(__file__).with_name("README.md").read_text("utf-8")
+    text = re.sub(r"<picture>.*?</picture>\n*", "", text, flags=re.DOTALL)
+    return re.sub(r"\[([^]]+)\]\((?!https?:)[^)]+\)", r"\1", text)
+
+
 setup(
-    packages=[*ours, "grabbergui.resources", *resources],
-    package_dir={"grabbergui.resources": "resources"},
+    packages=[*ours, "grabbergui.resources", *resources, "grabbergui.manual", "grabbergui.manual.images"],
+    package_dir={"grabbergui.resources": "resources", "grabbergui.manual": "docs"},
+    long_description=description(),
+    long_description_content_type="text/markdown",
 )

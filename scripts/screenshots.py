@@ -160,7 +160,7 @@ program.connection.connect_beside("sim:scene?width=608&height=512&fps=10")
 desk.until(lambda: len(window.gallery.tiles) == 3)
 desk.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
 desk.until(lambda: not any(tile.stateLabel.text().startswith("0") for tile in window.gallery.tiles))
-window.messages.dismissAll()
+program.messages.dismiss_all()
 desk.wait(0.4)
 take("gallery")
 for source in program.connection.sources[1:]:
