@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import Feature
-from grabbergui.models.features.wording import access_text, range_text
+from grabbergui.models.features.text import access_text, range_text
 from grabbergui.models.language import is_translated, translate
 
 MOST_PROBLEMS = 3

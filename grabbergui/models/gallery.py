@@ -1,4 +1,4 @@
-"""Several sources side by side: a small live picture of each."""
+"""Tiles: a small live image of each open source."""
 
 from __future__ import annotations
 

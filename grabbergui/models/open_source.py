@@ -11,7 +11,7 @@ from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
 from grabbergui.core.identity import is_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.error_text import held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker

@@ -1,8 +1,4 @@
-"""A run of the servo loop as a window shows it: the picture, the drawing over it, the robot, curves, states.
-
-The loop's thread only leaves its newest turn here. A thread of its own makes what is shown of it, no more
-often than eyes need, and waits until it was taken, so that a slow screen never delays the robot.
-"""
+"""Visual servoing as the window shows and tunes it."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import logging
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +21,45 @@ from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo import overlay
 from grabbergui.servo.calibration_choice import CalibrationFor
+from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.overlay import Drawing
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.state_machine import State
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What an operator sets; everything else is the configuration file's."""
+
+    head_gain: float
+    "Rad/s per radian off centre."
+    head_fastest: float
+    "Degrees per second."
+    arm_gain: float
+    "Twist per pose error, 1/s."
+    arm_fastest: float
+    "Millimetres per second."
+    rate: float
+    "Commands per second."
+
+    @classmethod
+    def of(cls, config: Config) -> Tuning:
+        """As a configuration has it."""
+        head, arm = config.head, config.arm
+        return cls(head.gain, head.fastest, arm.gain, arm.fastest * 1e3, config.loop.rate)
+
+    def applied_to(self, config: Config) -> Config:
+        """The configuration with these values. Raises UsageError for those that cannot be together."""
+        return replace(
+            config,
+            head=replace(config.head, gain=self.head_gain, fastest=self.head_fastest),
+            arm=replace(config.arm, gain=self.arm_gain, fastest=self.arm_fastest * 1e-3),
+            loop=replace(config.loop, rate=self.rate),
+        )
+
 
 log = logging.getLogger(__name__)
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from grabbergui.models import servoing
-from grabbergui.models.servo_tuning import Tuning
-from grabbergui.models.servoing import ServoModel, state_text
+from grabbergui.models.servoing import ServoModel, Tuning, state_text
 from grabbergui.servo import desk
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command

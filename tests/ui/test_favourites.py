@@ -7,8 +7,8 @@ from PyQt5.QtGui import QDrag, QDragEnterEvent, QDragMoveEvent, QDropEvent, QMou
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.models.features import favourites
-from grabbergui.models.features.favourites import MOST
+from grabbergui.models.features import shown
+from grabbergui.models.features.shown import MOST
 from grabbergui.ui.preferences import Preferences, camera_model
 
 USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
@@ -21,17 +21,17 @@ USUAL = ("ExposureTime", "Gain", "AcquisitionFrameRate")
      ("A", 2, "BAC"), ("A", 3, "BCA"), ("A", 0, "ABC"), ("A", 1, "ABC"), ("C", 0, "CAB"), ("B", 3, "ACB")],
 )  # fmt: skip
 def test_a_name_is_placed_before_the_one_it_was_dropped_on(name, index, order):
-    assert favourites.placed(tuple("ABC"), name, index) == tuple(order)
+    assert shown.placed(tuple("ABC"), name, index) == tuple(order)
 
 
 def test_names_are_moved_and_removed():
-    assert favourites.moved(tuple("ABC"), "A", 1) == tuple("BAC")
-    assert favourites.moved(tuple("ABC"), "A", -1) == tuple("ABC")
-    assert favourites.moved(tuple("ABC"), "X", 1) == tuple("ABC")
-    assert favourites.without(tuple("ABC"), "B") == tuple("AC")
+    assert shown.moved(tuple("ABC"), "A", 1) == tuple("BAC")
+    assert shown.moved(tuple("ABC"), "A", -1) == tuple("ABC")
+    assert shown.moved(tuple("ABC"), "X", 1) == tuple("ABC")
+    assert shown.without(tuple("ABC"), "B") == tuple("AC")
     full = tuple(f"F{n}" for n in range(MOST))
-    assert favourites.placed(full, "X", 0) == full
-    assert favourites.placed(full, "F3", 0)[0] == "F3"
+    assert shown.placed(full, "X", 0) == full
+    assert shown.placed(full, "F3", 0)[0] == "F3"
 
 
 # -- in the window -----------------------------------------------------------------------------------

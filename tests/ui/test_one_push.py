@@ -5,7 +5,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QApplication
 
 from grabbergui.core.region import Region
-from grabbergui.models.tuning.light import measure
+from grabbergui.models.tuning.run import measure_light
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_a_region_is_drawn_and_exposed_and_undone_in_one_press(desk):
     assert window.tasks.rows[0].titleLabel.text() == "Exposure on a region"
     assert not window.actionExpose.isEnabled()
     desk.until(lambda: said(desk, "Exposed: "))
-    light = measure(desk.program.picture.frame, Region(50, 50, 200, 150))
+    light = measure_light(desk.program.picture.frame, Region(50, 50, 200, 150))
     assert light.mean == pytest.approx(0.5, abs=0.05)
     desk.until(lambda: not window.tasks.rows and window.actionExpose.isEnabled())
     assert window.actionUndo.text() == "&Undo Exposure on a region"

@@ -13,8 +13,7 @@ from test_accessibility import controls, spoken_name
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
-from grabbergui.models.servo_tuning import Tuning
-from grabbergui.models.servoing import Entry, Posture
+from grabbergui.models.servoing import Entry, Posture, Tuning
 from grabbergui.servo import desk, geometry
 from grabbergui.servo.calibration_choice import CalibrationChoice
 from grabbergui.servo.config import Config

@@ -9,7 +9,7 @@ from PyQt5.QtWidgets import QApplication
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.region import Region
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
 from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 from grabbergui.ui.widgets.change_table import ChangeTable

@@ -13,8 +13,7 @@ from psygnal import Signal
 
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.selection import SettingKey, ValueChange
-from grabbergui.models.changes.change import Change, Origin
-from grabbergui.models.changes.undo_history import Direction, Step, UndoHistory, goes_on
+from grabbergui.models.changes.history import Change, Direction, Origin, Step, UndoHistory, goes_on
 
 MOST_CHANGES = 2000
 "Kept to be looked at; older ones are forgotten."

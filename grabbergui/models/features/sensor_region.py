@@ -1,14 +1,42 @@
-"""Which part of the sensor a camera sends: Width, Height, OffsetX and OffsetY (SFNC 4.1)."""
+"""The part of the sensor that a camera sends: Width, Height, OffsetX and OffsetY (SFNC 4.1).
+
+What cannot be changed while the stream runs is written while it is paused.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-from grabbergui.core.errors import FeatureNotFoundError
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Feature
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
-from grabbergui.models.features.stream_pause import stream_paused
+
+
+@contextmanager
+def stream_paused(
+    grabber: FrameGrabber, needed: bool = True, stays: Callable[[GrabberError], None] | None = None
+) -> Iterator[None]:
+    """Stop a running stream for the block, and start it again with triggers as they are then.
+
+    Does nothing where it does not run, or is not `needed`. Raises what stopping and starting raises; with
+    `stays`, that is called instead when the stream does not start again.
+    """
+    if not needed or not grabber.streaming:
+        yield
+        return
+    grabber.stop()
+    try:
+        yield
+    finally:
+        try:
+            grabber.start(keep_trigger=True)
+        except GrabberError as error:
+            if stays is None:
+                raise
+            stays(error)
+
 
 _AXES = (("Width", "OffsetX"), ("Height", "OffsetY"))
 

@@ -25,8 +25,7 @@ from grabbergui.core.features import (
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import FAVOURITES
-from grabbergui.models.features.throttle import WriteThrottle
-from grabbergui.models.features.worker import FeatureWorker
+from grabbergui.models.features.worker import FeatureWorker, WriteThrottle
 
 log = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, is_number, same_value
 from grabbergui.core.settling import Settled, settle
 from grabbergui.models.error_text import error_text
-from grabbergui.models.features.stream_pause import stream_paused
+from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.language import translate
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 

@@ -10,9 +10,9 @@ from grabbergui.core.errors import FeatureError, FeatureNotFoundError
 from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, ValueChange
-from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.changes.undo_history import Step
-from grabbergui.models.features.stream_pause import stream_paused
+from grabbergui.models.changes.history import Step
+from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.settings.feature_set import Progress, capture, compare
 
 SELECTOR = "UserSetSelector"

@@ -8,12 +8,10 @@ from grabbergui.core.errors import FeatureNotFoundError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.core.sfnc import Role
-from grabbergui.models.features.wording import value_text
+from grabbergui.models.features.text import value_text
 from grabbergui.models.language import translate
-from grabbergui.models.tuning.bench import TuningBench, TuningError
-from grabbergui.models.tuning.knob_search import Law, light_factor
-from grabbergui.models.tuning.knobs import Knob, hand_over
-from grabbergui.models.tuning.light import Light
+from grabbergui.models.tuning.parameters import Knob, Law, hand_over, light_factor
+from grabbergui.models.tuning.run import Light, TuningBench, TuningError
 
 TARGET = 0.5
 "Mean of the region, as a part of white."

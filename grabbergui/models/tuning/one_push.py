@@ -1,20 +1,26 @@
-"""Runs one tuning at a time, and restores what it changed where it fails or is cancelled."""
+"""One-push: runs one tuning at a time, and restores what it changed if it fails or is cancelled."""
 
 from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 
 from psygnal import Signal
 
-from grabbergui.core.errors import GrabberError
-from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.changes.undo_history import Step
+from grabbergui.core.companions import regulating
+from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import AUTO_ONCE, Role
+from grabbergui.models.changes.history import Step
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.error_text import error_text
+from grabbergui.models.features.text import value_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
-from grabbergui.models.tuning.bench import TuningBench, TuningCancelledError
+from grabbergui.models.tuning.parameters import automatic_once
+from grabbergui.models.tuning.run import TuningBench, TuningCancelledError, TuningError
 
 log = logging.getLogger(__name__)
 
@@ -93,3 +99,38 @@ class OnePush:
             return f"{name}: {why}"
         text = translate("Tuning", "{0}: {1}; not all is as it was: {2}")
         return text.format(name, why, "; ".join(problems))
+
+
+PATIENCE = 10.0
+"Seconds a camera may take; it needs a few frames."
+LOOK = 0.1
+"Seconds between two looks at whether it is done."
+
+
+def has_once(grabber: FrameGrabber, role: Role) -> bool:
+    """Whether the camera can do it by itself."""
+    return automatic_once(grabber, role) is not None
+
+
+def let_camera(bench: TuningBench, role: Role) -> str:
+    """Let the camera regulate once, and wait until it is done. What came of it.
+
+    Raises TuningError where it does not end, FeatureError, TransportError.
+    """
+    auto = bench.call(lambda grabber: automatic_once(grabber, role))
+    if auto is None:
+        raise FeatureNotFoundError(f"{bench.title} does not regulate this once by itself", role.names[0])
+    bench.call(lambda grabber: grabber.write_feature(auto, AUTO_ONCE))
+    begun = time.monotonic()
+    while regulating(bench.call(lambda grabber: grabber.feature(auto))):
+        seconds = time.monotonic() - begun
+        if seconds > PATIENCE:
+            text = translate("Tuning", "{0} was not done within {1:g} s; does the camera send frames?")
+            raise TuningError(text.format(auto, PATIENCE))
+        bench.say(seconds / PATIENCE, translate("Tuning", "{0} at work").format(auto))
+        bench.wait(LOOK)
+    if role is not Role.EXPOSURE:
+        return translate("Tuning", "White balance set by the camera")
+    name = bench.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
+    exposure = bench.call(lambda grabber: grabber.feature(name))
+    return translate("Tuning", "Exposure set by the camera: {0}").format(value_text(exposure))

@@ -9,13 +9,11 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
-from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.features.text import number_text
 from grabbergui.models.language import localized, translate
-from grabbergui.models.tuning.bench import TuningBench, TuningError
-from grabbergui.models.tuning.knob_search import Law
-from grabbergui.models.tuning.knobs import Knob, hand_over
-from grabbergui.models.tuning.light import Light
+from grabbergui.models.tuning.parameters import Knob, Law, hand_over
+from grabbergui.models.tuning.run import Light, TuningBench, TuningError
 
 TOLERANCE = 0.01
 "Difference of red and blue from green, as a part of green, that is good enough."

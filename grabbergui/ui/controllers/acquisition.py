@@ -11,9 +11,9 @@ from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.open_source import LinkState, OpenSource
+from grabbergui.models.picture.geometry import distorted_pixel
 from grabbergui.models.picture.picture import Picture, PictureModel
-from grabbergui.models.picture.pixel_texts import value_texts
-from grabbergui.models.picture.undistortion import distorted_pixel
+from grabbergui.models.picture.rendering import value_texts
 from grabbergui.models.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences

@@ -10,8 +10,8 @@ from typing import TypeVar
 from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.changes.undo_history import Step
+from grabbergui.models.changes.history import Step
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource

@@ -8,9 +8,8 @@ from pathlib import Path
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QAction, QApplication, QFileDialog
 
-from grabbergui.models.changes import replay
-from grabbergui.models.changes.reverting import revert
-from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.changes.history import Direction
+from grabbergui.models.changes.undoing import command_line, program, revert
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
 from grabbergui.ui.bridge import Bridge
@@ -132,8 +131,8 @@ class ChangesController(QObject):
         changes = self._panel.chosen
         uri = str(self._source.uri) if self._source is not None else ""
         if kind is CopyAs.COMMAND:
-            return replay.command_line(uri, changes)
-        return replay.program(uri, changes) if kind is CopyAs.PROGRAM else self._panel.tableText(changes)
+            return command_line(uri, changes)
+        return program(uri, changes) if kind is CopyAs.PROGRAM else self._panel.tableText(changes)
 
 
 def _describe(action: QAction, name: str, what: str) -> None:

@@ -8,7 +8,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.connection import Connection
-from grabbergui.models.features import favourites
+from grabbergui.models.features import shown
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences, camera_model
@@ -54,11 +54,11 @@ class FavouritesController(QObject):
 
     def place(self, name: str, index: int) -> None:
         """Have a feature at hand, before the one at `index`."""
-        if name not in self.names and len(self.names) >= favourites.MOST:
+        if name not in self.names and len(self.names) >= shown.MOST:
             text = self.tr("no more than {0} controls can be at hand; remove one first")
-            self.failed.emit(text.format(favourites.MOST))
+            self.failed.emit(text.format(shown.MOST))
             return
-        self._change(lambda names: favourites.placed(names, name, index))
+        self._change(lambda names: shown.placed(names, name, index))
 
     def add(self, name: str) -> None:
         """Have a feature at hand, behind the others."""
@@ -66,11 +66,11 @@ class FavouritesController(QObject):
 
     def remove(self, name: str) -> None:
         """Have it at hand no longer."""
-        self._change(lambda names: favourites.without(names, name))
+        self._change(lambda names: shown.without(names, name))
 
     def move(self, name: str, steps: int) -> None:
         """Have it some places further on, or back."""
-        self._change(lambda names: favourites.moved(names, name, steps))
+        self._change(lambda names: shown.moved(names, name, steps))
 
     def reset(self) -> None:
         """Have at hand what suits any camera."""

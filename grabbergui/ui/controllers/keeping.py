@@ -15,7 +15,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
-from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.settings import files

@@ -9,7 +9,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.picture.orientation import Orientation
+from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.picture.rendering import Levels, with_levels
 from grabbergui.ui.bridge import Bridge

@@ -11,10 +11,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.connection import Connection
 from grabbergui.models.language import localized
-from grabbergui.models.measuring.line_profile import Line
-from grabbergui.models.measuring.measurement import Measurement, MeasuringModel, Wanted
-from grabbergui.models.measuring.sharpness import FocusHistory
-from grabbergui.models.picture.orientation import Orientation
+from grabbergui.models.measuring.channels import Line
+from grabbergui.models.measuring.measurement import FocusHistory, Measurement, MeasuringModel, Wanted
+from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow

@@ -9,7 +9,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
-from grabbergui.models.changes.undo_history import Step
+from grabbergui.models.changes.history import Step
 from grabbergui.models.connection import Connection
 from grabbergui.models.features import sensor_region
 from grabbergui.models.picture.picture import PictureModel

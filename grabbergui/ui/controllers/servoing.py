@@ -13,8 +13,7 @@ from PyQt5.QtCore import QObject, QTimer
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message
-from grabbergui.models.servo_tuning import Tuning
-from grabbergui.models.servoing import Entry, ServoModel
+from grabbergui.models.servoing import Entry, ServoModel, Tuning
 from grabbergui.servo.calibration_choice import CalibrationChoice, CalibrationFor
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.state_machine import State

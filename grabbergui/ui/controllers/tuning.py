@@ -11,10 +11,9 @@ from grabbergui.core.sfnc import Role
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.tuning.bench import TuningBench
-from grabbergui.models.tuning.camera_once import has_once, let_camera
 from grabbergui.models.tuning.exposure import expose
-from grabbergui.models.tuning.one_push import OnePush, Tuning
+from grabbergui.models.tuning.one_push import OnePush, Tuning, has_once, let_camera
+from grabbergui.models.tuning.run import TuningBench
 from grabbergui.models.tuning.white_balance import balance
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow

@@ -8,7 +8,7 @@ from functools import partial
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.settings import user_sets
 from grabbergui.models.settings.feature_set import Progress

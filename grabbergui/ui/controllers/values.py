@@ -11,8 +11,7 @@ from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.connection import Connection
-from grabbergui.models.features.value_history import ValueHistory, to_csv
-from grabbergui.models.features.value_watch import MOST_FEATURES, ValueWatch
+from grabbergui.models.features.value_watch import MOST_FEATURES, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.open_source import OpenSource
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow

@@ -8,7 +8,7 @@ from PyQt5.QtWidgets import QAction, QActionGroup, QMenu, QToolButton, QWidget
 
 from grabbergui.core.features import Feature, FeatureKind
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.models.features.wording import access_text
+from grabbergui.models.features.text import access_text
 
 
 class AutoButton(QToolButton):

@@ -7,7 +7,7 @@ from PyQt5.QtGui import QStandardItem, QStandardItemModel
 from PyQt5.QtWidgets import QComboBox, QCompleter, QWidget
 
 from grabbergui.core.features import EnumEntry, Feature
-from grabbergui.models.features.wording import value_text
+from grabbergui.models.features.text import value_text
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 from grabbergui.ui.editors.shortcut_guard import ShortcutGuard
 from grabbergui.ui.editors.wheel_guard import WheelGuard

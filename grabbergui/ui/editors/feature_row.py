@@ -10,8 +10,7 @@ from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidg
 
 from grabbergui.core.companions import as_editable
 from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
-from grabbergui.models.features.text import breakable
-from grabbergui.models.features.wording import tooltip_html
+from grabbergui.models.features.text import breakable, tooltip_html
 from grabbergui.ui.editors.auto_button import AutoButton
 from grabbergui.ui.editors.editor_choice import editor_class
 from grabbergui.ui.editors.feature_editor import FeatureEditor

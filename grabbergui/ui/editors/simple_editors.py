@@ -6,7 +6,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QCheckBox, QLabel, QPushButton, QWidget
 
 from grabbergui.core.features import Feature, FeatureKind
-from grabbergui.models.features.wording import value_text
+from grabbergui.models.features.text import value_text
 from grabbergui.ui.editors.feature_editor import FeatureEditor
 
 

@@ -8,7 +8,7 @@ from enum import Enum
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
-from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.changes.history import Change, Origin
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.change_table import ChangeTable
 

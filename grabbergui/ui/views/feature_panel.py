@@ -9,7 +9,7 @@ from PyQt5.QtGui import QKeyEvent
 from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
-from grabbergui.models.features.filter import visible_names
+from grabbergui.models.features.shown import visible_names
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.editors.feature_rows import FeatureRows
 from grabbergui.ui.loader import load_form

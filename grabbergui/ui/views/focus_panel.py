@@ -10,7 +10,7 @@ from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtWidgets import QPushButton, QWidget
 
 from grabbergui.models.language import localized
-from grabbergui.models.measuring.sharpness import HISTORY_SECONDS
+from grabbergui.models.measuring.measurement import HISTORY_SECONDS
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.elided_label import ElidedLabel

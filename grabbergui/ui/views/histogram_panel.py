@@ -8,7 +8,7 @@ from PyQt5.QtCore import QSignalBlocker, pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from grabbergui.models.language import localized
-from grabbergui.models.measuring.histogram import Histogram
+from grabbergui.models.measuring.channels import Histogram
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.elided_label import ElidedLabel

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QCheckBox, QPushButton, QWidget
 
-from grabbergui.models.measuring.line_profile import Line
+from grabbergui.models.measuring.channels import Line
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.elided_label import ElidedLabel

@@ -20,8 +20,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.servo_tuning import Tuning
-from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, state_text
+from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import Drawing, colour_of
 from grabbergui.servo.state_machine import State
 from grabbergui.ui import icons

@@ -11,7 +11,7 @@ from PyQt5.QtCore import pyqtSignal
 from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.features.value_history import ValueHistory
+from grabbergui.models.features.value_watch import ValueHistory
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.channel_plot import ChannelPlot
 from grabbergui.ui.widgets.curve_row import CurveRow

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from PyQt5.QtCore import QAbstractTableModel, QModelIndex, QObject, Qt
 
 from grabbergui.core.features import format_value
-from grabbergui.models.changes.change import Change, Origin
+from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
 from grabbergui.models.features.text import number_text
 

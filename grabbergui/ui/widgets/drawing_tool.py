@@ -9,7 +9,7 @@ from PyQt5.QtCore import QEvent, QLineF, QObject, QPointF, QRectF, Qt, pyqtSigna
 from PyQt5.QtGui import QKeyEvent, QMouseEvent
 
 from grabbergui.core.region import Region
-from grabbergui.models.measuring.line_profile import Line
+from grabbergui.models.measuring.channels import Line
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.picture_marks import Mark
 

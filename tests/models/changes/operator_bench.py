@@ -1,10 +1,9 @@
 """A camera with an operator at work on it."""
 
-from grabbergui.models.changes.change import Origin
+from grabbergui.models.changes.history import PAUSE, Direction, Origin
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.changes.reverting import revert
-from grabbergui.models.changes.undo_history import PAUSE, Direction
+from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.undoing import revert
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
 OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK

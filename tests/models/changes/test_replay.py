@@ -9,7 +9,7 @@ from operator_bench import CAMERA, UNDO
 
 from grabbergui import cli, sources
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.changes import replay
+from grabbergui.models.changes.undoing import command_line, program
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
 NAMES = ["ExposureTime", "Gain", "BalanceRatioSelector", "BalanceRatio", "Gamma", "DeviceUserID"]
@@ -37,7 +37,7 @@ def after(camera):
 
 
 def test_the_command_line_makes_the_changes_again(tuned, capsys, monkeypatch):
-    line = replay.command_line(URI, tuned.journal.changes)
+    line = command_line(URI, tuned.journal.changes)
     words = shlex.split(line)
     assert words[:3] == ["grabbergui", "set", URI]
     assert not [w for w in words if w.startswith(("Gamma", "BlackLevel")) or w == "ExposureTime=4000"]
@@ -62,7 +62,7 @@ def test_the_command_line_makes_the_changes_again(tuned, capsys, monkeypatch):
 
 
 def test_the_program_makes_the_changes_again(tuned):
-    text = replay.program(URI, tuned.journal.changes)
+    text = program(URI, tuned.journal.changes)
     assert "ExposureTime', 5000.0" in text
     text = text.replace("finally:", "    print([camera.feature(n).value for n in NAMES])\nfinally:")
     text = f"NAMES = {NAMES}\n{text}"
@@ -75,12 +75,12 @@ def test_commands_stand_where_they_were_run(sim):
     sim.write("Gain", 3.0)
     sim.hands.execute("TimestampLatch")
     sim.write("Gain", 6.0)
-    assert replay.command_line("sim:", sim.journal.changes) == (
+    assert command_line("sim:", sim.journal.changes) == (
         "grabbergui set sim: Gain=3\ngrabbergui run sim: TimestampLatch\ngrabbergui set sim: Gain=6\n"
     )
-    assert "camera.execute('TimestampLatch')" in replay.program("sim:", sim.journal.changes)
+    assert "camera.execute('TimestampLatch')" in program("sim:", sim.journal.changes)
 
 
 def test_nothing_changed_makes_an_empty_line_and_a_program_that_runs(bench):
-    assert replay.command_line("sim:", ()) == ""
-    compile(replay.program("sim:", ()), "program", "exec")
+    assert command_line("sim:", ()) == ""
+    compile(program("sim:", ()), "program", "exec")

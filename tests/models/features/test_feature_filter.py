@@ -1,5 +1,5 @@
 from grabbergui.core.features import Category, FeatureDescription, FeatureKind, Visibility
-from grabbergui.models.features.filter import visible_names
+from grabbergui.models.features.shown import visible_names
 
 
 def describe(name, visibility=Visibility.BEGINNER, **more):

@@ -12,8 +12,9 @@ from grabbergui.models.features.text import (
     parse_coded,
     parse_number,
     quantity_text,
+    tooltip_html,
+    value_text,
 )
-from grabbergui.models.features.wording import tooltip_html, value_text
 
 HEX, IPV4, MAC = Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS
 FLOAT = Feature(name="T", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, unit="us", value=1.0)

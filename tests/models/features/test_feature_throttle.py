@@ -3,7 +3,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.models.features.throttle import WriteThrottle
+from grabbergui.models.features.worker import WriteThrottle
 
 
 def test_the_first_write_goes_at_once_and_the_next_an_interval_later():

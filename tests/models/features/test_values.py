@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import AckTimeoutError, FeatureError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.models.features.value_history import ValueHistory, to_csv
-from grabbergui.models.features.value_watch import MOST_FEATURES, PERIOD, ValueWatch
+from grabbergui.models.features.value_watch import MOST_FEATURES, PERIOD, ValueHistory, ValueWatch, to_csv
 from grabbergui.models.features.worker import FeatureWorker
 from patience import PATIENCE
 

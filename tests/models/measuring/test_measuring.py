@@ -9,10 +9,14 @@ import pytest
 
 from frames import frame_of
 from grabbergui.core.region import Region
-from grabbergui.models.measuring import histogram, line_profile
-from grabbergui.models.measuring.line_profile import Line
-from grabbergui.models.measuring.measurement import MeasuringModel, Wanted
-from grabbergui.models.measuring.sharpness import HISTORY_SECONDS, FocusHistory, sharpness
+from grabbergui.models.measuring.channels import Line, measure_histogram, measure_profile
+from grabbergui.models.measuring.measurement import (
+    HISTORY_SECONDS,
+    FocusHistory,
+    MeasuringModel,
+    Wanted,
+    sharpness,
+)
 from patience import PATIENCE
 
 RANDOM = np.random.default_rng(1)
@@ -20,7 +24,7 @@ RANDOM = np.random.default_rng(1)
 
 def test_the_histogram_of_grey_counts_every_pixel():
     picture = RANDOM.integers(0, 4096, (50, 60), np.uint16)
-    found = histogram.measure(frame_of(picture, "Mono12"))
+    found = measure_histogram(frame_of(picture, "Mono12"))
     assert found.channels["grey"].tolist() == np.bincount(picture.reshape(-1), minlength=4096).tolist()
     assert found.mean("grey") == pytest.approx(picture.mean())
     assert found.binned("grey").size == 256 and found.binned("grey").sum() == picture.size
@@ -32,16 +36,16 @@ def test_the_histogram_of_a_mosaic_is_that_of_its_colours(order):
     colours = {"R": 10, "G": 20, "B": 30}
     second = {"R": "GB", "B": "GR", "G": "BG" if order == "GR" else "RG"}[order[0]]
     cell = [[colours[c] for c in order], [colours[c] for c in second]]
-    found = histogram.measure(frame_of(np.tile(np.array(cell, np.uint8), (4, 5)), f"Bayer{order}8"))
+    found = measure_histogram(frame_of(np.tile(np.array(cell, np.uint8), (4, 5)), f"Bayer{order}8"))
     assert list(found.channels) == ["R", "G", "B"]
     counts = {name: (int(c.argmax()), int(c.sum())) for name, c in found.channels.items()}
     assert counts == {"R": (10, 20), "G": (20, 40), "B": (30, 20)}
 
 
 def test_the_histogram_of_colour_knows_the_order_in_memory():
-    found = histogram.measure(frame_of(np.full((4, 4, 4), (1, 2, 3, 255), np.uint8), "BGRa8"))
+    found = measure_histogram(frame_of(np.full((4, 4, 4), (1, 2, 3, 255), np.uint8), "BGRa8"))
     assert {name: int(c.argmax()) for name, c in found.channels.items()} == {"R": 3, "G": 2, "B": 1}
-    luma = histogram.measure(frame_of(np.full((4, 4, 2), (128, 77), np.uint8), "YUV422_8_UYVY"))
+    luma = measure_histogram(frame_of(np.full((4, 4, 2), (128, 77), np.uint8), "YUV422_8_UYVY"))
     assert int(luma.channels["Y"].argmax()) == 77
 
 
@@ -78,15 +82,15 @@ def test_the_history_of_scores_lasts_a_minute_and_knows_the_best():
 def test_the_profile_of_grey_has_the_sensors_own_values():
     picture = np.arange(600, dtype=np.uint16).reshape(20, 30) * 5
     frame = frame_of(picture, "Mono12")
-    assert line_profile.measure(frame, Line(2, 3, 9, 3))["grey"].tolist() == picture[3, 2:10].tolist()
-    assert line_profile.measure(frame, Line(5, 9, 5, 4))["grey"].tolist() == picture[9:3:-1, 5].tolist()
-    assert line_profile.measure(frame, Line(0, 0, 4, 4))["grey"].tolist() == np.diag(picture)[:5].tolist()
-    assert line_profile.measure(frame, Line(-5, 0, 99, 0))["grey"].size == 30
+    assert measure_profile(frame, Line(2, 3, 9, 3))["grey"].tolist() == picture[3, 2:10].tolist()
+    assert measure_profile(frame, Line(5, 9, 5, 4))["grey"].tolist() == picture[9:3:-1, 5].tolist()
+    assert measure_profile(frame, Line(0, 0, 4, 4))["grey"].tolist() == np.diag(picture)[:5].tolist()
+    assert measure_profile(frame, Line(-5, 0, 99, 0))["grey"].size == 30
 
 
 def test_the_profile_of_colour_has_three_channels():
     picture = RANDOM.integers(0, 255, (10, 10, 3), np.uint8)
-    profile = line_profile.measure(frame_of(picture, "RGB8"), Line(1, 2, 8, 2))
+    profile = measure_profile(frame_of(picture, "RGB8"), Line(1, 2, 8, 2))
     assert {name: p.tolist() for name, p in profile.items()} == {
         name: picture[2, 1:9, index].tolist() for index, name in enumerate("RGB")
     }
@@ -94,22 +98,22 @@ def test_the_profile_of_colour_has_three_channels():
 
 def test_the_raw_profile_of_a_mosaic_has_each_value_under_its_filters_colour():
     picture = RANDOM.integers(0, 1 << 12, (10, 12), np.uint16)
-    profile = line_profile.measure(frame_of(picture, "BayerGB12"), Line(1, 2, 8, 2), raw=True)
+    profile = measure_profile(frame_of(picture, "BayerGB12"), Line(1, 2, 8, 2), raw=True)
     line = picture[2, 1:9].astype(float)  # green and blue alternate, the line begins on a blue one
     assert list(profile) == ["R", "G", "B"]
     assert np.isnan(profile["R"]).all(), "no red lies on this line"
     assert np.array_equal(profile["B"][::2], line[::2]) and np.isnan(profile["B"][1::2]).all()
     assert np.array_equal(profile["G"][1::2], line[1::2]) and np.isnan(profile["G"][::2]).all()
-    down = line_profile.measure(frame_of(picture, "BayerGB12"), Line(0, 0, 0, 9), raw=True)
+    down = measure_profile(frame_of(picture, "BayerGB12"), Line(0, 0, 0, 9), raw=True)
     assert np.array_equal(down["R"][1::2], picture[1::2, 0].astype(float))
 
 
 def test_the_raw_profile_of_components_is_as_they_came():
     picture = RANDOM.integers(0, 255, (6, 8, 3), np.uint8)
-    profile = line_profile.measure(frame_of(picture, "BGR8"), Line(0, 1, 7, 1), raw=True)
+    profile = measure_profile(frame_of(picture, "BGR8"), Line(0, 1, 7, 1), raw=True)
     assert np.array_equal(profile["R"], picture[1, :, 2]) and np.array_equal(profile["B"], picture[1, :, 0])
     pairs = RANDOM.integers(0, 255, (6, 8, 2), np.uint8)
-    profile = line_profile.measure(frame_of(pairs, "YUV422_8_UYVY"), Line(0, 1, 7, 1), raw=True)
+    profile = measure_profile(frame_of(pairs, "YUV422_8_UYVY"), Line(0, 1, 7, 1), raw=True)
     assert np.array_equal(profile["Y"], pairs[1, :, 1])
     assert np.array_equal(profile["U"][::2], pairs[1, ::2, 0]) and np.isnan(profile["U"][1::2]).all()
     assert np.array_equal(profile["V"][1::2], pairs[1, 1::2, 0])
@@ -119,9 +123,9 @@ def test_levels_fitted_to_a_picture_leave_out_the_rarest_values():
     picture = np.full((100, 100), 1000, np.uint16)
     picture[:40] = 300
     picture[0, :40], picture[1, :40] = 0, 4095  # four in a thousand at each end
-    black, white = histogram.measure(frame_of(picture, "Mono12")).levels()
+    black, white = measure_histogram(frame_of(picture, "Mono12")).levels()
     assert (round(black * 4095), round(white * 4095)) == (300, 1000)
-    flat = histogram.measure(frame_of(np.full((8, 8), 255, np.uint8))).levels()
+    flat = measure_histogram(frame_of(np.full((8, 8), 255, np.uint8))).levels()
     assert flat[1] > flat[0]
 
 

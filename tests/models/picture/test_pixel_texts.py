@@ -2,8 +2,8 @@ import numpy as np
 
 from frames import frame_of
 from grabbergui.core.region import Region
-from grabbergui.models.picture.orientation import Orientation
-from grabbergui.models.picture.pixel_texts import value_texts
+from grabbergui.models.picture.geometry import Orientation
+from grabbergui.models.picture.rendering import value_texts
 
 
 def test_each_pixel_has_the_sensors_value_where_it_is_seen():

@@ -4,9 +4,17 @@ import pytest
 from frames import frame_of
 from grabbergui.core.pixels import for_display
 from grabbergui.core.region import Region
-from grabbergui.models.picture import clipping
-from grabbergui.models.picture.orientation import Orientation
-from grabbergui.models.picture.rendering import COLOUR_MAPS, DisplaySettings, Levels, render, with_levels
+from grabbergui.models.picture.geometry import Orientation
+from grabbergui.models.picture.rendering import (
+    BLACK,
+    COLOUR_MAPS,
+    SATURATED,
+    DisplaySettings,
+    Levels,
+    clipping_masks,
+    render,
+    with_levels,
+)
 
 RAMP = np.arange(4096, dtype=np.uint16).reshape(64, 64)
 
@@ -89,8 +97,8 @@ def test_one_clipped_pixel_of_a_large_picture_is_seen_when_it_is_reduced():
     picture[333, 444], picture[700, 100] = 255, 0
     image = render(frame_of(picture), None, (100, 100), DisplaySettings(show_clipping=True))
     assert image.pixels.shape == (100, 100, 3)
-    assert tuple(image.pixels[33, 44]) == clipping.SATURATED
-    assert tuple(image.pixels[70, 10]) == clipping.BLACK
+    assert tuple(image.pixels[33, 44]) == SATURATED
+    assert tuple(image.pixels[70, 10]) == BLACK
     assert tuple(image.pixels[50, 50]) == (90, 90, 90)
 
 
@@ -104,7 +112,7 @@ def test_one_clipped_pixel_of_a_large_picture_is_seen_when_it_is_reduced():
 )
 def test_what_counts_as_clipped(pixel_format, pixels, black, saturated):
     frame = frame_of(pixels, pixel_format)
-    low, high = clipping.masks(frame, Region(0, 0, frame.width, frame.height))
+    low, high = clipping_masks(frame, Region(0, 0, frame.width, frame.height))
     assert (low[0] > 0).tolist() == [bool(flag) for flag in black]
     assert (high[0] > 0).tolist() == [bool(flag) for flag in saturated]
 

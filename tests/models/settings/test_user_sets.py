@@ -7,10 +7,10 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError
+from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.noting import NotingGrabber
-from grabbergui.models.changes.reverting import revert
-from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.undoing import revert
 from grabbergui.models.settings import user_sets
 from grabbergui.models.settings.feature_set import capture, compare
 

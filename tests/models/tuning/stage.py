@@ -10,11 +10,11 @@ from frames import frame_of
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.region import Region
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.noting import NotingGrabber
+from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
-from grabbergui.models.tuning.light import measure
 from grabbergui.models.tuning.one_push import OnePush
+from grabbergui.models.tuning.run import measure_light
 from patience import PATIENCE
 
 REGION = Region(100, 80, 120, 100)
@@ -116,7 +116,7 @@ class Stage:
         try:
             for _ in range(5):
                 frame = queue.get(PATIENCE)
-            return measure(frame, region)
+            return measure_light(frame, region)
         finally:
             queue.close()
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.models.tuning.knob_search import KnobSearch, Law, light_factor
+from grabbergui.models.tuning.parameters import KnobSearch, Law, light_factor
 
 
 @given(

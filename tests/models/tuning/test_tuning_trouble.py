@@ -6,14 +6,14 @@ import pytest
 from stage import REGION, on
 
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
-from grabbergui.models.changes.undo_history import Direction
-from grabbergui.models.tuning import bench as bench_module
+from grabbergui.models.changes.history import Direction
+from grabbergui.models.tuning import run as tuning_run
 from grabbergui.models.tuning.exposure import MOST_TURNS, expose
 from patience import PATIENCE
 
 
 def test_no_frames_is_a_failure_that_says_what_to_do(stage, monkeypatch):
-    monkeypatch.setattr(bench_module, "FRAME_PATIENCE", 0.2)
+    monkeypatch.setattr(tuning_run, "FRAME_PATIENCE", 0.2)
     s = stage()
     s.grabber.sending.clear()
     s.run(on(REGION, expose))
@@ -93,7 +93,7 @@ def test_closing_the_camera_ends_it(stage):
 def test_no_frame_error_is_a_grabbers(stage):
     s = stage()
     s.grabber.sending.clear()
-    bench = bench_module.TuningBench(s.hands, s.features, None, lambda *_: None)
+    bench = tuning_run.TuningBench(s.hands, s.features, None, lambda *_: None)
     bench._frames.close()
     with pytest.raises(FrameTimeoutError):
         bench.light(None)

@@ -3,8 +3,8 @@
 import pytest
 from stage import REGION, on
 
-from grabbergui.models.changes.reverting import revert
-from grabbergui.models.changes.undo_history import Direction
+from grabbergui.models.changes.history import Direction
+from grabbergui.models.changes.undoing import revert
 from grabbergui.models.tuning.exposure import expose
 from grabbergui.models.tuning.white_balance import balance
 

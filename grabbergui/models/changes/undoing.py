@@ -1,18 +1,45 @@
-"""Changes as something that makes them again: a command line, or a program in Python.
-
-Of what was changed several times the last value counts; what ended where it began is left out, and so is
-what the camera did by itself. Commands stand where they were run.
-"""
+"""Undo and redo, and changes as a command line or a program that makes them again."""
 
 from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.changes.change import Change, Origin
+from grabbergui.core.settling import settle
+from grabbergui.models.changes.history import Change, Direction, Origin
+from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.features.sensor_region import stream_paused
+
+FEW = 4
+"Settings; for more the stream is stopped once instead of once for each that changes the frames."
+
+
+def revert(grabber: NotingGrabber, direction: Direction) -> list[str]:
+    """Undo or redo the next step; return what could not be brought back, a sentence each.
+
+    On the thread that makes the grabber's calls. What the camera refuses is tried again with the next step:
+    an automatic mode may have moved what limits it, and that mode is undone later. Does nothing where there
+    is no step. Raises TransportError when the camera is gone; the step can be tried again then.
+    """
+    journal = grabber.journal
+    with journal.reverting(direction) as step:
+        if step is None:
+            return []
+        values = dict(step.values(direction))
+        wanted = {**journal.owed(direction), **values}
+        problems = write_values(grabber, wanted)
+        journal.owe(direction, {key: wanted[key] for key in problems})
+    return [f"{direction.value} of {step}: {problem}" for key, problem in problems.items() if key in values]
+
+
+def write_values(grabber: NotingGrabber, values: Mapping[SettingKey, FeatureValue]) -> dict[SettingKey, str]:
+    """Write settings until all are there, as `settle` does; return what could not be set, a sentence each."""
+    with stream_paused(grabber, len(values) > FEW):
+        return settle(grabber, values)
+
 
 Write = tuple[str, FeatureValue | None]
 "A feature and its value; None runs a command."

@@ -12,7 +12,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.selection import SettingKey, WriteResult
 from grabbergui.core.shared import SharedGrabber
-from grabbergui.models.changes.change import Origin
+from grabbergui.models.changes.history import Origin
 from grabbergui.models.changes.journal import ChangeJournal
 from grabbergui.models.settings.feature_set import every_instance
 
