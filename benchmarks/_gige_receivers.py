@@ -92,7 +92,7 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     os.environ["QT_QPA_PLATFORM"] = "offscreen"
     from PyQt5.QtCore import QTimer
 
-    from grabbergui.driver.gige import stream_socket
+    from grabbergui.driver.gige.stream import sockets
     from grabbergui.ui.app import application
     from grabbergui.ui.controllers.main import MainController
     from grabbergui.ui.preferences import Preferences
@@ -101,7 +101,7 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     def grant_little(receiver: socket.socket, wanted: int) -> None:
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, min(wanted, STOCK_RECEIVE_BUFFER))
 
-    stream_socket._grow_buffer = grant_little
+    sockets._grow_buffer = grant_little
     app = application()
     window = MainWindow()
     program = MainController(window, Preferences(None))

@@ -21,16 +21,15 @@ import numpy as np
 
 from grabbergui.core.frame import Frame
 from grabbergui.driver.gige import gvsp
-from grabbergui.driver.gige.block_assembler import BlockAssembler
-from grabbergui.driver.gige.datagram_source import PlainSource
-from grabbergui.driver.gige.frame_builder import FrameBuilder
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
-from grabbergui.driver.gige.message_slots import IOVEC, MMSGHDR
-from grabbergui.driver.gige.recvmmsg import BatchSource
-from grabbergui.driver.gige.resend import ResendPolicy
-from grabbergui.driver.gige.stream import make_pool
-from grabbergui.driver.gige.stream_receiver import StreamReceiver
-from grabbergui.driver.gige.stream_socket import buffer_bytes, open_stream_socket
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.channel import make_pool
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.packet_source import PlainSource
+from grabbergui.driver.gige.stream.receiver import StreamReceiver
+from grabbergui.driver.gige.stream.recvmmsg import IOVEC, MMSGHDR, BatchSource
+from grabbergui.driver.gige.stream.resend import ResendPolicy
+from grabbergui.driver.gige.stream.sockets import buffer_bytes, open_stream_socket
 
 WIDTH, HEIGHT = 2048, 2048
 PAYLOAD = WIDTH * HEIGHT

@@ -23,7 +23,7 @@ from grabbergui.driver.device import DataLayout, Device
 from grabbergui.driver.genapi import chunk_reader, loading, node_features, xml_text
 from grabbergui.driver.genapi.formulas import without_traps
 from grabbergui.driver.genapi.port import RegisterPort
-from grabbergui.driver.gige.description import fetch_description, parse_url
+from grabbergui.driver.gige.control.description import fetch_description, parse_url
 from grabbergui.driver.stored_description import unpack
 
 URLS = (

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from fuzz._input import Input, captured, joined, refusing
 from grabbergui.driver.gige import gvsp
-from grabbergui.driver.gige.block_assembler import BlockAssembler
-from grabbergui.driver.gige.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 
 STRIDES = (8, 64, 540, 1464)
 PAYLOAD = 4096

@@ -61,8 +61,8 @@ def add_commands(commands: Any) -> None:
 
 
 def _force_ip(options: argparse.Namespace) -> int:
-    from grabbergui.driver.gige.gvcp_device import ForceIp
-    from grabbergui.driver.gige.network_commands import force_ip
+    from grabbergui.driver.gige.discovery.commands import force_ip
+    from grabbergui.driver.gige.gvcp_messages import ForceIp
 
     force_ip(ForceIp(options.mac, options.ip, options.mask, options.gateway))
     print(f"{options.mac} has the address {options.ip} until it restarts; open it as gige:{options.ip}")
@@ -71,7 +71,7 @@ def _force_ip(options: argparse.Namespace) -> int:
 
 def _persistent_ip(options: argparse.Namespace) -> int:
     from grabbergui.driver.gige.device import GigeDevice
-    from grabbergui.driver.gige.ip_configuration import (
+    from grabbergui.driver.gige.discovery.ip_configuration import (
         check_addresses,
         forget_address,
         keep_address,
@@ -176,9 +176,9 @@ def _await_clocks(cameras: list[FrameGrabber]) -> None:
 
 def _fire(cameras: list[FrameGrabber], queues: list[FrameQueue], options: argparse.Namespace) -> int:
     """One action; nanoseconds between the earliest and the latest of its frames."""
+    from grabbergui.driver.gige.discovery.commands import send_action
     from grabbergui.driver.gige.gvcp import Status
     from grabbergui.driver.gige.gvcp_messages import Action
-    from grabbergui.driver.gige.network_commands import send_action
 
     at = None if options.no_ptp else _clock_of(cameras[0]) + int(options.ahead * 1e9)
     action = Action(options.device_key, options.group_key, options.group_mask, at)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.doctor.finding import Finding, good, note, problem
-from grabbergui.driver.gige import discovery
-from grabbergui.driver.gige.discovery import FoundDevice
-from grabbergui.driver.gige.interfaces import Interface, interfaces
+from grabbergui.driver.gige.discovery import search
+from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
+from grabbergui.driver.gige.discovery.search import FoundDevice
 
 SYSCTL = Path("/proc/sys/net")
 WANTED_RMEM = 32 * 1024 * 1024
@@ -26,7 +26,7 @@ def check() -> Iterator[Finding]:
     yield from shared_networks(found)
     yield from reverse_path(SYSCTL, found)
     try:
-        yield from cameras(discovery.discover(1.0))
+        yield from cameras(search.discover(1.0))
     except (GrabberError, OSError) as error:
         yield problem(f"looking for GigE Vision cameras failed: {error}", "check the network interfaces")
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.gige.bootstrap import IDENTITY_BYTES
-from grabbergui.driver.gige.discovery import NO_MAC
-from grabbergui.driver.gige.gvcp_device import Identity
+from grabbergui.driver.gige.discovery.search import NO_MAC
+from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.u3v.bootstrap import STRING_SIZE, Abrm, string
 
 _ABRM_STRINGS = {

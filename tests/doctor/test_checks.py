@@ -6,7 +6,7 @@ from grabbergui.cli import main
 from grabbergui.core.errors import AccessDeniedError
 from grabbergui.doctor import network, software, usb
 from grabbergui.doctor.finding import Level
-from grabbergui.driver.gige.interfaces import Interface
+from grabbergui.driver.gige.discovery.interfaces import Interface
 
 
 def only(findings):

@@ -29,7 +29,7 @@ from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gentl.failures import answering, opening
 from grabbergui.driver.gentl.producer import FoundCamera, Producer, text_of
 from grabbergui.driver.gentl.stream import GentlStream
-from grabbergui.driver.gige.description import fetch_description
+from grabbergui.driver.gige.control.description import fetch_description
 from grabbergui.driver.stream_slot import StreamSlot
 
 _ACCESS = {

@@ -23,22 +23,21 @@ from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.core.identity import describe, require_same
 from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
-from grabbergui.driver.gige import bootstrap, discovery
+from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
-from grabbergui.driver.gige.control_channel import ControlTiming
-from grabbergui.driver.gige.control_link import ControlLink
-from grabbergui.driver.gige.description import fetch_description
-from grabbergui.driver.gige.discovery import FoundDevice
+from grabbergui.driver.gige.control.channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
+from grabbergui.driver.gige.control.description import fetch_description
+from grabbergui.driver.gige.control.events import MessageChannel
+from grabbergui.driver.gige.control.link import ControlLink
+from grabbergui.driver.gige.control.memory import DeviceMemory
+from grabbergui.driver.gige.discovery import search
+from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
+from grabbergui.driver.gige.discovery.search import FoundDevice
 from grabbergui.driver.gige.gvcp import Status, WriteReg
-from grabbergui.driver.gige.gvcp_device import Identity
-from grabbergui.driver.gige.heartbeat import PRIVILEGE_AND_HOLDER, Holder, Pulse
-from grabbergui.driver.gige.interfaces import Interface, interface_of
-from grabbergui.driver.gige.memory import DeviceMemory
-from grabbergui.driver.gige.message_channel import MessageChannel
-from grabbergui.driver.gige.packet_delay import PacketDelayPolicy, settle_delay
-from grabbergui.driver.gige.packet_size import PacketSizePolicy
-from grabbergui.driver.gige.resend import ResendPolicy
-from grabbergui.driver.gige.stream import Stream, tick_frequency
+from grabbergui.driver.gige.gvcp_messages import Identity
+from grabbergui.driver.gige.stream.channel import Stream, tick_frequency
+from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy, settle_delay
+from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
 
@@ -166,12 +165,12 @@ class GigeDevice(Device):
         """
         name, timeout = self.name, self.options.search_timeout
         if self.identity is None:
-            found = discovery.find(name, timeout)
+            found = search.find(name, timeout)
         else:
-            found = discovery.find_again(self.info, name, timeout)
+            found = search.find_again(self.info, name, timeout)
         if found is not None:
             return found
-        others = ", ".join(device.info().uri for device in discovery.discover(0.3)) or "none"
+        others = ", ".join(device.info().uri for device in search.discover(0.3)) or "none"
         wanted = f"no GigE Vision camera answers to '{name}'" if name else "no GigE Vision camera answers"
         raise SourceNotFoundError(
             f"{wanted}; found: {others}. Check power, cable and address; a camera in another network"
@@ -211,7 +210,7 @@ class GigeDevice(Device):
 
     def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
         """By DISCOVERY, which every device answers in full; by its registers where a router eats that."""
-        found = discovery.ask(ip, self.options.search_timeout / 4)
+        found = search.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
 
     def _take_control(self, link: ControlLink, capability: Capability) -> None:

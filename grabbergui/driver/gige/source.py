@@ -15,11 +15,10 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.gige import discovery
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
-from grabbergui.driver.gige.packet_delay import PacketDelayPolicy
-from grabbergui.driver.gige.packet_size import PacketSizePolicy
-from grabbergui.driver.gige.resend import ResendPolicy
+from grabbergui.driver.gige.discovery import search
+from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
+from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 _OPTIONS = (
     "packet_size",
@@ -53,7 +52,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 def discover(timeout: float) -> list[DeviceInfo]:
     """Every camera that answers within `timeout` seconds, each under a URI that no other answers to."""
-    infos = [device.info() for device in discovery.discover(timeout)]
+    infos = [device.info() for device in search.discover(timeout)]
     uris = [info.uri for info in infos]
     return [
         info if uris.count(info.uri) == 1 else replace(info, uri=f"gige:{info.address}") for info in infos

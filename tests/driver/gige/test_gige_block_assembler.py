@@ -13,12 +13,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from grabbergui.core.buffers import BufferPool
-from grabbergui.driver.gige.block import distance
-from grabbergui.driver.gige.block_assembler import BlockAssembler
-from grabbergui.driver.gige.finished_block import FinishedBlock
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
-from grabbergui.driver.gige.resend import ResendPolicy
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.block import FinishedBlock, distance
+from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 STRIDE = 100
 WIDTH, HEIGHT = 64, 24

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from grabbergui.driver.gige.clock import ClockMapper, ticks_to_ns
+from grabbergui.driver.gige.stream.frame_builder import ClockMapper, ticks_to_ns
 
 
 def test_ticks_become_nanoseconds_without_rounding() -> None:

@@ -13,10 +13,9 @@ import pytest
 from grabbergui.core.errors import DeviceLostError
 from grabbergui.driver.gige import gvcp
 from grabbergui.driver.gige.bootstrap import Control, Register
-from grabbergui.driver.gige.control_channel import ControlTiming
-from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.control.channel import ControlTiming, Pulse
+from grabbergui.driver.gige.control.link import ControlLink
 from grabbergui.driver.gige.gvcp import Ack
-from grabbergui.driver.gige.heartbeat import Pulse
 from patience import PATIENCE, until
 
 FEATURE = 0x20030

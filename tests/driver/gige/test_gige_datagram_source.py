@@ -10,8 +10,8 @@ from contextlib import ExitStack
 import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
-from grabbergui.driver.gige import message_slots, paced_source, recvmmsg
-from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
+from grabbergui.driver.gige.stream import packet_source, recvmmsg
+from grabbergui.driver.gige.stream.packet_source import DatagramSource, PlainSource
 from patience import attempts
 
 DEVICE = "127.0.0.7"
@@ -153,9 +153,9 @@ def test_nothing_to_receive_takes_no_longer_than_allowed(wire: Wire) -> None:
 def test_behind_packets_that_never_end_what_waits_is_skipped(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(message_slots, "SLOTS", 4)
+    monkeypatch.setattr(recvmmsg, "SLOTS", 4)
     monkeypatch.setattr(recvmmsg, "BATCHES", 1)
-    monkeypatch.setattr(paced_source, "OVERRUN", 0.0)
+    monkeypatch.setattr(packet_source, "OVERRUN", 0.0)
     bench = Bench(max_blocks=1)
     with ExitStack() as stack:
         wire = Wire(stack, recvmmsg.BatchSource)

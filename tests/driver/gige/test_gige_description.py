@@ -14,8 +14,13 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
 from grabbergui.driver import stored_description
-from grabbergui.driver.gige import description
-from grabbergui.driver.gige.description import FOLDER_VARIABLE, LocalFile, fetch_description, parse_url
+from grabbergui.driver.gige.control import description
+from grabbergui.driver.gige.control.description import (
+    FOLDER_VARIABLE,
+    LocalFile,
+    fetch_description,
+    parse_url,
+)
 from grabbergui.driver.gige.gvcp import Ack
 from grabbergui.driver.stored_description import unpack
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grabbergui.driver.gige.pace import (
+from grabbergui.driver.gige.stream.pace import (
     FASTEST,
     LAST_PAUSE,
     LONGEST_PAUSE,
@@ -14,7 +14,7 @@ from grabbergui.driver.gige.pace import (
     STEADY_SPAN,
     Pace,
 )
-from grabbergui.driver.gige.stream_socket import kernel_bytes
+from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
 ROOMY = 16 << 20
 STOCK = 425_984

@@ -13,7 +13,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.driver.gige import packet_ring
+from grabbergui.driver.gige.stream import packet_ring
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera

@@ -24,10 +24,10 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.gige import source
 from grabbergui.driver.gige.bootstrap import Register
-from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.control.link import ControlLink
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.gvcp import Status
-from grabbergui.driver.gige.packet_size import PacketSizePolicy
+from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy
 from patience import PATIENCE, TRIES, attempts, until
 
 ARAVIS = pytest.mark.aravis

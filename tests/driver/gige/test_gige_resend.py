@@ -12,7 +12,7 @@ from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
-from grabbergui.driver.gige.resend import AnswerWindow, LearnedWait, ResendPolicy
+from grabbergui.driver.gige.stream.resend import AnswerWindow, LearnedWait, ResendPolicy
 
 KEPT = 16
 "Blocks that the device can send again."

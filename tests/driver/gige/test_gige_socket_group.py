@@ -10,11 +10,10 @@ from contextlib import ExitStack
 import pytest
 from test_gige_block_assembler import LAST, Bench, block, ids, is_picture
 
-from grabbergui.driver.gige import socket_group
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
-from grabbergui.driver.gige.recvmmsg import BatchSource
-from grabbergui.driver.gige.socket_group import MEMBERS, stretch_bits, widen
-from grabbergui.driver.gige.stream_socket import buffer_bytes
+from grabbergui.driver.gige.stream import sockets
+from grabbergui.driver.gige.stream.recvmmsg import BatchSource
+from grabbergui.driver.gige.stream.sockets import MEMBERS, buffer_bytes, stretch_bits, widen
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="sockets that share a port are Linux's")
 
@@ -133,7 +132,7 @@ def test_a_system_that_cannot_leaves_one_socket(port: Port, monkeypatch: pytest.
         opened.append(len(program))
         raise OSError("not here")
 
-    monkeypatch.setattr(socket_group, "_attach", refuse)
+    monkeypatch.setattr(sockets, "_attach", refuse)
     assert widen(port.receiver, WANTED, 1400) == [] and opened
     bench = Bench()
     source = BatchSource(port.receiver, DEVICE)

@@ -19,7 +19,7 @@ from grabbergui.driver.gige.gvcp import (
     WriteMem,
     WriteReg,
 )
-from grabbergui.driver.gige.gvcp_device import ForceIp, Identity, encode_discovery, parse_mac
+from grabbergui.driver.gige.gvcp_messages import ForceIp, Identity, encode_discovery, parse_mac
 
 REQUESTS = {message.CODE: message for message in (ReadReg, WriteReg, ReadMem, WriteMem)}
 

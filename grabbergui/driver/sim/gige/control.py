@@ -32,8 +32,7 @@ from grabbergui.driver.gige.gvcp import (
     encode_write_ack,
     split_command,
 )
-from grabbergui.driver.gige.gvcp_device import ForceIp
-from grabbergui.driver.gige.gvcp_messages import Action, Event
+from grabbergui.driver.gige.gvcp_messages import Action, Event, ForceIp
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.memory import Refusal, RegisterMemory, RegisterRefusedError, RegisterValue

@@ -15,9 +15,9 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.identity import require_one, require_same, unit
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
+from grabbergui.driver.gige.discovery.interfaces import Interface, interfaces
 from grabbergui.driver.gige.gvcp import Ack, CommandCode
-from grabbergui.driver.gige.gvcp_device import DISCOVERY_REQ_ID, Identity, encode_discovery
-from grabbergui.driver.gige.interfaces import Interface, interfaces
+from grabbergui.driver.gige.gvcp_messages import DISCOVERY_REQ_ID, Identity, encode_discovery
 
 log = logging.getLogger(__name__)
 

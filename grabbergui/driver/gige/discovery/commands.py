@@ -17,12 +17,10 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.discovery import LIMITED_BROADCAST
+from grabbergui.driver.gige.discovery.interfaces import interfaces, readable
+from grabbergui.driver.gige.discovery.search import LIMITED_BROADCAST
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, status_text
-from grabbergui.driver.gige.gvcp_device import ForceIp
-from grabbergui.driver.gige.gvcp_messages import Action
-from grabbergui.driver.gige.interfaces import interfaces
-from grabbergui.driver.gige.readiness import readable
+from grabbergui.driver.gige.gvcp_messages import Action, ForceIp
 
 log = logging.getLogger(__name__)
 

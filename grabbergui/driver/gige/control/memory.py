@@ -19,9 +19,9 @@ from grabbergui.driver.gige.bootstrap import (
     GvcpConfiguration,
     Register,
 )
-from grabbergui.driver.gige.control_link import ControlLink
+from grabbergui.driver.gige.control.link import ControlLink
 from grabbergui.driver.gige.gvcp import MEMORY_CHUNK, Status, WriteMem, WriteReg
-from grabbergui.driver.gige.gvcp_device import text_of
+from grabbergui.driver.gige.gvcp_messages import text_of
 
 WORD = 4
 SPACE = 1 << 32

@@ -12,10 +12,10 @@ from dataclasses import replace
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.driver.gige.block_assembler import BlockAssembler
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.datagram_source import DatagramSource
-from grabbergui.driver.gige.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.packet_source import DatagramSource
 
 log = logging.getLogger(__name__)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from grabbergui.driver.gige.stream_socket import kernel_bytes
+from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
 LONGEST_PAUSE = 0.03
 "Seconds. Each wake-up costs about as much as a hundred packets; what was lost is asked for after it."

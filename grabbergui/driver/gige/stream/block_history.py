@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.driver.gige.block import Block, distance
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
+from grabbergui.driver.gige.stream.block import Block, distance
 
 RESTART_DISTANCE = 100
 "A block id that jumps back so far, or this far times a hundred ahead, belongs to a new stream."

@@ -15,14 +15,21 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.driver.gige.block import NEVER, NO_IDS, Block, Ids, distance
-from grabbergui.driver.gige.block_filler import BlockFiller
-from grabbergui.driver.gige.block_history import BlockHistory, Meaning
-from grabbergui.driver.gige.finished_block import FinishedBlock, finish
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
-from grabbergui.driver.gige.packet_runs import in_turn, packet_runs
-from grabbergui.driver.gige.resend import Resender, ResendPolicy
+from grabbergui.driver.gige.stream.block import (
+    NEVER,
+    NO_IDS,
+    Block,
+    BlockFiller,
+    FinishedBlock,
+    Ids,
+    distance,
+    finish,
+)
+from grabbergui.driver.gige.stream.block_history import BlockHistory, Meaning
+from grabbergui.driver.gige.stream.packet_runs import in_turn, packet_runs
+from grabbergui.driver.gige.stream.resend import Resender, ResendPolicy
 
 GONE = (Status.PACKET_UNAVAILABLE, Status.PACKET_AND_PREVIOUS_REMOVED, Status.PACKET_REMOVED)
 "The device says that it cannot resend."

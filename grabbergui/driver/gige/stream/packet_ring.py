@@ -20,13 +20,12 @@ from typing import Final
 
 import numpy as np
 
-from grabbergui.driver.gige.block_assembler import BlockAssembler
-from grabbergui.driver.gige.interfaces import Interface
-from grabbergui.driver.gige.pace import Pace
-from grabbergui.driver.gige.paced_source import PacedSource
-from grabbergui.driver.gige.readiness import waiter
-from grabbergui.driver.gige.recvmmsg import BatchSource
-from grabbergui.driver.gige.stream_socket import kernel_bytes
+from grabbergui.driver.gige.discovery.interfaces import Interface, waiter
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.pace import Pace
+from grabbergui.driver.gige.stream.packet_source import PacedSource
+from grabbergui.driver.gige.stream.recvmmsg import BatchSource
+from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
 log = logging.getLogger(__name__)
 

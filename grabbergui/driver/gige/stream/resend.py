@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.gige.block import NEVER, Block, Ids, ends, runs
 from grabbergui.driver.gige.gvcp import PacketResend
+from grabbergui.driver.gige.stream.block import NEVER, Block, Ids, ends, runs
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,8 @@ from contextlib import suppress
 
 from grabbergui.core.errors import DeviceLostError, TransportError
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
-from grabbergui.driver.gige.control_channel import ControlChannel, ControlTiming
+from grabbergui.driver.gige.control.channel import ControlChannel, ControlTiming, Heartbeat, Holder, Pulse
 from grabbergui.driver.gige.gvcp import ReadMem, ReadReg, Request
-from grabbergui.driver.gige.heartbeat import Heartbeat, Holder, Pulse
 
 log = logging.getLogger(__name__)
 

@@ -12,8 +12,7 @@ from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportErr
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.gige import gvsp, recvmmsg
-from grabbergui.driver.gige.block_assembler import BlockAssembler
+from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.bootstrap import (
     PORT_MASK,
     Capability,
@@ -21,16 +20,17 @@ from grabbergui.driver.gige.bootstrap import (
     Register,
     StreamChannel,
 )
-from grabbergui.driver.gige.datagram_source import DatagramSource, PlainSource
-from grabbergui.driver.gige.frame_builder import FrameBuilder
-from grabbergui.driver.gige.interfaces import Interface
-from grabbergui.driver.gige.memory import DeviceMemory
-from grabbergui.driver.gige.packet_ring import PacketRing, usable
-from grabbergui.driver.gige.packet_size import PacketSizePolicy, PacketSizer
-from grabbergui.driver.gige.resend import ResendPolicy
-from grabbergui.driver.gige.socket_group import widen
-from grabbergui.driver.gige.stream_receiver import StreamReceiver
-from grabbergui.driver.gige.stream_socket import (
+from grabbergui.driver.gige.control.memory import DeviceMemory
+from grabbergui.driver.gige.discovery.interfaces import Interface
+from grabbergui.driver.gige.stream import recvmmsg
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.gige.stream.packet_ring import PacketRing, usable
+from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy, PacketSizer
+from grabbergui.driver.gige.stream.packet_source import DatagramSource, PlainSource
+from grabbergui.driver.gige.stream.receiver import StreamReceiver
+from grabbergui.driver.gige.stream.resend import ResendPolicy
+from grabbergui.driver.gige.stream.sockets import (
     buffer_bytes,
     is_multicast,
     join_multicast,
@@ -38,6 +38,7 @@ from grabbergui.driver.gige.stream_socket import (
     listening_address,
     open_stream_socket,
     wanted_bytes,
+    widen,
 )
 
 log = logging.getLogger(__name__)

@@ -1,0 +1,1 @@
+"""The control channel of one camera: commands, heartbeat, memory, events, description."""

@@ -1,0 +1,1 @@
+"""The host's network interfaces, and the cameras on them."""
