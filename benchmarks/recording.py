@@ -29,8 +29,8 @@ from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
-from grabbergui.models.recording.recorder import Recorder, RecordingProgress
-from grabbergui.models.recording.writers import RecordingKind, create_writer
+from grabbergui.recording.recorder import Recorder, RecordingProgress
+from grabbergui.recording.writers import RecordingKind, create_writer
 
 METHOD = """Pictures of the simulated sensor with its noise (BayerRG8), written as fast as each kind of
 recording takes them into a folder {where}. CPU is of the whole process, all threads. Then the simulated

@@ -14,11 +14,12 @@ import numpy as np
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.driver.sim.rendered.scene import Things, swaying
-from grabbergui.servo import control, geometry
+from grabbergui.servo import control
 from grabbergui.servo.config import ArmConfig, HeadConfig
 from grabbergui.servo.desk import Desk, in_base, single_threaded
-from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.kinematics import STRETCHED, Chain
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.robot import Body

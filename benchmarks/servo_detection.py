@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from benchmarks._document import markdown
 from benchmarks._results import Chart, Goal, Section, Table, machine
+from grabbergui.calibration.markers import ArucoFinder
 from grabbergui.core.calibration import Calibration
 from grabbergui.driver.sim.rendered import textures
-from grabbergui.servo.aruco import ArucoFinder
 from grabbergui.servo.desk import single_threaded
 from grabbergui.servo.heads import CascadeFinder
 

@@ -17,9 +17,9 @@ import numpy as np
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
 from benchmarks._servo_at_full_speed import SPEED
+from grabbergui.calibration.geometry import Vector
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
-from grabbergui.servo.geometry import Vector
 from grabbergui.servo.robots import teo, tiago
 from grabbergui.servo.robots.simulated import SimRobot
 

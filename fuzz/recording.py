@@ -11,12 +11,13 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from fuzz._input import Input, erring, refusing
-from grabbergui.core import camera_info_yaml, picture_files
+from grabbergui.calibration import camera_info
+from grabbergui.core import picture_files
 from grabbergui.core.calibration import Calibration
-from grabbergui.driver.playback import ros_image
-from grabbergui.driver.playback.mcap_file import McapRecording
-from grabbergui.driver.playback.ros_image import RosImage
-from grabbergui.driver.playback.stored import FrameNote, read_notes, rebuilt
+from grabbergui.recording import ros_image
+from grabbergui.recording.mcap_file import McapRecording
+from grabbergui.recording.ros_image import RosImage
+from grabbergui.recording.stored import FrameNote, read_notes, rebuilt
 
 FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
 
@@ -33,7 +34,7 @@ def seeds() -> list[bytes]:
         b"\1" + ros_image.encode_time_reference(5, "camera", 7, "clock"),
         b"\2" + note.line().encode() * 2,
         *(b"\3" + picture for picture in pictures),
-        b"\4" + Calibration.from_field_of_view(64, 48).to_yaml().encode(),
+        b"\4" + camera_info.dump(Calibration.from_field_of_view(64, 48)).encode(),
     ]
 
 
@@ -98,9 +99,9 @@ def _picture(source: Input) -> None:
 
 def _calibration(source: Input) -> None:
     text = source.rest().decode("utf-8", "replace")
-    values = erring(camera_info_yaml.read, text, "input")
-    calibration = erring(Calibration.from_yaml, text)
+    values = erring(camera_info.read, text, "input")
+    calibration = erring(camera_info.parse, text)
     if calibration is not None:
-        again = Calibration.from_yaml(calibration.to_yaml())
+        again = camera_info.parse(camera_info.dump(calibration))
         if values is None or not np.array_equal(again.matrix, calibration.matrix):
             raise AssertionError(calibration)

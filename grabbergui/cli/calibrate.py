@@ -15,8 +15,8 @@ from grabbergui.cli.stopping import stop_on_signals
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
-    from grabbergui.servo.boards import BoardSettings
-    from grabbergui.servo.calibration import Collector
+    from grabbergui.calibration.boards import BoardSettings
+    from grabbergui.calibration.collector import Collector
 
 REMIND = 5.0
 "Seconds without a new view, after which it says what it waits for."
@@ -53,7 +53,7 @@ def add_commands(commands: Any) -> None:
 
 def settings(options: argparse.Namespace) -> BoardSettings:
     """The board that was chosen."""
-    from grabbergui.servo.boards import BoardSettings
+    from grabbergui.calibration.boards import BoardSettings
 
     return BoardSettings(
         options.board, options.columns, options.rows, options.square, options.marker, options.dictionary
@@ -61,8 +61,8 @@ def settings(options: argparse.Namespace) -> BoardSettings:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.servo import board_sheet
-    from grabbergui.servo.calibration import Collector
+    from grabbergui.calibration import board_sheet, camera_info
+    from grabbergui.calibration.collector import Collector
 
     board = settings(options).board()
     if options.sheet is not None:
@@ -89,7 +89,7 @@ def _run(options: argparse.Namespace) -> int:
     print(f"focal lengths {matrix[0, 0]:.1f} ± {spread[0]:.1f}, {matrix[1, 1]:.1f} ± {spread[1]:.1f} px")
     print(f"centre {matrix[0, 2]:.1f} ± {spread[2]:.1f}, {matrix[1, 2]:.1f} ± {spread[3]:.1f} px")
     print(f"error {result.rms:.3f} px, coverage {100 * collector.coverage.part:.0f} %")
-    result.calibration.save(options.out)
+    camera_info.save(result.calibration, options.out)
     print(f"saved as {options.out}")
     return 0
 
@@ -113,7 +113,7 @@ def _show(options: argparse.Namespace) -> int:
 
 def _collect(collector: Collector, options: argparse.Namespace) -> None:
     """Look at the source until there are enough views, or the time is up."""
-    from grabbergui.servo.calibration import Verdict
+    from grabbergui.calibration.collector import Verdict
 
     waiting = {
         Verdict.NOT_SEEN: "no board is seen: bring all of it into the picture, lit and in focus",

@@ -11,7 +11,7 @@ from grabbergui.cli import streaming
 from grabbergui.cli.numbers import count, counted
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
-from grabbergui.models.recording import snapshot
+from grabbergui.recording import snapshot
 
 _QUEUE_DEPTH = 16
 

@@ -15,8 +15,8 @@ from grabbergui.config.shipped_files import check_folder_of
 from grabbergui.core.errors import FeatureError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.models.recording.recorder import Recorder, RecordingLimits
-from grabbergui.models.recording.writers import RecordingKind, create_writer, kind_of
+from grabbergui.recording.recorder import Recorder, RecordingLimits
+from grabbergui.recording.writers import RecordingKind, create_writer, kind_of
 
 _POLL = 0.1
 "Seconds between looks at whether it shall end."

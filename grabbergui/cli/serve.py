@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
+from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.cli import name_server
 from grabbergui.cli.metrics import MetricsServer, parse_address, read_token
 from grabbergui.cli.opening import add_monitor, opened
@@ -27,7 +28,6 @@ from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
-from grabbergui.net.fitted_calibration import FittedCalibration
 
 if TYPE_CHECKING:
     from grabbergui.net.ros2.server import Ros2GrabberServer

@@ -22,8 +22,8 @@ from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
+    from grabbergui.calibration.choice import CalibrationFor
     from grabbergui.core.frame import Frame
-    from grabbergui.servo.calibration_choice import CalibrationFor
     from grabbergui.servo.config import Config
     from grabbergui.servo.loop import Turn
     from grabbergui.servo.pilot import Pilot

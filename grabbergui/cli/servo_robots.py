@@ -16,8 +16,8 @@ from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
+    from grabbergui.calibration.choice import CalibrationFor
     from grabbergui.core.grabber import FrameGrabber
-    from grabbergui.servo.calibration_choice import CalibrationFor
     from grabbergui.servo.config import Config
     from grabbergui.servo.guardian_link import GuardianLink
     from grabbergui.servo.pilot import Pilot
@@ -144,9 +144,10 @@ def _sim_tiago(options: argparse.Namespace, config: Config, stack: ExitStack) ->
 
 
 def _simulated(body: Body, options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+    from grabbergui.calibration import geometry
     from grabbergui.driver.sim.rendered import scene as rendered_scene
     from grabbergui.driver.sim.rendered.scene import Things
-    from grabbergui.servo import desk, geometry
+    from grabbergui.servo import desk
     from grabbergui.servo.control import ArmController
     from grabbergui.servo.robots.simulated import SimRobot
 
@@ -230,7 +231,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
 
     Raises UsageError with the ways out of none.
     """
-    from grabbergui.servo.calibration_choice import CalibrationChoice
+    from grabbergui.calibration.choice import CalibrationChoice
 
     if options.calibration is not None:
         return CalibrationChoice.file(find_file(options.calibration, "calibration"))

@@ -27,7 +27,8 @@ def add_commands(commands: Any) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.net.fitted_calibration import FittedCalibration
+    from grabbergui.calibration import camera_info
+    from grabbergui.calibration.fitted import FittedCalibration
     from grabbergui.net.ros2.server import Ros2GrabberServer
     from grabbergui.servo import desk
     from grabbergui.servo.config import MarkerConfig
@@ -45,7 +46,7 @@ def _run(options: argparse.Namespace) -> int:
         topics = servo_robots.tiago_topics(options)
         # A file of its own: whoever calls set_camera_info writes to it.
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
-        desk.calibration().save(calibration)
+        camera_info.save(desk.calibration(), calibration)
         pictures = Ros2GrabberServer(
             camera,
             options.ros2,

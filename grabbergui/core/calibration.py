@@ -1,21 +1,18 @@
-"""A camera's calibration, and the camera_info YAML that ROS's tools read and write.
+"""A camera's calibration: how directions become pixels.
 
 The model is the pinhole of OpenCV: `x = K · distorted(X / Z)`, pixel centres at whole numbers, distortion
-`plumb_bob` (k1 k2 p1 p2 k3) or `rational_polynomial` (eight numbers). The file's keys are those of
-camera_info_manager and camera_calibration; how they lie in YAML is read by `core.camera_info_yaml`.
+`plumb_bob` (k1 k2 p1 p2 k3) or `rational_polynomial` (eight numbers). `calibration.camera_info` reads and
+writes it as ROS's tools do.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core import camera_info_yaml
 from grabbergui.core.errors import UsageError
 
 Matrix = NDArray[np.float64]
@@ -24,7 +21,6 @@ DISTORTION_LENGTH = {"plumb_bob": 5, "rational_polynomial": 8}
 "Model to how many coefficients it has."
 NOMINAL_FIELD_OF_VIEW = 60.0
 "Degrees from left to right that are assumed of a camera nobody calibrated."
-MAX_FILE_BYTES = 64 * 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,63 +127,6 @@ class Calibration:
         rectified = None if self.rectified is None else changed(self.rectified)
         return replace(self, width=width, height=height, matrix=changed(self.matrix), rectified=rectified)
 
-    # -- the file --------------------------------------------------------------------------------
-    def to_yaml(self) -> str:
-        """The text of a camera_info file."""
-        return camera_info_yaml.write(
-            {
-                "image_width": self.width,
-                "image_height": self.height,
-                "camera_name": self.camera_name,
-                "camera_matrix": _matrix(self.matrix),
-                "distortion_model": self.distortion_model,
-                "distortion_coefficients": _matrix(self.distortion[None]),
-                "rectification_matrix": _matrix(self.rectification),
-                "projection_matrix": _matrix(self.projection),
-            }
-        )
-
-    @classmethod
-    def from_yaml(cls, text: str, where: str = "calibration") -> Calibration:
-        """Read a camera_info file's text. Raises UsageError naming `where` and what is wrong."""
-        values = camera_info_yaml.read(text, where)
-        model = str(values.get("distortion_model", "plumb_bob"))
-        if model not in DISTORTION_LENGTH:
-            raise UsageError(
-                f"{where}: distortion model '{model}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
-            )
-        coefficients = _numbers(values, "distortion_coefficients", where).reshape(-1)
-        # Older files leave out zeros at the end.
-        padding = DISTORTION_LENGTH[model] - coefficients.size
-        if padding < 0:
-            raise UsageError(f"{where}: {coefficients.size} coefficients are too many for {model}")
-        matrix = _numbers(values, "camera_matrix", where)
-        if matrix.shape != (3, 3):
-            raise UsageError(f"{where}: camera_matrix is {matrix.shape}, not 3×3")
-        try:
-            return cls(
-                _size(values, "image_width", where),
-                _size(values, "image_height", where),
-                matrix,
-                np.pad(coefficients, (0, padding)),
-                str(values.get("camera_name", "camera")),
-                rectification=given_rectification(_optional(values, "rectification_matrix", where)),
-                rectified=given_projection(_optional(values, "projection_matrix", where)),
-            )
-        except UsageError as error:
-            raise UsageError(f"{where}: {error}") from None
-
-    @classmethod
-    def load(cls, path: Path) -> Calibration:
-        """Read a file. Raises UsageError, OSError."""
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise UsageError(f"{path} is too long for a calibration")
-        return cls.from_yaml(path.read_text("utf-8", "replace"), str(path))
-
-    def save(self, path: Path) -> None:
-        """Write a file that camera_info_manager reads."""
-        path.write_text(self.to_yaml(), "utf-8")
-
 
 def _angle(centre: float, pixels: int, focal: float) -> float:
     """Degrees that a row of `pixels` spans, from its first one's outer edge to its last one's."""
@@ -203,31 +142,3 @@ def given_rectification(matrix: Matrix | None) -> Matrix:
 def given_projection(matrix: Matrix | None) -> Matrix | None:
     """A projection as ROS's messages and files give it: left out or zero, it is the camera's own."""
     return matrix if matrix is not None and matrix.any() else None
-
-
-def _matrix(values: Matrix) -> dict[str, Any]:
-    return {"rows": values.shape[0], "cols": values.shape[1], "data": [float(v) for v in values.flat]}
-
-
-def _numbers(values: dict[str, Any], key: str, where: str) -> Matrix:
-    """A matrix entry, checked: rows × cols finite numbers."""
-    entry = values.get(key)
-    if not isinstance(entry, dict) or not isinstance(entry.get("data"), list):
-        raise UsageError(f"{where}: {key} is missing, or has no list 'data'")
-    data, rows, columns = entry["data"], entry.get("rows"), entry.get("cols")
-    if not all(isinstance(value, (int, float)) for value in data):
-        raise UsageError(f"{where}: {key} holds something that is no number")
-    if not isinstance(rows, int) or not isinstance(columns, int) or rows * columns != len(data) or rows < 1:
-        raise UsageError(f"{where}: {key} has {len(data)} numbers for {rows} rows and {columns} columns")
-    return np.array(data, np.float64).reshape(rows, columns)
-
-
-def _optional(values: dict[str, Any], key: str, where: str) -> Matrix | None:
-    return _numbers(values, key, where) if key in values else None
-
-
-def _size(values: dict[str, Any], key: str, where: str) -> int:
-    value = values.get(key)
-    if not isinstance(value, int) or not 0 < value < 1 << 16:
-        raise UsageError(f"{where}: {key} is {value}, not a number of pixels")
-    return value

@@ -15,6 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
+from grabbergui.calibration import camera_info
+from grabbergui.calibration.boards import BoardSettings
+from grabbergui.calibration.collector import Collector, Result, Verdict
+from grabbergui.calibration.coverage import Coverage
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
@@ -23,9 +27,6 @@ from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
-from grabbergui.servo.boards import BoardSettings
-from grabbergui.servo.calibration import Collector, Result, Verdict
-from grabbergui.servo.coverage import Coverage
 
 log = logging.getLogger(__name__)
 
@@ -171,7 +172,7 @@ class CalibratingModel:
                 self.failed.emit("there is no calibration to save yet")
                 return
             try:
-                self._result.calibration.save(path)
+                camera_info.save(self._result.calibration, path)
             except OSError as error:
                 self.failed.emit(f"the calibration could not be saved: {error}")
             else:

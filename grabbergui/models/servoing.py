@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
+from grabbergui.calibration.choice import CalibrationFor
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
@@ -20,10 +22,8 @@ from grabbergui.core.region import Region
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo import overlay
-from grabbergui.servo.calibration_choice import CalibrationFor
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.overlay import Drawing
 from grabbergui.servo.pilot import Pilot

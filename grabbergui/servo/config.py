@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
+from grabbergui.calibration import markers
 from grabbergui.config import ini
 from grabbergui.core.errors import UsageError
-from grabbergui.servo import aruco
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class Config:
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
         if not 0.001 <= self.marker.size <= 10:
             raise UsageError(f"a marker of {self.marker.size:g} m cannot be; allowed is 0.001 to 10")
-        aruco.check_marker(self.marker.dictionary, self.marker.id)
+        markers.check_marker(self.marker.dictionary, self.marker.id)
         if not 1 <= self.loop.rate <= 1000:
             raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
         if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.servo import geometry
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.config import ArmConfig, HeadConfig
-from grabbergui.servo.geometry import Pose, Vector
 
 Axes = NDArray[np.bool_]
 

@@ -13,6 +13,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose
+from grabbergui.calibration.markers import ArucoFinder, dictionary_by_name
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pfnc import by_name
@@ -23,12 +26,9 @@ from grabbergui.driver.sim.rendered import scene as rendered_scene
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
-from grabbergui.servo import geometry
-from grabbergui.servo.aruco import ArucoFinder, dictionary_by_name
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.gate import CommandGate
-from grabbergui.servo.geometry import Pose
 from grabbergui.servo.heads import CascadeFinder
 from grabbergui.servo.loop import ServoLoop, Turn
 from grabbergui.servo.robots import teo

@@ -8,27 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from grabbergui.servo.geometry import Pose, Vector
-
-Grey = NDArray[np.uint8]
-
-
-@dataclass(frozen=True, eq=False)
-class MarkerDetection:
-    """One ArUco marker."""
-
-    marker_id: int
-    corners: NDArray[np.float64]
-    "(4, 2) pixels of the full picture, from the printed upper left on, clockwise as printed."
-    pose: Pose | None = None
-    "Marker (x right, y up, z out of its face) to camera; None where none may be trusted."
-    problem: str = ""
-    "Why there is no pose, for people: ambiguous, behind the camera, no calibration."
-    reprojection_error: float = 0.0
-    "Root mean square over the corners, pixels."
+from grabbergui.calibration.markers import Grey, MarkerDetection
 
 
 @dataclass(frozen=True)
@@ -98,8 +78,3 @@ class Detector:
         if self.heads is not None and (self.heads_with_markers or not markers):
             heads = tuple(self.heads.detect(grey))
         return Sighting(captured, markers, heads, frame_id)
-
-
-def position_of(marker: MarkerDetection) -> Vector | None:
-    """The marker's centre in the camera's frame, metres."""
-    return None if marker.pose is None else marker.pose[:3, 3]

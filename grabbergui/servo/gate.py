@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import GrabberError
 from grabbergui.servo.config import Config
-from grabbergui.servo.geometry import Vector
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
 from grabbergui.servo.robots.robot import Robot
 

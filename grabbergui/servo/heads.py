@@ -8,9 +8,10 @@ from typing import Any
 import cv2
 import numpy as np
 
+from grabbergui.calibration.markers import Grey
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.servo.detection import Grey, HeadDetection
+from grabbergui.servo.detection import HeadDetection
 
 SEARCH_WIDTH = 320
 "Pictures are reduced to about this width: a head of a twelfth of it is still found."

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grabbergui.calibration.geometry import Pose, Vector, diff
 from grabbergui.core.errors import UsageError
-from grabbergui.servo.geometry import Pose, Vector, diff
 
 AT_LIMIT = 1e-3
 "Radians from a joint's limit within which it is said to be there."

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Pose, Vector, diff, is_pose
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
-from grabbergui.servo.geometry import Pose, Vector, diff, is_pose
 from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack

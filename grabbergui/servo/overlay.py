@@ -13,9 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo.config import HeadConfig
-from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.detection import HeadDetection, Sighting
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.state_machine import State
 

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.geometry import Pose, pose, quaternion_from_rotation
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.ros2_packages import PUBLISHER, require_packages

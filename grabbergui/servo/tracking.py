@@ -12,10 +12,10 @@ from collections import deque
 
 import numpy as np
 
-from grabbergui.servo import geometry
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.geometry import Pose, Vector
 
 
 class JointHistory:

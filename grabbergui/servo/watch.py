@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from grabbergui.servo import geometry
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose
 from grabbergui.servo.gate import Command
-from grabbergui.servo.geometry import Pose
 from grabbergui.servo.robots.robot import RobotState
 
 _SLOW_HEAD = 0.02

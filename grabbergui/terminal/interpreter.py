@@ -21,9 +21,9 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
 from grabbergui.models.features.text import typed_value
-from grabbergui.models.recording import snapshot
 from grabbergui.models.settings import feature_set, files
 from grabbergui.models.settings.loading import load_onto
+from grabbergui.recording import snapshot
 
 _FRAME_TIMEOUT = 5.0
 _CANCEL_PERIOD = 0.2

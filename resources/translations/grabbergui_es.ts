@@ -2675,47 +2675,47 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="119"/>
+        <location filename="../../grabbergui/recording/recorder.py" line="119"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="132"/>
+        <location filename="../../grabbergui/recording/recorder.py" line="132"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="164"/>
+        <location filename="../../grabbergui/recording/recorder.py" line="164"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="170"/>
+        <location filename="../../grabbergui/recording/recorder.py" line="170"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="171"/>
+        <location filename="../../grabbergui/recording/recorder.py" line="171"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recorder.py" line="191"/>
+        <location filename="../../grabbergui/recording/recorder.py" line="191"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recordings.py" line="157"/>
+        <location filename="../../grabbergui/models/recordings.py" line="157"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recordings.py" line="160"/>
+        <location filename="../../grabbergui/models/recordings.py" line="160"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recording/recordings.py" line="163"/>
+        <location filename="../../grabbergui/models/recordings.py" line="163"/>
         <source>recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>

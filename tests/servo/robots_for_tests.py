@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from grabbergui.calibration import geometry
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import TransportError
-from grabbergui.servo import geometry
-from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.detection import HeadDetection, Sighting
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import Robot, RobotState
 

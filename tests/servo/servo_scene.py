@@ -2,13 +2,13 @@
 
 import numpy as np
 
+from grabbergui.calibration import geometry
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, pinhole
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
-from grabbergui.servo import geometry
 
 
 def settings(binning=4, pixel_format="Mono8", exposure=10_000.0, **optics):

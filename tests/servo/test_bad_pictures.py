@@ -4,10 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
+from grabbergui.calibration import geometry, markers
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, board_pose
-from grabbergui.servo import aruco, desk, geometry
+from grabbergui.servo import desk
 from grabbergui.servo.state_machine import State
 
 BOARD = board_pose()
@@ -88,7 +89,7 @@ class Solver(Fault):
 
     def begin(self, run, monkeypatch):
         right = cv2.solvePnPGeneric
-        monkeypatch.setattr(aruco.cv2, "solvePnPGeneric", lambda *a, **k: self.spoilt(*right(*a, **k)))
+        monkeypatch.setattr(markers.cv2, "solvePnPGeneric", lambda *a, **k: self.spoilt(*right(*a, **k)))
 
 
 class NotANumber(Solver):
@@ -182,13 +183,13 @@ def grey():
 
 
 def test_a_mirrored_picture_shows_no_marker(grey):
-    finder = aruco.ArucoFinder(calibration=desk.calibration())
+    finder = markers.ArucoFinder(calibration=desk.calibration())
     assert len(finder.detect(grey)) == 1
     assert finder.detect(np.ascontiguousarray(grey[:, ::-1])) == []
 
 
 def test_a_calibration_of_another_crop_is_an_error_not_a_pose(grey):
-    finder = aruco.ArucoFinder(calibration=desk.calibration())
+    finder = markers.ArucoFinder(calibration=desk.calibration())
     with pytest.raises(UsageError, match="another crop"):
         finder.detect(np.ascontiguousarray(grey[:, 60:]))
 
@@ -196,6 +197,6 @@ def test_a_calibration_of_another_crop_is_an_error_not_a_pose(grey):
 @pytest.mark.parametrize("degrees", [20, 60, 120])
 def test_an_assumed_field_of_view_may_be_wrong_but_gives_no_pose_that_is_none(grey, degrees):
     of = Calibration.from_field_of_view(desk.WIDTH, desk.HEIGHT, degrees)
-    (marker,) = aruco.ArucoFinder(calibration=of).detect(grey)
+    (marker,) = markers.ArucoFinder(calibration=of).detect(grey)
     assert (marker.pose is None) == bool(marker.problem)
     assert marker.pose is None or (geometry.is_pose(marker.pose) and marker.pose[2, 3] > 0)

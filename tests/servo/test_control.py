@@ -6,11 +6,12 @@ import math
 import numpy as np
 import pytest
 
+from grabbergui.calibration import geometry
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import UsageError
-from grabbergui.servo import geometry
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
 from grabbergui.servo.control import ArmController, HeadController, off_centre
-from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.detection import HeadDetection, Sighting
 from grabbergui.servo.robots import teo
 from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
 

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 import servo_scene
 
+from grabbergui.calibration import geometry
+from grabbergui.calibration.markers import ArucoFinder, MarkerDetection, judged
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
-from grabbergui.servo import geometry
-from grabbergui.servo.aruco import ArucoFinder, judged
-from grabbergui.servo.detection import Detector, MarkerDetection, Sighting
+from grabbergui.servo.detection import Detector, Sighting
 from grabbergui.servo.heads import CascadeFinder, YuNetFinder
 
 SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])

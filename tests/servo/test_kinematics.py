@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from grabbergui.calibration import geometry
 from grabbergui.core.errors import UsageError
-from grabbergui.servo import geometry
 from grabbergui.servo.robots import teo
 
 CHAINS = [teo.HEAD, teo.RIGHT_ARM]

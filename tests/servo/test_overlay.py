@@ -6,12 +6,13 @@ import math
 import numpy as np
 import pytest
 
+from grabbergui.calibration.geometry import pose
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo import overlay
 from grabbergui.servo.config import HeadConfig
-from grabbergui.servo.detection import HeadDetection, MarkerDetection, Sighting
+from grabbergui.servo.detection import HeadDetection, Sighting
 from grabbergui.servo.gate import Command
-from grabbergui.servo.geometry import pose
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.state_machine import State
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from robots_for_tests import marker
 
+from grabbergui.calibration import geometry
 from grabbergui.driver.sim.rendered.scene import at
-from grabbergui.servo import geometry
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import CommandGate

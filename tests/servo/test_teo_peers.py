@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grabbergui.calibration import geometry
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.request import ConnectionInfo, Request
 from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo import geometry
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot

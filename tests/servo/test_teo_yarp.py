@@ -11,7 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.core.calibration import Calibration
+from grabbergui.calibration import camera_info, geometry
+from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import (
     GrabberError,
     RemoteProtocolError,
@@ -22,8 +23,8 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo import desk, geometry
-from grabbergui.servo.detection import MarkerDetection, Sighting
+from grabbergui.servo import desk
+from grabbergui.servo.detection import Sighting
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
 from grabbergui.servo.robots import teo, teo_yarp
@@ -318,6 +319,6 @@ def test_a_marker_without_a_pose_is_published_with_the_reason():
 
 
 def test_the_shipped_calibration_is_that_of_the_simulated_camera():
-    shipped = Calibration.load(Path(__file__).parents[2] / "resources/servo/teo-sim-camera.yaml")
+    shipped = camera_info.load(Path(__file__).parents[2] / "resources/servo/teo-sim-camera.yaml")
     assert np.array_equal(shipped.matrix, desk.calibration().matrix)
     assert (shipped.width, shipped.height) == (desk.WIDTH, desk.HEIGHT)

@@ -8,9 +8,10 @@ import sys
 import numpy as np
 import pytest
 
+from grabbergui.calibration import geometry
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import desk, geometry, ros2_packages
+from grabbergui.servo import desk, ros2_packages
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State

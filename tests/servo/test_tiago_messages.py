@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grabbergui.calibration import geometry
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.servo import geometry
 from grabbergui.servo.robots import tiago_messages as messages
 
 HEAD = ("head_1_joint", "head_2_joint")

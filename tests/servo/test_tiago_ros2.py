@@ -26,12 +26,13 @@ from test_closed_loop import options  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
+from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError  # noqa: E402
 from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
 from grabbergui.net.ros2.calibration import receive_calibration  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
-from grabbergui.servo import desk, geometry  # noqa: E402
+from grabbergui.servo import desk  # noqa: E402
 from grabbergui.servo.pilot import Pilot  # noqa: E402
 from grabbergui.servo.publisher_ros2 import Ros2Publisher  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402

@@ -9,6 +9,10 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QFileDialog
 
 import fakes
+from grabbergui.calibration import camera_info
+from grabbergui.calibration.boards import BoardSettings
+from grabbergui.calibration.collector import Verdict
+from grabbergui.calibration.coverage import Coverage
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.grabber import DeviceInfo
@@ -20,9 +24,6 @@ from grabbergui.driver.sim.rendered.scene import pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import Look, camera_name
-from grabbergui.servo.boards import BoardSettings
-from grabbergui.servo.calibration import Verdict
-from grabbergui.servo.coverage import Coverage
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser
 from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
@@ -181,7 +182,7 @@ def test_a_camera_is_calibrated_through_the_dialog(stand, views, tmp_path, monke
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(path), ""))
     stand.click(dialog.nextButton)
     stand.until(lambda: stand.saved == [path])
-    found, true = Calibration.load(path), pinhole(SETTINGS)
+    found, true = camera_info.load(path), pinhole(SETTINGS)
     assert found.matrix[0, 0] == pytest.approx(true[0, 0], rel=0.01)
     assert found.matrix[:2, 2] == pytest.approx(true[:2, 2], abs=3)
     assert (found.width, found.height, found.camera_name) == (608, 512, "script")
@@ -368,7 +369,7 @@ def test_a_file_may_be_opened_and_one_that_is_none_is_refused(chooser, tmp_path,
     dialog.fileButton.click()
     assert "camera.yaml" in dialog.problemLabel.text()
     assert chooser.choice is None
-    Calibration.from_field_of_view(640, 480, 70).save(path)
+    camera_info.save(Calibration.from_field_of_view(640, 480, 70), path)
     dialog.fileButton.click()
     assert chooser.choice(320, 240).matrix[0, 0] == pytest.approx(160 / np.tan(np.radians(35)))
 
@@ -377,7 +378,7 @@ def test_it_may_be_calibrated_at_once(chooser, tmp_path, qtbot):
     dialog, path = chooser.parent(), tmp_path / "camera.yaml"
     dialog.calibrateButton.click()
     assert chooser.calibrating.isVisible()
-    Calibration.from_field_of_view(640, 480, 70).save(path)
+    camera_info.save(Calibration.from_field_of_view(640, 480, 70), path)
     chooser.calibrating.findChild(CalibratingController).model.saved.emit(path)
     qtbot.waitUntil(lambda: chooser.choice is not None)
     assert not dialog.isVisible()

@@ -11,9 +11,9 @@ from PyQt5.QtWidgets import QApplication, QMessageBox
 
 from grabbergui import sources
 from grabbergui.core.selection import SettingKey
-from grabbergui.models.recording.writers import MovieWriter, RecordingKind
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
+from grabbergui.recording.writers import MovieWriter, RecordingKind
 from patience import PATIENCE
 
 
@@ -95,7 +95,7 @@ def test_what_is_no_file_of_settings_is_said(desk, tmp_path):
 
 
 def test_a_recording_is_made_and_played_back(desk, monkeypatch):
-    monkeypatch.setitem(sources._KINDS, "file", "grabbergui.driver.playback.source")
+    monkeypatch.setitem(sources._KINDS, "file", "grabbergui.recording.source")
     bar = desk.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MCAP))
     desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)

@@ -10,12 +10,13 @@ from PyQt5.QtGui import QMouseEvent, QWheelEvent
 from PyQt5.QtWidgets import QApplication, QPushButton
 from test_accessibility import controls, spoken_name
 
+from grabbergui.calibration import camera_info, geometry
+from grabbergui.calibration.choice import CalibrationChoice
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.servoing import Entry, Posture, Tuning
-from grabbergui.servo import desk, geometry
-from grabbergui.servo.calibration_choice import CalibrationChoice
+from grabbergui.servo import desk
 from grabbergui.servo.config import Config
 from grabbergui.servo.overlay import Drawing, Stroke
 from grabbergui.servo.pilot import Pilot
@@ -368,7 +369,7 @@ def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibrat
     assert dialog.isVisible()
     qtbot.waitUntil(lambda: bool(pilot.gate.halted) and robot.speed == 0)
     path = tmp_path / "camera.yaml"
-    desk.calibration().save(path)
+    camera_info.save(desk.calibration(), path)
     dialog.findChild(CalibratingController).model.saved.emit(path)
     qtbot.waitUntil(lambda: "in use" in window.messages.messages[0])
     assert not calibration(608, 512).nominal

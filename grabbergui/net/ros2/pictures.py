@@ -12,11 +12,11 @@ from typing import Any
 import cv2
 import numpy as np
 
+from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
-from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.ros2.camera_info import fill_camera_info
 from grabbergui.net.ros2.encodings import encoding_of, pixels_of
 from grabbergui.net.ros2.runtime import quality_of_service

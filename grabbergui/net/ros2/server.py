@@ -6,9 +6,9 @@ import logging
 from collections.abc import Sequence
 from typing import Any
 
+from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.ros2.camera_info import read_camera_info
 from grabbergui.net.ros2.camera_info_url import DEFAULT_URL, path_of
 from grabbergui.net.ros2.diagnostics import Diagnostics

@@ -6,12 +6,12 @@ import logging
 import threading
 import time
 
+from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
 from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.tree_service import Terminal, no_terminal
 from grabbergui.net.yarp.dev.grabber_pictures import Capability
 from grabbergui.net.yarp.dev.grabber_service import GrabberService

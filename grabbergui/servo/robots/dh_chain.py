@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from grabbergui.servo.geometry import Pose
+from grabbergui.calibration.geometry import Pose
 from grabbergui.servo.kinematics import Chain
 
 

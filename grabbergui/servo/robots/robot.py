@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from grabbergui.servo.geometry import Pose, Vector
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots.robot import Body, Robot, RobotState
 from grabbergui.servo.tracking import JointHistory

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from grabbergui.servo.geometry import Pose, pose, rotation_from_vector
+from grabbergui.calibration.geometry import Pose, pose, rotation_from_vector
 from grabbergui.servo.robots.dh_chain import DhChain, Joint
 from grabbergui.servo.robots.robot import Body
 

@@ -12,14 +12,14 @@ import time
 
 import numpy as np
 
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.request import Request
 from grabbergui.net.yarp.os.values import Item, Vocab, word
-from grabbergui.servo import geometry
-from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Pose, Vector, pose_from_vector, vector_from_pose
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Item, Vocab, word
-from grabbergui.servo.geometry import Pose, Vector, pose_from_vector, vector_from_pose
 
 OK, FAIL = Vocab("ok"), Vocab("fail")
 NOT_CONTROLLING = Vocab("ccnc")

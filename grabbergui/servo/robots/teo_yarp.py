@@ -10,6 +10,7 @@ from contextlib import suppress
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, ProtocolError, TransportError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
@@ -17,7 +18,6 @@ from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo.geometry import Vector
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.robot import Robot, RobotState

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from grabbergui.calibration.geometry import pose
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.servo.geometry import pose
 from grabbergui.servo.robots.robot import Body
 from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfChain, frame_pose, load_urdf
 

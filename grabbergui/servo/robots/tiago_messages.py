@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Pose, Vector, pose, rotation_from_quaternion
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.servo.geometry import Pose, Vector, pose, rotation_from_quaternion
 from grabbergui.servo.robots.tiago import BASE, HEAD_JOINTS, HEAD_SIGNS
 
 

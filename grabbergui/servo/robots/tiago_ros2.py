@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError, TransportError
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.geometry import Pose, Vector
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import Body, Robot, RobotState

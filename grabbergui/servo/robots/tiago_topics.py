@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 from typing import Any
 
+from grabbergui.calibration.geometry import quaternion_from_rotation
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.geometry import quaternion_from_rotation
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from grabbergui.calibration.geometry import Pose, inverse, pose
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.servo.geometry import Pose, inverse, pose
 from grabbergui.servo.kinematics import Chain
 
 HOW_TO_GET_IT = "Pinocchio is not installed: run pip install 'grabbergui[servo]'"

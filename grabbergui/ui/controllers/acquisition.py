@@ -14,7 +14,7 @@ from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.geometry import distorted_pixel
 from grabbergui.models.picture.picture import Picture, PictureModel
 from grabbergui.models.picture.rendering import value_texts
-from grabbergui.models.recording.snapshot import SnapshotWriter
+from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow

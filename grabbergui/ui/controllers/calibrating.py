@@ -8,12 +8,12 @@ from pathlib import Path
 from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QFileDialog
 
+from grabbergui.calibration import board_sheet
+from grabbergui.calibration.boards import BoardSettings
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
 from grabbergui.models.error_text import error_text
-from grabbergui.servo import board_sheet
-from grabbergui.servo.boards import BoardSettings
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
 

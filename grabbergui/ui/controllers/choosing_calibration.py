@@ -7,10 +7,10 @@ from pathlib import Path
 from PyQt5.QtCore import QObject
 from PyQt5.QtWidgets import QFileDialog
 
+from grabbergui.calibration.choice import CalibrationChoice
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.error_text import error_text
-from grabbergui.servo.calibration_choice import CalibrationChoice
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
 from grabbergui.ui.views.calibration_dialog import CalibrationDialog

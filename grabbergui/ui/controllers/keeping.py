@@ -14,7 +14,6 @@ from PyQt5.QtWidgets import QFileDialog
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.playback.opening import VIDEO_SUFFIXES
 from grabbergui.models.changes.tracking import NotingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
@@ -26,6 +25,7 @@ from grabbergui.models.settings.feature_set import (
     compare,
 )
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
+from grabbergui.recording.opening import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.settings_difference import SettingsDifference

@@ -23,10 +23,10 @@ from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.recording.recordings import Recordings
-from grabbergui.models.recording.snapshot import SnapshotWriter
+from grabbergui.models.recordings import Recordings
 from grabbergui.models.source_list import SourceListModel
 from grabbergui.models.status import StatusModel
+from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.acquisition import AcquisitionController
 from grabbergui.ui.controllers.calibration_opener import CalibrationOpener

@@ -9,7 +9,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.recording.playback import is_recording
+from grabbergui.models.playback import is_recording
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 

@@ -8,7 +8,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource
-from grabbergui.models.recording.playback import PlaybackModel, PlaybackState, is_recording
+from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
 

@@ -11,9 +11,9 @@ from PyQt5.QtWidgets import QFileDialog, QMessageBox
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.recording.recorder import RecordingLimits
-from grabbergui.models.recording.recordings import Recordings
-from grabbergui.models.recording.writers import RecordingKind
+from grabbergui.models.recordings import Recordings
+from grabbergui.recording.recorder import RecordingLimits
+from grabbergui.recording.writers import RecordingKind
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.recording_bar import RecordingBar

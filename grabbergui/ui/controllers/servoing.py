@@ -10,11 +10,11 @@ from pathlib import Path
 from psygnal import Signal
 from PyQt5.QtCore import QObject, QTimer
 
+from grabbergui.calibration.choice import CalibrationChoice, CalibrationFor
 from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
-from grabbergui.servo.calibration_choice import CalibrationChoice, CalibrationFor
 from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge

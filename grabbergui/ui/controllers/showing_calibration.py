@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 from PyQt5.QtCore import QObject, pyqtSignal
 from PyQt5.QtWidgets import QFileDialog
 
+from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
@@ -48,7 +49,7 @@ class ShowingCalibrationController(QObject):
         if source is None:
             return
         try:
-            calibration = Calibration.load(path)
+            calibration = camera_info.load(path)
         except (UsageError, OSError) as error:
             self.failed.emit(error_text(error))
             return

@@ -21,10 +21,10 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
+from grabbergui.calibration.boards import KINDS, BoardSettings
+from grabbergui.calibration.collector import FEWEST_VIEWS, Verdict
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import Look, Solution, verdict_text
-from grabbergui.servo.boards import KINDS, BoardSettings
-from grabbergui.servo.calibration import FEWEST_VIEWS, Verdict
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form

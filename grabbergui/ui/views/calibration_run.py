@@ -8,9 +8,9 @@ from pathlib import Path
 from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QDialog
 
+from grabbergui.calibration.boards import BoardSettings
+from grabbergui.calibration.choice import CalibrationChoice
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.servo.boards import BoardSettings
-from grabbergui.servo.calibration_choice import CalibrationChoice
 from grabbergui.ui.app import application, closed_by, look
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser

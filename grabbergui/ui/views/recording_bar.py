@@ -9,8 +9,8 @@ from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QComboBox, QDoubleSpinBox, QPushButton, QToolButton, QWidget
 
 from grabbergui.models.language import localized
-from grabbergui.models.recording.recorder import RecordingLimits, RecordingProgress
-from grabbergui.models.recording.writers import RecordingKind
+from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
+from grabbergui.recording.writers import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.elided_label import ElidedLabel

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PyQt5.QtCore import QTimer
 
-from grabbergui.servo.calibration_choice import CalibrationFor
+from grabbergui.calibration.choice import CalibrationFor
 from grabbergui.servo.pilot import Pilot
 from grabbergui.ui.app import application, closed_by, look
 from grabbergui.ui.controllers.servoing import ServoController

@@ -7,7 +7,7 @@ from PyQt5.QtCore import QRectF, Qt
 from PyQt5.QtGui import QColor, QPainter, QPen
 from PyQt5.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from grabbergui.servo.coverage import GRID, Counts
+from grabbergui.calibration.coverage import GRID, Counts
 from grabbergui.ui.widgets.picture_overlay import PictureOverlay
 
 ENOUGH = 12

@@ -6,7 +6,7 @@ from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
 from PyQt5.QtWidgets import QSizePolicy, QWidget
 
-from grabbergui.servo.coverage import Coverage
+from grabbergui.calibration.coverage import Coverage
 
 _GREEN = QColor(60, 200, 90)
 _CELL, _GAP = 46.0, 8.0

@@ -6,7 +6,7 @@ from PyQt5.QtCore import QSignalBlocker, pyqtSignal
 from PyQt5.QtWidgets import QComboBox, QLabel, QSlider, QToolButton, QWidget
 
 from grabbergui.models.language import localized
-from grabbergui.models.recording.playback import PlaybackState
+from grabbergui.models.playback import PlaybackState
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 

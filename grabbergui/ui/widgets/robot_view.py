@@ -15,8 +15,8 @@ from PyQt5.QtCore import QLineF, QPointF, Qt
 from PyQt5.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPalette, QPen, QPolygonF, QWheelEvent
 from PyQt5.QtWidgets import QWidget
 
+from grabbergui.calibration.geometry import Pose
 from grabbergui.models.servoing import Posture
-from grabbergui.servo.geometry import Pose
 from grabbergui.servo.overlay import AXIS_COLOURS
 from grabbergui.ui.widgets.orbit import NEAR, Orbit
 

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from grabbergui.calibration import camera_info
+from grabbergui.calibration.fitted import fitted
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
-from grabbergui.net.fitted_calibration import fitted
 from grabbergui.net.ros2.camera_info import fill_camera_info, read_camera_info
 
 MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
@@ -59,7 +60,7 @@ def test_a_stereo_pairs_rectification_and_baseline_are_kept_through_binning_and_
     projection = np.array([[480.0, 0, 300.5, -48], [0, 480, 230.5, 0], [0, 0, 1, 0]])
     given = message(r=turn.ravel().tolist(), p=projection.ravel().tolist())
 
-    kept = Calibration.from_yaml(read_camera_info(given, "right").to_yaml())
+    kept = camera_info.parse(camera_info.dump(read_camera_info(given, "right")))
     told = SimpleNamespace()
     fill_camera_info(told, fitted(kept, (64, 48), (16, 8), (320, 240)))
 

@@ -20,6 +20,7 @@ from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
 from grabbergui import sources  # noqa: E402
+from grabbergui.calibration import camera_info  # noqa: E402
 from grabbergui.core.calibration import Calibration  # noqa: E402
 from grabbergui.core.errors import UsageError  # noqa: E402
 from grabbergui.net.ros2.camera_info_url import path_of  # noqa: E402
@@ -169,7 +170,7 @@ def test_a_calibration_is_kept_below_ros_home_for_each_name(serve, probe, ros_ho
 
 def test_camera_info_url_names_the_file_and_is_fixed(serve, probe, tmp_path):
     calibration = Calibration.from_field_of_view(320, 240)
-    calibration.save(tmp_path / "a camera.yaml")
+    camera_info.save(calibration, tmp_path / "a camera.yaml")
     serve("/cam", ros_args=["-p", f"camera_info_url:=file://{tmp_path}/a%20camera.yaml"])
 
     infos = probe.subscribe(CameraInfo, "/cam/camera_info")

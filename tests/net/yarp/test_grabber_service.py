@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from grabbergui import sources
+from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import FeatureError, FeatureNotFoundError, FeatureValueError, UsageError
 from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net import feature_json
-from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.client_numbers import NumberFeatures
 from grabbergui.net.yarp.dev import grabber_tree

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.core.errors import (
     FeatureAccessError,
     FeatureNotFoundError,
@@ -21,7 +22,6 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.net.fitted_calibration import FittedCalibration
 from grabbergui.net.tree_service import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp.dev import grabber_tree
 from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures

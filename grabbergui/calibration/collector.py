@@ -1,0 +1,204 @@
+"""Calibrating a camera from views of a printed board.
+
+A `Collector` takes pictures one after the other and keeps those views that add something; it tells how much
+is covered by now. Once there are enough, `solve` gives the calibration with the error of every view, and
+leaves out views that fit badly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.calibration.boards import Board, View
+from grabbergui.calibration.coverage import Coverage, Placement
+from grabbergui.calibration.markers import Grey
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
+
+FEWEST_VIEWS = 5
+MOST_VIEWS = 200
+_DIFFERENT = 0.06
+"How far a view must be from all others, in parts of the picture and of its own size and tilt."
+_STILL = 0.003
+"How far corners may move from one picture to the next, in parts of the picture's longer side."
+_BAD_VIEW = 2.5
+"A view whose error is so many times the median is left out."
+
+
+class Verdict(Enum):
+    """What came of looking at a picture; the values are for people."""
+
+    NOT_SEEN = "no board is seen"
+    MOVING = "hold it still"
+    KNOWN = "this view is there already"
+    KEPT = "kept"
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A calibration and how good it is."""
+
+    calibration: Calibration
+    errors: tuple[float, ...]
+    "Root mean square reprojection error of each view, pixels; NaN of one that was left out."
+    rms: float
+    "Of all views used, pixels."
+    uncertainty: tuple[float, float, float, float]
+    "Standard deviations of fx, fy, cx, cy, pixels."
+    residuals: tuple[NDArray[np.float64], ...]
+    "Of every view, left out or not: (n, 2) from where each corner was seen to where it should be, pixels."
+
+    def error_of(self, number: int) -> float:
+        """Root mean square error of a view, also of one that was left out."""
+        return math.sqrt(float((self.residuals[number] ** 2).sum(axis=1).mean()))
+
+
+class Collector:
+    """Gathers views of one board by one camera. Use from one thread."""
+
+    def __init__(self, board: Board, wanted: int = 20, still: bool = False) -> None:
+        """`wanted` is how many views are enough; with `still`, only a board at rest counts."""
+        if not FEWEST_VIEWS <= wanted <= MOST_VIEWS:
+            raise UsageError(f"{wanted} views: allowed is {FEWEST_VIEWS} to {MOST_VIEWS}")
+        self.views: list[View] = []
+        self.wanted = wanted
+        self.coverage = Coverage()
+        self.last: View | None = None
+        "The board in the newest picture."
+        self._board = board
+        self._still = still
+        self._size: tuple[int, int] | None = None
+        self._placements: list[Placement] = []
+
+    @property
+    def complete(self) -> bool:
+        """Whether there are enough views."""
+        return len(self.views) >= self.wanted
+
+    def missing(self) -> str:
+        """How the board should be held next, for people; empty where everything is covered."""
+        return self.coverage.missing()
+
+    def add(self, grey: Grey) -> bool:
+        """Look at a picture; whether its view is kept."""
+        return self.look(grey) is Verdict.KEPT
+
+    def look(self, grey: Grey, keep: bool = True) -> Verdict:
+        """Look at a picture (rows, columns) uint8 and keep its view where that adds something.
+
+        With `keep` false, say only what would come of it. Raises UsageError for one of another size.
+        """
+        size = grey.shape[1], grey.shape[0]
+        if self._size is not None and self._size != size:
+            before_text, now_text = (f"{width}×{height}" for width, height in (self._size, size))
+            raise UsageError(f"the pictures changed from {before_text} to {now_text} pixels; begin again")
+        self._size = size
+        before, self.last = self.last, self._board.find(grey)
+        view = self.last
+        if view is None:
+            return Verdict.NOT_SEEN
+        if self._still and (before is None or _moved(before, view) > _STILL * max(size)):
+            return Verdict.MOVING
+        placement = placed(view, size)
+        if any(placement.apart(other) < _DIFFERENT for other in self._placements):
+            return Verdict.KNOWN
+        if keep:
+            self._placements.append(placement)
+            self.views.append(view)
+            self.coverage.add(view, placement, size)
+        return Verdict.KEPT
+
+    def solve(self, camera_name: str = "camera", used: Sequence[int] | None = None) -> Result:
+        """The calibration of what was gathered. Raises UsageError where that does not suffice.
+
+        `used` are the numbers of the views it shall come from; by default all but those that fit badly.
+        """
+        chosen = list(range(len(self.views))) if used is None else sorted(set(used))
+        if len(chosen) < FEWEST_VIEWS or self._size is None:
+            raise UsageError(
+                f"{len(chosen)} different views of the board are too few, at least {FEWEST_VIEWS} are "
+                "needed; show it near and far, in every corner, and tilted"
+            )
+        result = self._fit(chosen, self._size, camera_name)
+        if used is None:
+            errors = np.array(result.errors)
+            limit = max(_BAD_VIEW * float(np.median(errors)), 0.1)
+            good = [number for number in chosen if errors[number] <= limit]
+            if FEWEST_VIEWS <= len(good) < len(chosen):
+                result = self._fit(good, self._size, camera_name)
+        return result
+
+    def _fit(self, used: list[int], size: tuple[int, int], camera_name: str) -> Result:
+        try:
+            rms, matrix, distortion, _, _, deviations, _, errors = cv2.calibrateCameraExtended(
+                [self.views[number].board for number in used],
+                [self.views[number].picture for number in used],
+                size,
+                np.eye(3),
+                np.zeros(5),
+            )
+        except cv2.error as error:
+            raise UsageError(
+                "the views do not determine the camera; show the board tilted as well"
+            ) from error
+        each = np.full(len(self.views), np.nan)
+        each[used] = np.ravel(errors)
+        spread = np.ravel(deviations)[:4]
+        calibration = Calibration(
+            *size, np.array(matrix, np.float64), np.array(distortion, np.float64).ravel()[:5], camera_name
+        )
+        return Result(
+            calibration,
+            tuple(map(float, each)),
+            float(rms),
+            (float(spread[0]), float(spread[1]), float(spread[2]), float(spread[3])),
+            tuple(_residuals(view, calibration) for view in self.views),
+        )
+
+
+def placed(view: View, size: tuple[int, int]) -> Placement:
+    """Where and how a board is seen in a picture of `size`."""
+    flat = cv2.findHomography(view.board[:, :2], view.picture)[0]
+    low, high = view.board[:, :2].min(axis=0), view.board[:, :2].max(axis=0)
+    corners = np.array([[[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]])
+    outline = cv2.perspectiveTransform(corners.astype(float), flat)[0]
+    # Which of its edges is the left one in the picture depends on how it is turned.
+    outline = np.roll(outline, -int(np.argmin(outline.sum(axis=1))), axis=0)
+    if cv2.contourArea(outline.astype(np.float32), oriented=True) < 0:
+        outline = outline[[0, 3, 2, 1]]
+    top, right, bottom, left = (
+        float(np.linalg.norm(outline[(side + 1) % 4] - outline[side])) for side in range(4)
+    )
+    middle = view.picture.mean(axis=0) / size
+    scale = math.sqrt(abs(float(cv2.contourArea(outline.astype(np.float32)))))
+    return Placement(
+        float(middle[0]),
+        float(middle[1]),
+        scale / max(size),
+        2 * (right - left) / (right + left),
+        2 * (bottom - top) / (bottom + top),
+    )
+
+
+def _moved(before: View, after: View) -> float:
+    """By how many pixels the corners moved on average that are in both; infinite where there are none."""
+    _, first, second = np.intersect1d(before.ids, after.ids, return_indices=True)
+    if not len(first):
+        return math.inf
+    return float(np.linalg.norm(before.picture[first] - after.picture[second], axis=1).mean())
+
+
+def _residuals(view: View, calibration: Calibration) -> NDArray[np.float64]:
+    _, rotation, translation = cv2.solvePnP(
+        view.board, view.picture, calibration.matrix, calibration.distortion
+    )
+    seen, _ = cv2.projectPoints(view.board, rotation, translation, calibration.matrix, calibration.distortion)
+    residuals: NDArray[np.float64] = seen.reshape(-1, 2).astype(np.float64) - view.picture
+    return residuals

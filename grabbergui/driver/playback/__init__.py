@@ -1,1 +1,0 @@
-"""Recordings: how frames lie in files, and recordings as sources (`file:`)."""

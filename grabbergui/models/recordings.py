@@ -1,0 +1,205 @@
+"""The recordings that run: at most one of each open source, several at once."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from psygnal import Signal
+
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import Role
+from grabbergui.models.connection import Connection
+from grabbergui.models.error_text import error_text
+from grabbergui.models.language import translate
+from grabbergui.models.open_source import OpenSource
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress
+from grabbergui.recording.stored import DiskFullError, SourceClosedError, UnfinishedFileError
+from grabbergui.recording.writers import RecordingKind, create_writer
+
+_SUFFIX = {
+    RecordingKind.MCAP: ".mcap",
+    RecordingKind.MP4: ".mp4",
+    RecordingKind.LOSSLESS: ".mp4",
+    RecordingKind.PNG: "",
+    RecordingKind.TIFF: "",
+}
+
+
+@dataclass(frozen=True)
+class SourceRecording:
+    """How the recording of a source stands; that of one which has ended stays until the next begins."""
+
+    path: Path
+    progress: RecordingProgress
+
+    @property
+    def running(self) -> bool:
+        """Whether frames are still written."""
+        return not self.progress.ended
+
+
+class Recordings:
+    """Records open sources, each to files of its own. Any thread may call, and none waits.
+
+    A recording ends with its source, and goes on while another source is the current one. Signals come from
+    the thread of the source or of its recorder.
+    """
+
+    changed = Signal(OpenSource)
+    """The recording of a source began, got on or ended: see `of`."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._messages = connection.messages
+        self._recorders: dict[OpenSource, Recorder] = {}
+        "Of each source the last one, until the source is closed."
+        self._beginning: set[OpenSource] = set()
+        self._ending: list[Recorder] = []
+        "Of sources that are closed; their files are being finished."
+        self._lock = threading.RLock()
+        connection.ending.connect(self._on_ending)
+
+    @property
+    def running(self) -> tuple[OpenSource, ...]:
+        """The sources being recorded."""
+        with self._lock:
+            return tuple(source for source in self._recorders if self.runs(source))
+
+    def runs(self, source: OpenSource) -> bool:
+        """Whether a source is being recorded."""
+        with self._lock:
+            recorder = self._recorders.get(source)
+            return source in self._beginning or (recorder is not None and not recorder.progress.ended)
+
+    def of(self, source: OpenSource | None) -> SourceRecording | None:
+        """How the recording of a source stands, or stood when it ended."""
+        with self._lock:
+            recorder = self._recorders.get(source) if source is not None else None
+        return SourceRecording(recorder.writer.path, recorder.progress) if recorder is not None else None
+
+    def begin(self, source: OpenSource, folder: Path, kind: RecordingKind, limits: RecordingLimits) -> None:
+        """Record a source to a file named by the camera and the time, unless it is being recorded."""
+        grabber = source.grabber
+        with self._lock:
+            if grabber is None or self.runs(source):
+                return
+            self._beginning.add(source)
+
+        def job() -> Recorder:
+            path = self._new_path(folder, grabber, kind)
+            writer = create_writer(kind, path, grabber.info, _frame_rate(grabber))
+            return Recorder(grabber, writer, limits)
+
+        def failed(error: GrabberError) -> None:
+            with self._lock:
+                self._beginning.discard(source)
+            self._messages.error(error_text(error), source)
+            self.changed.emit(source)
+
+        source.worker.submit(job, done=lambda recorder: self._begun(source, recorder), failed=failed)
+
+    def stop(self, source: OpenSource) -> None:
+        """End the recording of a source; its files are finished behind the scenes."""
+        with self._lock:
+            recorder = self._recorders.get(source)
+        if recorder is not None:
+            recorder.stop()
+
+    def close(self, timeout: float) -> bool:
+        """End all. Whether their files were finished within `timeout` seconds; may be asked again."""
+        deadline = time.monotonic() + timeout
+        with self._lock:
+            recorders = [*self._recorders.values(), *self._ending]
+        for recorder in recorders:
+            recorder.stop()
+        ended = [recorder.wait(max(0.0, deadline - time.monotonic())) for recorder in recorders]
+        return all(ended)
+
+    def _new_path(self, folder: Path, grabber: FrameGrabber, kind: RecordingKind) -> Path:
+        """A name that no other recording has: cameras with one user name may begin in the same second."""
+        stem = f"{grabber.info.file_name or 'recording'}_{time.strftime('%Y%m%d-%H%M%S')}"
+        with self._lock:
+            taken = {recorder.writer.path for recorder in (*self._recorders.values(), *self._ending)}
+        path, number = folder / f"{stem}{_SUFFIX[kind]}", 1
+        while path in taken or path.exists():
+            number += 1
+            path = folder / f"{stem}_{number}{_SUFFIX[kind]}"
+        return path
+
+    def _begun(self, source: OpenSource, recorder: Recorder) -> None:
+        with self._lock:
+            self._beginning.discard(source)
+            self._recorders[source] = recorder
+        recorder.changed.connect(lambda progress: self._on_recorder_changed(source, recorder, progress))
+        recorder.start()
+        if source.abandoned.is_set():
+            self._on_ending(source)
+        self.changed.emit(source)
+
+    def _on_recorder_changed(
+        self, source: OpenSource, recorder: Recorder, progress: RecordingProgress
+    ) -> None:
+        if progress.ended:
+            with self._lock:
+                owner = source if source in self._recorders else None
+                self._ending = [other for other in self._ending if other is not recorder]
+            self._say_ended(source.title, owner, recorder.writer.path, progress)
+        self.changed.emit(source)
+
+    def _say_ended(
+        self, title: str, owner: OpenSource | None, path: Path, progress: RecordingProgress
+    ) -> None:
+        """Say it of the source, or of the window if the source is closed."""
+        if progress.reason:
+            text = translate("Recording", "the recording of {0} ended: {1}")
+            self._messages.error(text.format(title, ended_text(progress)), owner)
+        elif not progress.frames:
+            text = translate("Recording", "nothing was recorded of {0}").format(title)
+            self._messages.notice(text, owner)
+        else:
+            text = translate("Recording", "recorded {0} frames to {1}").format(progress.frames, path)
+            self._messages.notice(text, owner)
+
+    def _on_ending(self, source: OpenSource) -> None:
+        """The queue must be closed before the grabber is."""
+        with self._lock:
+            recorder = self._recorders.pop(source, None)
+            if recorder is not None and not recorder.progress.ended:
+                self._ending.append(recorder)
+        if recorder is not None:
+            recorder.stop()
+        self.changed.emit(source)
+
+
+def ended_text(progress: RecordingProgress) -> str:
+    """Return why a recording ended early, in the user's language."""
+    error = progress.error
+    assert error is not None
+    if isinstance(error, DiskFullError):
+        text = translate("Recording", "the disk of {0} is full ({1} MiB left)").format(
+            error.path, error.free >> 20
+        )
+    elif isinstance(error, SourceClosedError):
+        return translate("Recording", "the source was closed")
+    elif isinstance(error, UnfinishedFileError):
+        return translate("Recording", "{0} could not be finished: {1}").format(error.path, error.cause)
+    elif isinstance(error, GrabberError):
+        return error_text(error)
+    elif isinstance(error, OSError):
+        text = str(error)
+    else:
+        return translate("Recording", "internal error, see the log: {0}").format(error)
+    if progress.frames:
+        return text + translate("Recording", "; what was recorded by then is kept")
+    return text + translate("Recording", "; nothing was recorded")
+
+
+def _frame_rate(grabber: FrameGrabber) -> float:
+    """As the camera is set, in Hz; 0 where it does not say."""
+    name = Role.FRAME_RATE.find(grabber.has_feature)
+    value: FeatureValue | None = grabber.feature(name).value if name is not None else None
+    return float(value) if isinstance(value, int | float) else 0.0

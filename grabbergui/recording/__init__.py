@@ -1,0 +1,1 @@
+"""Recordings: writing frames to files, and playing files back as a source (`file:`)."""

@@ -1,0 +1,94 @@
+"""A folder of pictures, with or without the notes that a recorder leaves beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from grabbergui.core import pfnc, picture_files
+from grabbergui.core.errors import RemoteProtocolError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import Family
+from grabbergui.recording.recording import DEFAULT_RATE, Recording, rising
+from grabbergui.recording.stored import FrameNote, RecordingError, format_named, read_notes, rebuilt
+
+NOTES_NAME = "frames.jsonl"
+PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
+MAX_FILE_BYTES = 1 << 30
+
+
+class FolderRecording(Recording):
+    """Pictures in the order of the notes, or of their names."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.title = path.name
+        notes_file = path / NOTES_NAME
+        if notes_file.is_file():
+            self._notes: list[FrameNote | None] = list(read_notes(notes_file))
+            self._files = [self._inside(note.file) for note in self._notes if note is not None]
+            self.times_ns = rising([note.received_ns for note in self._notes if note is not None])
+        else:
+            self._files = sorted(p for p in path.iterdir() if p.suffix.lower() in PICTURE_SUFFIXES)
+            self._notes = [None] * len(self._files)
+            self.times_ns = [round(index * 1e9 / DEFAULT_RATE) for index in range(len(self._files))]
+        if not self._files:
+            raise UsageError(
+                f"{path} holds no pictures; a recording has {NOTES_NAME} or {', '.join(PICTURE_SUFFIXES)}"
+            )
+
+    def frame(self, index: int, received_ns: int) -> Frame:
+        """See Recording."""
+        file, note = self._files[index], self._notes[index]
+        try:
+            if file.stat().st_size > MAX_FILE_BYTES:
+                raise RecordingError(f"{file} is larger than {MAX_FILE_BYTES >> 20} MiB")
+            content = np.fromfile(file, np.uint8)
+        except OSError as error:
+            raise RecordingError(f"{file} could not be read: {error.strerror or error}") from error
+        if note is not None and file.suffix == ".raw":
+            return rebuilt(content, note, received_ns)
+        try:
+            pixels = picture_files.decode(content)
+        except RemoteProtocolError as error:
+            raise RecordingError(f"{file}: {error}") from None
+        if note is None:
+            note = _foreign(pixels, index)
+        elif format_named(note.pixel_format).family is Family.RGB and pixels.ndim == 3:
+            channels = file_channels(note.pixel_format)
+            if len(channels) > pixels.shape[2]:
+                raise RecordingError(f"{file} has no alpha, which {note.pixel_format} in {NOTES_NAME} has")
+            pixels = pixels[..., channels]
+        if pixels.shape[:2] != (note.height, note.width):
+            raise RecordingError(f"{file} is not of {note.width}×{note.height} pixels as {NOTES_NAME} says")
+        return rebuilt(pixels, note, received_ns)
+
+    def close(self) -> None:
+        """See Recording."""
+
+    def _inside(self, name: str) -> Path:
+        """A file of this folder: notes from anywhere must not read others."""
+        if not name or name != Path(name).name or name in (".", ".."):
+            raise UsageError(f"{self.path / NOTES_NAME} names '{name[:60]}', which is no file of its folder")
+        return self.path / name
+
+
+def file_channels(pixel_format: str) -> list[int]:
+    """Where a format's components lie in a picture file, which OpenCV has in the order B G R A.
+
+    The same indices lead back, as each only exchanges red and blue.
+    """
+    order = pfnc.by_name(pixel_format).order
+    return [2, 1, 0, 3][: len(order)] if order.startswith("R") else [0, 1, 2, 3][: len(order)]
+
+
+def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
+    """The note of a picture without one. Raises RecordingError for values of another kind than a sensor's."""
+    names = {(2, "u1"): "Mono8", (2, "u2"): "Mono16", (3, "u1"): "BGRa8" if pixels.shape[-1] == 4 else "BGR8"}
+    name = names.get((pixels.ndim, pixels.dtype.str[1:]))
+    if name is None:
+        components = pixels.shape[2] if pixels.ndim == 3 else 1
+        raise RecordingError(f"pictures of {pixels.dtype} with {components} components cannot be played")
+    height, width = pixels.shape[:2]
+    return FrameNote(width=width, height=height, pixel_format=name, frame_id=index)

@@ -1,0 +1,273 @@
+"""MCAP files with ROS 2 images: ours, `ros2 bag`'s and others.
+
+The file is walked from record to record (MCAP specification 1.0: one byte of opcode, eight of length), so
+that one whose end is missing plays up to there. Chunks that are not compressed, as our recorder's, are walked
+into without being read; compressed ones are decompressed once for their table and again for their frames.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from io import BufferedReader
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.exceptions import McapError
+from mcap.records import Chunk
+from mcap.stream_reader import get_chunk_data_stream
+from numpy.typing import NDArray
+
+from grabbergui.core.errors import RemoteProtocolError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.recording.recording import Recording, rising
+from grabbergui.recording.ros_image import (
+    IMAGE_NAME,
+    TIME_NAME,
+    RosImage,
+    bytes_per_pixel,
+    decode_time_reference,
+    format_name_of,
+)
+from grabbergui.recording.stored import FrameNote, RecordingError, rebuilt
+
+MAGIC = b"\x89MCAP0\r\n"
+DEVICE_TIME = "/device_time"
+"End of the topic with the camera's own clock, beside the images' topic."
+PIXEL_FORMAT_KEY = "pixel_format"
+"Of a channel's metadata: PFNC's name, which ROS's encoding does not tell (Mono12 is mono16)."
+MAX_CHUNK = 1 << 30
+MOST_MESSAGES = 10_000_000
+"Of all topics; compressed, a small file could hold any number."
+MAX_SMALL = 1 << 24
+"Bytes of any record that holds no frames."
+_NOTHING, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0, 3, 4, 5, 6
+"Opcodes; zero is none: a power cut leaves zeros where a file was to grow."
+
+
+@dataclass(frozen=True)
+class _Channel:
+    topic: str
+    schema: int
+    metadata: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where a message lies: in the file itself (chunk < 0) or in the chunk at an offset."""
+
+    chunk: int
+    offset: int
+    length: int
+    channel: int
+    sequence: int
+    log_time: int
+
+
+class McapRecording(Recording):
+    """The images of the topic that has most of them."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._file: BufferedReader = path.open("rb")
+        except OSError as error:
+            raise self._unreadable(error) from error
+        self._schemas: dict[int, str] = {}
+        self._channels: dict[int, _Channel] = {}
+        self._messages: list[_Place] = []
+        self._chunk: tuple[int, bytes] = (-1, b"")
+        try:
+            if self._file.read(len(MAGIC)) != MAGIC:
+                raise UsageError(f"{path} is no MCAP file")
+            self._walk()
+            self._choose()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def frame(self, index: int, received_ns: int) -> Frame:
+        """See Recording."""
+        place = self._images[index]
+        try:
+            image = RosImage.decode(self._content(place))
+        except RemoteProtocolError as error:
+            raise RecordingError(f"{self.path}: frame {index}: {error}") from error
+        name = self._channels[place.channel].metadata.get(PIXEL_FORMAT_KEY) or format_name_of(image.encoding)
+        if name is None:
+            raise RecordingError(f"{self.path}: images of encoding '{image.encoding[:40]}' cannot be played")
+        note = FrameNote(
+            width=image.width,
+            height=image.height,
+            pixel_format=name,
+            frame_id=place.sequence,
+            timestamp_ns=self._device_time(place),
+        )
+        return rebuilt(self._lines(image), note, received_ns)
+
+    def close(self) -> None:
+        """See Recording."""
+        self._file.close()
+
+    def _lines(self, image: RosImage) -> NDArray[Any]:
+        """(height, bytes of a line without padding) uint8, or (height, width) uint16 of big-endian pixels."""
+        line = image.width * bytes_per_pixel(image.encoding)
+        if not image.height or not line or line > image.step:
+            raise RecordingError(
+                f"{self.path}: an image of {image.width}×{image.height} {image.encoding[:40]} in lines of "
+                f"{image.step} bytes cannot be"
+            )
+        padded = np.frombuffer(image.data, np.uint8)[: image.step * image.height]
+        lines = np.ascontiguousarray(padded.reshape(image.height, image.step)[:, :line])
+        # Of 8-bit components, YUV's among them, the flag means nothing.
+        deep = image.encoding.endswith("16") or image.encoding.startswith("16U")
+        return lines.view(">u2").astype("<u2") if image.is_bigendian and deep else lines
+
+    def _device_time(self, place: _Place) -> int:
+        time_place = self._times.get(place.sequence)
+        if time_place is None:
+            return 0
+        try:
+            return max(0, decode_time_reference(self._content(time_place)))
+        except RemoteProtocolError:
+            return 0
+
+    # -- walking the file -------------------------------------------------------------------------
+    def _walk(self) -> None:
+        size = self._file.seek(0, 2)
+        at = len(MAGIC)
+        while at + 9 <= size:
+            self._file.seek(at)
+            opcode, length = struct.unpack("<BQ", self._file.read(9))
+            if opcode == _NOTHING or at + 9 + length > size:
+                return  # cut short: what came before is whole
+            if opcode == _CHUNK:
+                inside = self._inside_uncompressed(length)
+                if inside:
+                    at += 9 + inside
+                    continue
+                self._enter_chunk(at, length)
+            elif opcode in (_SCHEMA, _CHANNEL) and length <= MAX_SMALL:
+                self._learn(opcode, self._file.read(length))
+            elif opcode == _MESSAGE and length >= 22:
+                self._note_message(self._file.read(22), -1, at + 9, length)
+            at += 9 + length
+
+    def _inside_uncompressed(self, length: int) -> int:
+        """How far into a chunk that is not compressed its records begin; 0 of one that is."""
+        head = self._file.read(32)
+        count = struct.unpack_from("<I", head, 28)[0] if len(head) == 32 else 1
+        return 32 + 8 if count == 0 and length >= 32 + 8 else 0
+
+    def _enter_chunk(self, at: int, length: int) -> None:
+        if length > MAX_CHUNK:
+            raise RecordingError(f"{self.path}: a chunk of {length} bytes; at most {MAX_CHUNK} are read")
+        try:
+            content = memoryview(self._decompressed(at))
+        except RecordingError:
+            return
+        offset = 0
+        while offset + 9 <= len(content):
+            opcode, inner = struct.unpack_from("<BQ", content, offset)
+            if opcode == _NOTHING or offset + 9 + inner > len(content):
+                return
+            body = content[offset + 9 : offset + 9 + inner]
+            if opcode in (_SCHEMA, _CHANNEL) and inner <= MAX_SMALL:
+                self._learn(opcode, bytes(body))
+            elif opcode == _MESSAGE and inner >= 22:
+                self._note_message(bytes(body[:22]), at, offset + 9, inner)
+            offset += 9 + inner
+
+    def _note_message(self, head: bytes, chunk: int, offset: int, length: int) -> None:
+        if len(self._messages) == MOST_MESSAGES:
+            raise UsageError(
+                f"{self.path} holds more than {MOST_MESSAGES} messages; cut a part out (`mcap filter`)"
+            )
+        channel, sequence, log_time, _ = struct.unpack("<HIQQ", head)
+        self._messages.append(_Place(chunk, offset + 22, length - 22, channel, sequence, log_time))
+
+    def _learn(self, opcode: int, body: bytes) -> None:
+        try:
+            if opcode == _SCHEMA:
+                number, size = struct.unpack_from("<HI", body)
+                self._schemas[number] = str(body[6 : 6 + size], "utf-8", "replace")
+                return
+            number, schema, size = struct.unpack_from("<HHI", body)
+            topic, at = str(body[8 : 8 + size], "utf-8", "replace"), 8 + size
+            (size,) = struct.unpack_from("<I", body, at)
+            self._channels[number] = _Channel(topic, schema, _pairs(body, at + 4 + size))
+        except struct.error:
+            raise UsageError(f"{self.path}: a schema or channel of it was cut short") from None
+
+    def _choose(self) -> None:
+        by_topic: dict[str, list[_Place]] = {}
+        clocks: dict[str, list[_Place]] = {}
+        for place in self._messages:
+            channel = self._channels.get(place.channel)
+            kind = self._schemas.get(channel.schema) if channel is not None else None
+            if channel is not None and kind == IMAGE_NAME:
+                by_topic.setdefault(channel.topic, []).append(place)
+            elif channel is not None and kind == TIME_NAME:
+                clocks.setdefault(channel.topic, []).append(place)
+        if not by_topic:
+            raise UsageError(f"{self.path} holds no images of the type {IMAGE_NAME}")
+        topic, images = max(by_topic.items(), key=lambda item: len(item[1]))
+        self.title = f"{self.path.name} {topic}"
+        self._images = sorted(images, key=lambda place: place.log_time)
+        self._times = {place.sequence: place for place in clocks.get(topic + DEVICE_TIME, [])}
+        self.times_ns = rising([place.log_time for place in self._images])
+
+    def _content(self, place: _Place) -> bytes | memoryview:
+        if place.chunk >= 0:
+            return memoryview(self._decompressed(place.chunk))[place.offset : place.offset + place.length]
+        try:
+            self._file.seek(place.offset)
+            return self._file.read(place.length)
+        except OSError as error:
+            raise self._unreadable(error) from error
+
+    def _decompressed(self, at: int) -> bytes:
+        if self._chunk[0] != at:
+            try:
+                self._file.seek(at + 1)
+                (length,) = struct.unpack("<Q", self._file.read(8))
+                body = self._file.read(length)
+            except OSError as error:
+                raise self._unreadable(error) from error
+            self._chunk = (at, self._opened(body))
+        return self._chunk[1]
+
+    def _unreadable(self, error: OSError) -> RecordingError:
+        return RecordingError(f"{self.path} could not be read: {error.strerror or error}")
+
+    def _opened(self, body: bytes) -> bytes:
+        try:
+            start, end, size, crc, count = struct.unpack_from("<QQQII", body)
+            at = 32 + count + 8
+            if size > MAX_CHUNK or at > len(body):
+                raise RecordingError(f"{self.path}: a chunk says it is of {size} bytes; {MAX_CHUNK} are read")
+            compression = str(body[32 : 32 + count], "ascii", "replace")
+            if not compression:
+                return body[at:]
+            chunk = Chunk(compression, body[at:], end, start, crc, size)
+            content: bytes = get_chunk_data_stream(chunk)[0].read(size)
+            return content
+        # Whatever a decompressor or the package makes of broken bytes, this chunk is lost.
+        except (McapError, struct.error, RuntimeError, ValueError, MemoryError) as error:
+            raise RecordingError(f"{self.path}: a chunk cannot be read: {error}") from error
+        except Exception as error:
+            if type(error).__module__.split(".")[0] in ("zstd", "zstandard", "lz4"):
+                raise RecordingError(f"{self.path}: a chunk cannot be decompressed: {error}") from error
+            raise
+
+
+def _pairs(body: bytes, at: int) -> dict[str, str]:
+    """A map of strings to strings, behind its size in bytes."""
+    (size,) = struct.unpack_from("<I", body, at)
+    at, end, texts = at + 4, at + 4 + size, []
+    while at < min(end, len(body)):
+        (length,) = struct.unpack_from("<I", body, at)
+        texts.append(str(body[at + 4 : at + 4 + length], "utf-8", "replace"))
+        at += 4 + length
+    return dict(zip(texts[::2], texts[1::2], strict=False))

@@ -1,0 +1,196 @@
+"""Recording a grabber's stream on a thread of its own, until it is stopped, reaches a limit or fails."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from dataclasses import dataclass, replace
+
+from psygnal import Signal
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.recording.stored import DiskFullError, SourceClosedError, UnfinishedFileError
+from grabbergui.recording.writers import RecordingWriter
+
+log = logging.getLogger(__name__)
+
+QUEUE_DEPTH = 16
+"Frames that may wait for the disk: half the buffers of a stream, so that others still get theirs."
+RESERVE_BYTES = 32 << 20
+"Kept free on the disk, so that any file can be finished."
+RESERVE_FRAMES = 4
+"Frames more that must fit besides the reserve."
+ON_ITS_WAY = 1.0
+"Seconds that the last frame within the limit may take to arrive; without one the recording ends then."
+NOTICE_PERIOD = 0.2
+"Seconds between signals of progress."
+
+
+@dataclass(frozen=True)
+class RecordingLimits:
+    """Where a recording ends by itself; None for no such limit."""
+
+    frames: int | None = None
+    seconds: float | None = None
+    "From the first frame to the last."
+    size: int | None = None
+    "Bytes: the frame that reaches it is the last."
+
+
+UNLIMITED = RecordingLimits()
+
+
+@dataclass(frozen=True)
+class RecordingProgress:
+    """How a recording stands."""
+
+    frames: int = 0
+    "Written."
+    dropped: int = 0
+    "Lost because the disk or the compression was too slow."
+    seconds: float = 0.0
+    "From the first frame written to the last."
+    size: int = 0
+    "Bytes written."
+    free: int = 0
+    "Bytes free where it is written."
+    ended: bool = False
+    error: Exception | None = None
+    "Why it ended early; None if it was stopped or reached a limit."
+
+    @property
+    def reason(self) -> str:
+        """Why it ended early, as text; empty if it was stopped or reached a limit."""
+        if self.error is None:
+            return ""
+        if isinstance(self.error, DiskFullError | OSError):
+            kept = "what was recorded by then is kept" if self.frames else "nothing was recorded"
+            return f"{self.error}; {kept}"
+        if isinstance(self.error, GrabberError):
+            return str(self.error)
+        return f"internal error, see the log: {self.error}"
+
+
+class Recorder:
+    """Writes every frame of a grabber from `start` on. Any thread may call; signals come from its own."""
+
+    changed = Signal(RecordingProgress)
+    """A few times a second, and once at the end."""
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        writer: RecordingWriter,
+        limits: RecordingLimits = UNLIMITED,
+        *,
+        reserve: int = RESERVE_BYTES,
+    ) -> None:
+        self.writer = writer
+        self._limits = limits
+        self._reserve = reserve
+        self._queue: FrameQueue = grabber.open_queue(QUEUE_DEPTH)
+        self._progress = RecordingProgress()
+        self._first = 0.0
+        "`captured` of the first frame."
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"record {writer.path.name}", daemon=True)
+
+    @property
+    def progress(self) -> RecordingProgress:
+        """How it stands now."""
+        return self._progress
+
+    def start(self) -> None:
+        """Begin with the next frame. Once only."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End after the frame at hand; the files are finished on the recorder's thread. Never waits."""
+        self._stopping.set()
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Whether it has ended and its files are finished, within `timeout` seconds."""
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    def _run(self) -> None:
+        problem: Exception | None = None
+        try:
+            self._record()
+        except GrabberError as error:
+            problem = error
+        except OSError as error:
+            problem = OSError(f"{self.writer.path}: {error.strerror or error}")
+        except Exception as error:
+            log.exception("recording %s", self.writer.path)
+            problem = error
+        finally:
+            self._queue.close()
+            self._finish(problem)
+
+    def _record(self) -> None:
+        """Write frames until the recording is stopped or reaches a limit. Raises what else ends it."""
+        noticed = 0.0
+        while not self._stopping.is_set():
+            try:
+                frame = self._queue.get(NOTICE_PERIOD)
+            except FrameTimeoutError:
+                if self._queue.closed and not self._stopping.is_set():
+                    raise SourceClosedError from None
+                frame = None
+            if self._beyond_limit(frame.captured if frame is not None else time.monotonic() - ON_ITS_WAY):
+                return
+            if frame is not None:
+                self._check_room(frame)
+                self.writer.write(frame)
+                self._count(frame)
+                if self._reached_limit():
+                    return
+            if time.monotonic() - noticed >= NOTICE_PERIOD:
+                noticed = time.monotonic()
+                self.changed.emit(self._progress)
+
+    def _beyond_limit(self, now: float) -> bool:
+        seconds = self._limits.seconds
+        if seconds is None or not self._progress.frames:
+            return False
+        return now - self._first > seconds
+
+    def _reached_limit(self) -> bool:
+        frames, size = self._limits.frames, self._limits.size
+        by_count = frames is not None and self._progress.frames >= frames
+        return by_count or (size is not None and self._progress.size >= size)
+
+    def _check_room(self, frame: Frame) -> None:
+        free = self.writer.free()
+        self._progress = replace(self._progress, free=free)
+        if free < self._reserve + RESERVE_FRAMES * frame.payload.nbytes:
+            raise DiskFullError(self.writer.path, free)
+
+    def _count(self, frame: Frame) -> None:
+        before = self._progress
+        if not before.frames:
+            self._first = frame.captured
+        self._progress = replace(
+            before,
+            frames=before.frames + 1,
+            dropped=self._queue.dropped,
+            seconds=max(0.0, frame.captured - self._first),
+            size=self.writer.size(),
+        )
+
+    def _finish(self, problem: Exception | None) -> None:
+        try:
+            self.writer.close()
+            if not self._progress.frames:
+                self.writer.discard()
+        except (GrabberError, OSError) as error:
+            problem = problem or UnfinishedFileError(self.writer.path, error)
+        self._progress = replace(self._progress, ended=True, error=problem, dropped=self._queue.dropped)
+        if problem is not None:
+            log.info("recording ended: %s", self._progress.reason)  # the caller reports it
+        self.changed.emit(self._progress)

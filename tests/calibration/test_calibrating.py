@@ -1,0 +1,235 @@
+"""Calibration from rendered views of a board, against the camera that drew them."""
+
+import argparse
+
+import cv2
+import numpy as np
+import pytest
+
+from grabbergui.calibration import camera_info
+from grabbergui.calibration.boards import CharucoBoard, Chessboard
+from grabbergui.calibration.collector import Collector, Verdict, placed
+from grabbergui.calibration.coverage import Coverage, Placement
+from grabbergui.cli import calibrate
+from grabbergui.core.errors import UsageError
+from grabbergui.driver.sim.rendered.scene import at
+from grabbergui.driver.sim.rendered.world import Panel, draw
+
+WIDTH, HEIGHT = 640, 480
+CAMERA = np.array([[560.0, 0, 331], [0, 552.0, 228], [0, 0, 1]])
+VIEW = np.linalg.inv(np.array([[0, 0, 1.0, 0], [-1.0, 0, 0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1]]))
+CHARUCO = CharucoBoard(8, 6, 0.03, 0.022, "5X5_100")
+
+
+def texture(kind):
+    if kind == "charuco":
+        drawn = CHARUCO.pattern.generateImage((960, 720))
+        drawn = cv2.copyMakeBorder(drawn, 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=255)
+    else:
+        fields = (np.indices((6, 8)).sum(axis=0) % 2 * 255).astype(np.uint8)
+        drawn = np.kron(fields, np.ones((120, 120), np.uint8))
+        drawn = cv2.copyMakeBorder(drawn, 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=255)
+    grey = 0.05 + 0.9 * drawn.astype(np.float32) / 255
+    return np.dstack((grey, grey, grey, np.ones_like(grey)))
+
+
+def picture(pattern, pose):
+    out = np.full((HEIGHT, WIDTH, 3), 3000, np.uint16)
+    panel = Panel(pose, 0.27, 0.21, pattern, fine=True)
+    draw(panel, out, VIEW, CAMERA)
+    return np.clip(out[..., 1] / 8192 * 255, 0, 255).astype(np.uint8)
+
+
+def poses():
+    random = np.random.default_rng(3)
+    for index in range(24):
+        across, down = (-0.1, 0, 0.1)[index % 3], (-0.07, 0, 0.07)[index // 3 % 3]
+        x = random.uniform(0.35, 0.6)
+        yield at(x, across * x / 0.4, down * x / 0.4, *random.uniform(-35, 35, 2), random.uniform(-15, 15))
+
+
+@pytest.mark.parametrize("kind", ["charuco", "chessboard"])
+def test_the_camera_that_drew_the_views_is_found(kind):
+    board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
+    collector, pattern = Collector(board), texture(kind)
+    for pose in poses():
+        collector.add(picture(pattern, pose))
+    result = collector.solve("test")
+    assert result.rms < 0.3
+    matrix = result.calibration.matrix
+    assert matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert matrix[1, 1] == pytest.approx(552, rel=0.01)
+    assert matrix[:2, 2] == pytest.approx([331, 228], abs=5)
+    assert len(result.errors) == len(collector.views)
+    assert abs(matrix[0, 0] - 560) < 6 * result.uncertainty[0] + 2
+    assert collector.coverage.part > 0.5
+
+
+def test_a_view_is_kept_once_and_the_same_again_is_not():
+    collector, view = Collector(CHARUCO), picture(texture("charuco"), at(0.45, 0, 0, yaw=20))
+    assert collector.add(view)
+    assert not collector.add(view)
+    assert len(collector.views) == 1
+    assert 0 < collector.coverage.part < 1
+    assert collector.missing() == "at the top left"
+
+
+def test_pictures_without_a_board_are_no_views():
+    collector = Collector(CHARUCO)
+    assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
+    assert not collector.add(picture(texture("charuco"), at(2.5, 0, 0)))
+    with pytest.raises(UsageError, match="0 different views"):
+        collector.solve()
+
+
+def test_a_view_that_fits_badly_is_left_out():
+    collector, pattern = Collector(CHARUCO), texture("charuco")
+    for pose in poses():
+        collector.add(picture(pattern, pose))
+    spoilt = collector.views[4]
+    spoilt.picture[:] += np.random.default_rng(1).normal(0, 8, spoilt.picture.shape)
+    result = collector.solve()
+    assert np.isnan(result.errors[4])
+    assert np.isnan(result.errors).sum() == 1
+    assert result.calibration.matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert result.error_of(4) > 5 > 10 * max(result.error_of(number) for number in (3, 5))
+    chosen = collector.solve(used=[*range(4), *range(5, 12)])
+    assert np.isfinite(chosen.errors).sum() == 11
+    with pytest.raises(UsageError, match="3 different views"):
+        collector.solve(used=[0, 1, 2, 2])
+
+
+def test_pictures_of_another_size_are_refused():
+    collector = Collector(CHARUCO)
+    collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
+    with pytest.raises(UsageError, match="begin again"):
+        collector.add(np.zeros((HEIGHT, WIDTH // 2), np.uint8))
+
+
+def test_only_a_board_at_rest_counts():
+    collector, pattern = Collector(CHARUCO, still=True), texture("charuco")
+    first, moved = picture(pattern, at(0.45, 0, 0, yaw=20)), picture(pattern, at(0.45, 0.02, 0, yaw=20))
+    assert [collector.look(grey) for grey in (first, moved, moved, moved)] == [
+        Verdict.MOVING,
+        Verdict.MOVING,
+        Verdict.KEPT,
+        Verdict.KNOWN,
+    ]
+    assert collector.look(np.zeros_like(first)) is Verdict.NOT_SEEN
+    assert collector.look(first) is Verdict.MOVING  # seen anew: it may just have been put there
+
+
+def test_a_look_that_is_not_to_keep_keeps_nothing():
+    collector = Collector(CHARUCO)
+    assert collector.look(picture(texture("charuco"), at(0.45, 0, 0)), keep=False) is Verdict.KEPT
+    assert collector.views == []
+    assert collector.last is not None
+
+
+@pytest.mark.parametrize("kind", ["charuco", "chessboard"])
+@pytest.mark.parametrize(("yaw", "slant"), [(-30, 1), (30, -1)])
+def test_the_nearer_edge_is_told(kind, yaw, slant):
+    board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
+    # About the vertical by a positive angle, the edge to the left in the picture comes nearer.
+    place = placed(board.find(picture(texture(kind), at(0.45, 0, 0, yaw=yaw))), (WIDTH, HEIGHT))
+    assert np.sign(place.slant_x) == slant
+    assert abs(place.slant_x) > 2 * abs(place.slant_y)
+    turned = placed(board.find(picture(texture(kind), at(0.45, 0, 0, pitch=yaw))), (WIDTH, HEIGHT))
+    assert abs(turned.slant_y) > 2 * abs(turned.slant_x)
+
+
+def test_what_is_missing_is_told_until_nothing_is():
+    coverage, hints = Coverage(), []
+    view = CHARUCO.find(picture(texture("charuco"), at(0.3, 0, 0)))
+    everywhere = np.stack(np.meshgrid(np.linspace(1, 638, 40), np.linspace(1, 478, 40)), axis=-1).reshape(
+        -1, 2
+    )
+    whole = type(view)(view.board, everywhere.astype(np.float32), view.ids)
+    for placement in (
+        *[Placement(0.5, 0.5, 0.4, 0.0, 0.0)] * 4,
+        Placement(0.5, 0.5, 0.4, -0.2, 0.0),
+        Placement(0.5, 0.5, 0.4, 0.2, 0.0),
+        Placement(0.5, 0.5, 0.4, 0.0, -0.2),
+        Placement(0.5, 0.5, 0.4, 0.0, 0.2),
+    ):
+        coverage.add(view, placement, (WIDTH, HEIGHT))
+        hints.append(coverage.missing())
+    assert hints[0].startswith("at the ")
+    assert [hint.split()[2] for hint in hints[3:7]] == ["left", "right", "upper", "lower"]
+    coverage.add(whole, Placement(0.5, 0.5, 0.4, 0.0, 0.0), (WIDTH, HEIGHT))
+    assert coverage.missing() == "nearer"
+    coverage.add(whole, Placement(0.5, 0.5, 0.7, 0.0, 0.0), (WIDTH, HEIGHT))
+    assert coverage.missing() == ""
+
+
+def options(*arguments):
+    parser = argparse.ArgumentParser()
+    calibrate.add_commands(parser.add_subparsers(required=True))
+    return parser.parse_args(("calibrate", *arguments))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("--columns", "2"), "2×6"),
+        (("--square", "0"), "0 m"),
+        (("--marker", "0.05"), "does not fit"),
+        (("--columns", "30", "--rows", "30"), "has 100 markers"),
+        (("--views", "1"), "1 views"),
+        (("--out", "/nowhere/at/all.yaml"), "no folder"),
+        (("--seconds", "0.5"), "different views"),
+        (("--print", "board.jpg"), "as .pdf or .png"),
+    ],
+)
+def test_the_command_says_what_is_wrong(arguments, complaint):
+    chosen = options("sim:?width=640&height=480", *arguments)
+    with pytest.raises(UsageError, match=complaint):
+        chosen.run(chosen)
+
+
+def test_the_command_saves_what_it_found(tmp_path, monkeypatch, capsys):
+    pictures = [picture(texture("charuco"), pose) for pose in poses()]
+
+    def collect(collector, chosen):
+        for grey in pictures:
+            collector.add(grey)
+            collector.add(grey)  # at rest
+
+    monkeypatch.setattr(calibrate, "_collect", collect)
+    chosen = options("sim:", "--out", str(tmp_path / "left.yaml"), "--name", "left")
+    assert chosen.run(chosen) == 0
+
+    assert camera_info.load(tmp_path / "left.yaml").matrix[0, 0] == pytest.approx(560, rel=0.01)
+    assert "coverage" in capsys.readouterr().out
+
+
+def test_the_command_says_what_it_waits_for(monkeypatch, capsys):
+    monkeypatch.setattr(calibrate, "REMIND", 0.1)
+    chosen = options("sim:?width=320&height=240&fps=50", "--seconds", "1", "--out", "/dev/null")
+    with pytest.raises(UsageError, match="0 different views"):
+        chosen.run(chosen)
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("show the charuco board (8×6 fields of 0.03 m) to grabbergui Simulated camera")
+    assert "no board is seen" in said[1] and said[1].endswith("s are left")
+
+
+def test_the_command_prints_the_board(tmp_path, capsys):
+    chosen = options("--print", str(tmp_path / "board.pdf"), "--board", "chessboard")
+    assert chosen.run(chosen) == 0
+    assert (tmp_path / "board.pdf").read_bytes().startswith(b"%PDF")
+    assert "A4" in capsys.readouterr().out
+
+
+def test_the_command_needs_a_source_or_something_to_print():
+    chosen = options()
+    with pytest.raises(UsageError, match="SOURCE"):
+        chosen.run(chosen)
+
+
+def test_the_command_has_a_window_that_takes_a_picture_of_itself(tmp_path, qapp):
+    file = tmp_path / "window.png"
+    chosen = options("sim:board", "--screenshot", str(file), "--seconds", "2")
+    assert chosen.run(chosen) == 0
+    window = cv2.imread(str(file))
+    assert window.shape[1] > 1000
+    assert window.std() > 20

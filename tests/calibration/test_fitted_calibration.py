@@ -1,0 +1,131 @@
+"""What a calibration becomes when the camera bins or cuts out a region."""
+
+import numpy as np
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.calibration.fitted import FittedCalibration, fitted
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import FeatureNotFoundError, UsageError
+from grabbergui.core.features import AccessMode, Feature, FeatureKind
+from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import by_name
+
+MATRIX = np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]])
+WHOLE = Calibration(640, 480, MATRIX, np.zeros(5))
+
+
+def frame(width, height, x=0, y=0):
+    return Frame(np.zeros(1, np.uint8), width, height, by_name("Mono8"), offset_x=x, offset_y=y)
+
+
+def camera(width, height, **region):
+    sizes = {"WidthMax": width, "HeightMax": height, **region}
+    return ScriptedGrabber(
+        Feature(name=name, kind=FeatureKind.INTEGER, access=AccessMode.READ_ONLY, value=value)
+        for name, value in sizes.items()
+    )
+
+
+def intrinsics(calibration):
+    matrix = calibration.matrix
+    return (matrix[0, 0], matrix[1, 1], matrix[0, 2], matrix[1, 2])
+
+
+def test_a_region_moves_the_centre_and_keeps_the_focal_length():
+    region = fitted(WHOLE, (160, 120), (64, 32), (640, 480))
+
+    assert intrinsics(region) == (500, 500, 319.5 - 64, 239.5 - 32)
+    assert (region.width, region.height) == (160, 120)
+
+
+def test_a_region_of_other_proportions_is_no_hindrance():
+    assert intrinsics(fitted(WHOLE, (160, 200), (8, 0), (640, 480))) == (500, 500, 311.5, 239.5)
+
+
+def test_binning_shrinks_the_focal_length():
+    assert intrinsics(fitted(WHOLE, (320, 240), (0, 0), (320, 240))) == (250, 250, 159.5, 119.5)
+
+
+def test_binning_and_a_region_together():
+    assert intrinsics(fitted(WHOLE, (64, 48), (16, 8), (320, 240))) == (250, 250, 143.5, 111.5)
+
+
+def test_one_made_at_this_size_is_taken_as_it_is():
+    assert fitted(WHOLE, (640, 480), (100, 100), (2448, 2048)) is WHOLE
+
+
+def test_one_of_another_region_is_refused():
+    with pytest.raises(UsageError, match="another crop"):
+        fitted(WHOLE, (1224, 1024), (0, 0), (2448, 2048))
+
+
+def test_what_cannot_be_told_is_warned_of_once(caplog):
+    calibrations = FittedCalibration(camera(2448, 2048))
+    calibrations.calibration = WHOLE
+
+    assert [calibrations.of(frame(1224, 1024)) for _ in range(3)] == [None] * 3
+    assert len([record for record in caplog.records if "without a calibration" in record.message]) == 1
+
+
+def test_binning_at_the_same_frame_size_is_noticed():
+    grabber = camera(640, 480)
+    calibrations = FittedCalibration(grabber)
+    calibrations.calibration = WHOLE
+    assert intrinsics(calibrations.of(frame(64, 48)))[0] == 500
+
+    grabber.set("WidthMax", 320)
+    grabber.set("HeightMax", 240)
+
+    assert intrinsics(calibrations.of(frame(64, 48)))[0] == 250
+    calibrations.close()
+    calibrations.close()
+
+
+def test_another_calibration_takes_effect_and_none_is_none():
+    calibrations = FittedCalibration(camera(640, 480))
+    assert calibrations.of(frame(640, 480)) is None
+    calibrations.calibration = WHOLE
+    assert calibrations.of(frame(640, 480)) is WHOLE
+    calibrations.calibration = None
+    assert calibrations.of(frame(640, 480)) is None
+
+
+def test_without_a_frame_it_is_fitted_to_the_region_that_is_set():
+    calibrations = FittedCalibration(camera(640, 480, Width=160, Height=120, OffsetX=64, OffsetY=32))
+    calibrations.calibration = WHOLE
+
+    assert intrinsics(calibrations.now()) == (500, 500, 319.5 - 64, 239.5 - 32)
+
+
+def test_without_any_calibration_there_is_none_now():
+    with pytest.raises(FeatureNotFoundError, match="--calibration FILE"):
+        FittedCalibration(camera(640, 480, Width=640, Height=480)).now()
+
+
+def test_a_file_is_loaded_and_written(tmp_path):
+    file = tmp_path / "camera.yaml"
+    grabber = camera(640, 480, Width=640, Height=480)
+
+    assert FittedCalibration(grabber, file).keep(WHOLE) == file
+    assert intrinsics(FittedCalibration(grabber, file).now()) == intrinsics(WHOLE)
+
+
+def test_a_camera_is_not_polled_for_it_before_a_frame_needs_it():
+    grabber = camera(640, 480, Width=640, Height=480)
+    calibrations = FittedCalibration(grabber)
+    calibrations.calibration = WHOLE
+    calibrations.now()
+    assert len(grabber.features_changed) == 0
+
+    calibrations.of(frame(640, 480))
+    assert len(grabber.features_changed) == 1
+    calibrations.close()
+    assert len(grabber.features_changed) == 0
+
+
+def test_a_file_that_holds_no_calibration_is_refused(tmp_path):
+    file = tmp_path / "cam.yaml"
+    file.write_text("camera_matrix: nonsense\n")
+    with pytest.raises(UsageError, match=r"cam\.yaml"):
+        FittedCalibration(camera(640, 480), file)

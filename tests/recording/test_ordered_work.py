@@ -1,0 +1,135 @@
+"""Work on several threads whose results come in order, and writers that use it."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from grabbergui.core import pfnc
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.recording.opening import open_recording
+from grabbergui.recording.ordered_work import OrderedWork
+from grabbergui.recording.writers import RecordingKind, create_writer
+from patience import PATIENCE
+
+INFO = DeviceInfo("sim:", model="M")
+
+
+def test_results_come_in_the_order_the_work_was_given():
+    done, second_began = [], threading.Event()
+    work = OrderedWork("test", 2, 8, done.append)
+
+    def first():
+        assert second_began.wait(PATIENCE)  # overtaken
+        return 1
+
+    work.add(first)
+    work.add(lambda: second_began.set() or 2)
+    work.finish()
+
+    assert done == [1, 2]
+
+
+def test_no_more_is_held_than_allowed():
+    done, release = [], threading.Event()
+    work = OrderedWork("test", 1, 2, done.append)
+    for number in (1, 2):
+        work.add(lambda number=number: release.wait(PATIENCE) and number)
+    assert (work.held, done) == (2, [])
+
+    threading.Timer(0.05, release.set).start()
+    work.add(lambda: 3)  # waits for the first
+
+    assert done[0] == 1 and work.held <= 2
+    work.finish()
+    assert done == [1, 2, 3]
+
+
+def test_with_none_held_it_is_done_at_once():
+    done = []
+    work = OrderedWork("test", 1, 0, done.append)
+
+    work.add(lambda: 1)
+
+    assert (done, work.held) == ([1], 0)
+    work.finish()
+
+
+def test_an_error_comes_at_the_next_occasion_and_the_rest_is_still_done():
+    done, release = [], threading.Event()
+    work = OrderedWork("test", 1, 1, done.append)
+    work.add(lambda: release.wait(PATIENCE) and 1 // 0)
+    release.set()
+    with pytest.raises(ZeroDivisionError):
+        work.add(lambda: 2)
+
+    work.finish()
+
+    assert done == [2]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("test_")]
+
+
+def frames(count, width=320, height=240):
+    random = np.random.default_rng(1)
+    for index in range(count):
+        payload = random.integers(0, 256, width * height, np.uint8)
+        yield Frame(payload, width, height, pfnc.by_name("BayerRG8"), index, index, 10**18 + index)
+
+
+@pytest.mark.parametrize("kind", [RecordingKind.PNG, RecordingKind.MP4])
+def test_pictures_compressed_side_by_side_are_noted_in_order(tmp_path, kind):
+    path = tmp_path / ("x.mp4" if kind is RecordingKind.MP4 else "x")
+    writer = create_writer(kind, path, INFO)
+    made = list(frames(20))
+    for frame in made:
+        writer.write(frame)
+    writer.close()
+
+    recording = open_recording(path)
+    assert len(recording) == 20
+    for index in (0, 7, 19):
+        read = recording.frame(index, 0)
+        assert recording.times_ns[index] - recording.times_ns[0] == index
+        assert read.timestamp_ns == made[index].timestamp_ns
+        if kind is RecordingKind.PNG:
+            assert np.array_equal(read.raw(), made[index].raw())
+    recording.close()
+
+
+def test_a_picture_that_does_not_fit_is_not_noted_and_those_around_it_are(tmp_path, monkeypatch):
+    writer = create_writer(RecordingKind.PNG, tmp_path / "x", INFO)
+    really = type(tmp_path).write_bytes
+    overtaken = threading.Event()
+
+    def write_bytes(path, data):
+        if path.name == "00000002.png":
+            really(path, bytes(data)[:100])
+            assert overtaken.wait(PATIENCE)
+            raise OSError(28, "No space left on device")
+        written = really(path, data)
+        if path.name == "00000003.png":
+            overtaken.set()
+        return written
+
+    monkeypatch.setattr(type(tmp_path), "write_bytes", write_bytes)
+    with pytest.raises(OSError, match="space"):
+        for frame in frames(50):
+            writer.write(frame)
+    writer.close()
+
+    names = sorted(path.name for path in (tmp_path / "x").glob("*.png"))
+    assert "00000002.png" not in names and names[:3] == ["00000000.png", "00000001.png", "00000003.png"]
+    recording = open_recording(tmp_path / "x")
+    assert len(recording) == len(names)
+    recording.close()
+
+
+def test_what_is_being_compressed_counts_for_the_size(tmp_path):
+    writer = create_writer(RecordingKind.PNG, tmp_path / "x", INFO)
+    for frame in frames(10):
+        writer.write(frame)
+    estimate = writer.size()
+    writer.close()
+
+    assert abs(estimate - writer.size()) < 0.1 * writer.size()

@@ -1,0 +1,292 @@
+"""A recording as a source: its features, its pace, and folders that wish us ill."""
+
+import json
+import threading
+
+import cv2
+import numpy as np
+import pytest
+
+from grabbergui.core.errors import (
+    FeatureAccessError,
+    FeatureError,
+    FeatureNotFoundError,
+    FeatureValueError,
+    FrameTimeoutError,
+    GrabberError,
+    MissingFileError,
+    UsageError,
+)
+from grabbergui.core.uri import SourceUri
+from grabbergui.recording import source
+from grabbergui.recording.opening import open_recording
+from grabbergui.recording.stored import RecordingError
+from patience import PATIENCE, attempts, until
+
+STEP_NS = 50_000_000
+
+
+def note(index, **other):
+    known = {
+        "file": f"{index}.png",
+        "width": 16,
+        "height": 8,
+        "pixel_format": "Mono8",
+        "frame_id": index,
+        "received_ns": 10**18 + index * STEP_NS,
+    }
+    return json.dumps({**known, **other}) + "\n"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for index in range(6):
+        cv2.imwrite(str(tmp_path / f"{index}.png"), np.full((8, 16), index * 10, np.uint8))
+    (tmp_path / "frames.jsonl").write_text("".join(note(index) for index in range(6)))
+    return tmp_path
+
+
+@pytest.fixture
+def player(folder):
+    grabber = source.create(SourceUri.parse(f"file:{folder}"))
+    grabber.open()
+    yield grabber
+    grabber.close()
+
+
+def test_frames_are_paced_as_recorded(player):
+    queue = player.open_queue(16)
+    player.start()
+
+    def paced():
+        steps = np.diff([queue.get(PATIENCE).received_ns for _ in range(6)])
+        return np.median(steps) == pytest.approx(STEP_NS, rel=0.3)
+
+    until(paced)
+
+
+def test_speed_changes_while_it_plays(player):
+    player.write_feature("PlaybackSpeed", 10)
+    queue = player.open_queue(16)
+    player.start()
+    for watch in attempts(6 * STEP_NS / 1e9):
+        with watch:
+            for _ in range(12):
+                queue.get(PATIENCE)
+
+
+def test_loop_goes_round_and_can_be_ended(player):
+    player.write_feature("PlaybackSpeed", 20)
+    queue = player.open_queue(64)
+    player.start()
+    ids = [queue.get(PATIENCE).frame_id for _ in range(13)]
+    assert ids == [*range(6), *range(6), 0]
+    player.write_feature("PlaybackLoop", False)
+    with pytest.raises(FrameTimeoutError):
+        for _ in range(20):
+            queue.get(0.5)
+    assert player.feature("PlaybackActive").value is False
+    assert player.feature("PlaybackPosition").value == 5
+    player.write_feature("PlaybackActive", True)
+    assert queue.get(PATIENCE).frame_id == 0
+
+
+def test_held_it_shows_the_position_that_is_set(player):
+    player.write_feature("PlaybackActive", False)
+    queue = player.open_queue(4)
+    player.start()
+    assert queue.get(PATIENCE).frame_id == 0
+    changed = []
+    player.features_changed.connect(changed.append)
+    feature = player.write_feature("PlaybackPosition", 3)
+    assert feature.value == 3
+    frame = queue.get(PATIENCE)
+    assert frame.frame_id == 3 and frame.raw()[0, 0] == 30
+    with pytest.raises(FrameTimeoutError):
+        queue.get(0.2)
+    assert any("PlaybackPosition" in names for names in changed)
+    assert player.feature("PlaybackTime").value == pytest.approx(0.15)
+
+
+def test_wound_to_a_place_by_hand_it_goes_on_from_there(player):
+    player.write_feature("PlaybackActive", False)
+    queue = player.open_queue(16)
+    player.start()
+    assert queue.get(PATIENCE).frame_id == 0
+    player.write_feature("PlaybackPosition", 3)
+    assert queue.get(PATIENCE).frame_id == 3
+    player.write_feature("PlaybackActive", True)
+    assert [queue.get(PATIENCE).frame_id for _ in range(4)] == [3, 4, 5, 0]
+
+
+def test_that_it_came_to_its_end_is_told(player):
+    player.write_feature("PlaybackLoop", False)
+    player.write_feature("PlaybackSpeed", 20)
+    ended = threading.Event()
+
+    def look(names):
+        if "PlaybackActive" in names and player.feature("PlaybackActive").value is False:
+            ended.set()
+
+    player.features_changed.connect(look)
+    player.start()
+    assert ended.wait(PATIENCE)
+    assert player.feature("PlaybackPosition").value == 5
+
+
+def test_features_are_what_they_say(player):
+    assert player.feature("PlaybackFrameCount").value == 6
+    assert player.feature("PlaybackDuration").value == pytest.approx(0.25)
+    assert (player.feature("Width").value, player.feature("PixelFormat").value) == (16, "Mono8")
+    for description in player.feature_tree().descriptions():
+        assert player.feature(description.name).name == description.name
+    with pytest.raises(FeatureValueError):
+        player.write_feature("PlaybackPosition", 6)
+    with pytest.raises(FeatureAccessError):
+        player.write_feature("Width", 8)
+    with pytest.raises(FeatureNotFoundError, match="PlaybackSpeed"):
+        player.write_feature("PlaybackSpeedd", 8)
+    with pytest.raises(FeatureError):
+        player.execute("PlaybackSpeed")
+
+
+def test_stopped_and_started_again_it_goes_on(player):
+    queue = player.open_queue(4)
+    player.start()
+    player.start()
+    queue.get(PATIENCE)
+    player.stop()
+    player.stop()
+    assert not player.streaming
+    player.start()
+    queue.get(PATIENCE)
+    assert player.statistics().frames >= 1
+    player.close()
+    player.close()
+    with pytest.raises(GrabberError):
+        player.start()
+
+
+def test_started_while_it_is_being_stopped_it_has_one_player(player, monkeypatch):
+    reading, go_on, really = threading.Event(), threading.Event(), player._recording.frame
+
+    def slow(index, received_ns):
+        reading.set()
+        assert go_on.wait(PATIENCE)
+        return really(index, received_ns)
+
+    monkeypatch.setattr(player._recording, "frame", slow)
+    player.start()
+    assert reading.wait(PATIENCE)
+    threads = [threading.Thread(target=call) for call in (player.stop, player.start)]
+    threads[0].start()
+    until(lambda: not player.streaming)
+    threads[1].start()
+    threads[1].join(0.05)  # without a lock it has begun by now, and the player that ends goes on
+    go_on.set()
+    for thread in threads:
+        thread.join(PATIENCE)
+    assert not any(thread.is_alive() for thread in threads)
+    assert player.streaming
+    assert sum(thread.name.startswith("playback ") for thread in threading.enumerate()) == 1
+
+
+def test_pictures_without_notes_are_played_by_name(tmp_path):
+    for name, pixels in {"a.png": (8, 16), "b.png": (8, 16, 3), "c.tiff": (8, 16)}.items():
+        dtype = np.uint16 if name.startswith("c") else np.uint8
+        cv2.imwrite(str(tmp_path / name), np.full(pixels, 77, dtype))
+    recording = open_recording(tmp_path)
+    assert [recording.frame(i, 0).pixel_format.name for i in range(3)] == ["Mono8", "BGR8", "Mono16"]
+
+
+EVIL = {
+    "elsewhere": note(0, file="../../../etc/passwd"),
+    "absolute": note(0, file="/etc/passwd"),
+    "no file": note(0, file=""),
+    "no number": note(0, width="wide"),
+    "a boolean": note(0, width=True),
+    "huge": note(0, width=10**9),
+    "negative": note(0, height=-8),
+    "unknown": note(0, pixel_format="Plaid8"),
+    "no JSON": "{" * 2000 + "\n",
+    "a list": "[1, 2]\n",
+    "too long": "x" * 5000,
+    "another size": note(0, width=17),
+    "not text": "\udcff\n",
+    "missing": note(0, file="9.png"),
+    "another kind": note(0, pixel_format="Mono16"),
+}
+
+
+@pytest.mark.parametrize("text", EVIL.values(), ids=EVIL)
+def test_notes_that_wish_us_ill_are_refused(folder, text):
+    (folder / "frames.jsonl").write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(GrabberError):
+        source.create(SourceUri.parse(f"file:{folder}")).open()
+
+
+def test_a_line_cut_short_by_a_crash_is_left_out(folder):
+    with (folder / "frames.jsonl").open("a") as file:
+        file.write(note(6)[:40])
+    assert len(open_recording(folder)) == 6
+
+
+def test_a_picture_that_breaks_is_left_out_and_play_goes_on(folder):
+    (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:30])
+    grabber = source.create(SourceUri.parse(f"file:{folder}?speed=10"))
+    grabber.open()
+    try:
+        queue = grabber.open_queue(16)
+        grabber.start()
+        assert [queue.get(PATIENCE).frame_id for _ in range(5)] == [0, 2, 3, 4, 5]
+        assert grabber.statistics().incomplete == 1
+    finally:
+        grabber.close()
+
+
+def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
+    (tmp_path / "notes.txt").write_text("no")
+    for name in ("a.mcap", "a.mp4"):
+        (tmp_path / name).write_bytes(b"\0" * 100)
+        with pytest.raises(UsageError):
+            open_recording(tmp_path / name)
+    with pytest.raises(UsageError):
+        open_recording(tmp_path / "notes.txt")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(UsageError, match="no pictures"):
+        open_recording(tmp_path / "empty")
+    with pytest.raises(MissingFileError):
+        open_recording(tmp_path / "nothing")
+    for uri in ("file:", "file:x?loop=maybe", "file:x?speed=fast", "file:x?volume=11"):
+        with pytest.raises(UsageError):
+            source.create(SourceUri.parse(uri))
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "~nobody-of-this-name/movie.mp4"])
+def test_names_that_no_system_has_are_refused_like_any_other(name):
+    with pytest.raises(GrabberError):
+        source.create(SourceUri("file", name)).open()
+
+
+def test_a_folder_that_cannot_be_listed_is_told(tmp_path, monkeypatch):
+    def closed(path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(type(tmp_path), "iterdir", closed)
+    with pytest.raises(RecordingError, match=r"could not be read: Permission denied"):
+        source.create(SourceUri("file", str(tmp_path))).open()
+
+
+@pytest.mark.parametrize("kind", ["RGBa8", "BGRa8"])
+def test_a_picture_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
+    cv2.imwrite(str(tmp_path / "0.png"), np.zeros((8, 16, 3), np.uint8))
+    (tmp_path / "frames.jsonl").write_text(note(0, pixel_format=kind))
+    with pytest.raises(RecordingError, match="no alpha"):
+        source.create(SourceUri("file", str(tmp_path))).open()
+
+
+@pytest.mark.parametrize("values", [np.int16, np.float32])
+def test_pictures_of_no_sensors_values_are_refused(tmp_path, values):
+    cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
+    with pytest.raises(RecordingError, match=f"pictures of {values.__name__} with 1 components"):
+        source.create(SourceUri("file", str(tmp_path))).open()
