@@ -21,12 +21,13 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.core.identity import differs, require_one, require_same
 from grabbergui.core.uri import is_ip_address
-from grabbergui.driver.aravis.cameras import FoundCamera, find_cameras
 from grabbergui.driver.aravis.library import (
     CONTROL_LOST,
     CONTROL_LOST_CALLBACK,
     PACKET_SOCKET_DISABLED,
     Failure,
+    FoundCamera,
+    find_cameras,
     load,
 )
 from grabbergui.driver.aravis.stream import AravisStream

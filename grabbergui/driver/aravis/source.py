@@ -7,9 +7,8 @@ import os
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.driver.aravis.cameras import find_cameras
 from grabbergui.driver.aravis.device import AravisDevice
-from grabbergui.driver.aravis.library import load
+from grabbergui.driver.aravis.library import find_cameras, load
 from grabbergui.driver.camera import Camera
 
 SEARCH = "GRABBERGUI_ARAVIS"

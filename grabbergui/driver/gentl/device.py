@@ -26,8 +26,7 @@ from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.core.identity import describe, differs, require_one, require_same
 from grabbergui.driver.bootstrap_identity import with_identity
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
-from grabbergui.driver.gentl.failures import answering, opening
-from grabbergui.driver.gentl.producer import FoundCamera, Producer, text_of
+from grabbergui.driver.gentl.producer import FoundCamera, Producer, answering, opening, text_of
 from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.control.description import fetch_description
 from grabbergui.driver.stream_slot import StreamSlot

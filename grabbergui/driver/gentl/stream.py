@@ -23,7 +23,7 @@ from grabbergui.core.frame import Frame, FrameStatus
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
-from grabbergui.driver.gentl.failures import answering, reason_of
+from grabbergui.driver.gentl.producer import answering, reason_of
 
 log = logging.getLogger(__name__)
 

@@ -1,16 +1,22 @@
-"""USB3 Vision bootstrap registers: ABRM, SBRM, SIRM, EIRM and the manifest. Little-endian.
+"""USB3 Vision bootstrap registers (ABRM, SBRM, SIRM, EIRM), little-endian, and the manifest of descriptions.
 
-ABRM begins at address 0 and tells where the others are. Addresses of SBRM, SIRM and EIRM registers are
-offsets within their map.
+ABRM begins at address 0 and contains the addresses of the other maps. Addresses of SBRM, SIRM and EIRM
+registers are offsets within their map.
 """
 
 from __future__ import annotations
 
+import hashlib
+import logging
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver.stored_description import unpack
+
+log = logging.getLogger(__name__)
 
 STRING_SIZE = 64
 "Bytes of every string register; NUL-terminated unless full."
@@ -202,3 +208,28 @@ def best_description(entries: list[ManifestEntry]) -> ManifestEntry:
     if not candidates:
         raise RemoteProtocolError(f"none of the manifest's {len(entries)} files is a GenICam description")
     return max(candidates, key=lambda entry: entry.version)
+
+
+MOST_ENTRIES = 64
+LARGEST_STORED = 16 << 20
+"Bytes; the largest descriptions have two million, unzipped."
+
+
+def read_description(read: Callable[[int, int], bytes], manifest_address: int) -> bytes:
+    """The XML of a device whose memory `read(address, length)` gives.
+
+    Raises RemoteProtocolError for a manifest or file that makes no sense, and what `read` raises.
+    """
+    count = int.from_bytes(read(manifest_address, 8), "little")
+    if not 0 < count <= MOST_ENTRIES:
+        raise RemoteProtocolError(f"the manifest announces {count} files; 1 to {MOST_ENTRIES} make sense")
+    size = ManifestEntry.FORMAT.size
+    first = manifest_address + 8
+    entries = [ManifestEntry.decode(read(first + index * size, size)) for index in range(count)]
+    entry = best_description(entries)
+    if not 0 < entry.size <= LARGEST_STORED:
+        raise RemoteProtocolError(f"the manifest announces a description of {entry.size} bytes")
+    stored = read(entry.address, entry.size)
+    if any(entry.sha1) and hashlib.sha1(stored, usedforsecurity=False).digest() != entry.sha1:
+        log.warning("the description's SHA-1 is not the one in the manifest; it is used all the same")
+    return unpack(stored)

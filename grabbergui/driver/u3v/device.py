@@ -30,17 +30,15 @@ from grabbergui.driver.u3v.bootstrap import (
     Sbrm,
     Sirm,
     StreamRequirements,
+    read_description,
 )
-from grabbergui.driver.u3v.clock import DeviceClock
-from grabbergui.driver.u3v.description import read_description
 from grabbergui.driver.u3v.enumeration import UsbCamera, find_camera
-from grabbergui.driver.u3v.queue_choice import open_queue
 from grabbergui.driver.u3v.register_access import RegisterAccess
 from grabbergui.driver.u3v.stream_protocol import TransferPlan
 from grabbergui.driver.u3v.stream_receiver import StreamReceiver
-from grabbergui.driver.u3v.transfer_queue import TransferQueue
+from grabbergui.driver.u3v.transfer_queues import TransferQueue, open_queue
 from grabbergui.driver.u3v.usb import UsbHandle
-from grabbergui.driver.u3v.watcher import Watcher
+from grabbergui.driver.u3v.watcher import DeviceClock, Watcher
 
 log = logging.getLogger(__name__)
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
 from grabbergui.driver.u3v.block_assembler import Request
 from grabbergui.driver.u3v.enumeration import BulkInterface, UsbCamera
-from grabbergui.driver.u3v.transfer_queue import Completion, Outcome, TransferQueue
+from grabbergui.driver.u3v.transfer_queues import Completion, Outcome, TransferQueue
 from grabbergui.driver.u3v.usb import permission_denied
 
 log = logging.getLogger(__name__)

@@ -17,9 +17,9 @@ from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
-from grabbergui.driver.u3v.clock import DeviceClock
 from grabbergui.driver.u3v.stream_protocol import TransferPlan
-from grabbergui.driver.u3v.transfer_queue import Outcome, TransferQueue
+from grabbergui.driver.u3v.transfer_queues import Outcome, TransferQueue
+from grabbergui.driver.u3v.watcher import DeviceClock
 
 log = logging.getLogger(__name__)
 

@@ -1,4 +1,4 @@
-"""The watching thread of an opened camera: receives events, notices the unplugging, keeps the clock right."""
+"""The watching thread of an opened camera: receives events, notices unplugging, reads the camera's clock."""
 
 from __future__ import annotations
 
@@ -16,6 +16,47 @@ from grabbergui.driver.u3v.stream_protocol import round_up
 from grabbergui.driver.u3v.usb import EndpointHaltedError, UsbHandle, UsbTimeoutError
 
 log = logging.getLogger(__name__)
+
+BRACKETS = 3
+"Readings of which the quickest counts."
+
+
+class DeviceClock:
+    """Maps device time to host time (`time.monotonic_ns`), by one reading of both at the same moment.
+
+    Any thread may map; a new reading corrects the drift between the two crystals.
+    """
+
+    def __init__(self) -> None:
+        self._offset: int | None = None
+
+    def synchronise(self, latch: Callable[[], None], read_ns: Callable[[], int]) -> None:
+        """Let the device note its time (`latch`), then fetch it; the quickest of a few readings counts.
+
+        Errors of either call pass through.
+        """
+        best: tuple[int, int] | None = None
+        for _ in range(BRACKETS):
+            before = time.monotonic_ns()
+            latch()
+            after = time.monotonic_ns()
+            reading = (after - before, (before + after) // 2 - read_ns())
+            best = min(best, reading) if best else reading
+        if best is not None:
+            self._offset = best[1]
+
+    def forget(self) -> None:
+        """Drop the reading: another device, or its clock was reset."""
+        self._offset = None
+
+    def host_time(self, device_ns: int, arrival_ns: int) -> int:
+        """Host time of a device time stamp; the arrival where it cannot be told or would be later."""
+        if self._offset is None or not device_ns:
+            return arrival_ns
+        mapped = device_ns + self._offset
+        # More than a minute off is another clock's time, not a long way.
+        return mapped if 0 <= arrival_ns - mapped < 60_000_000_000 else arrival_ns
+
 
 LARGEST_EVENT = 65536
 WAIT_TIME = 0.2

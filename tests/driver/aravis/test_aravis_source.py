@@ -26,7 +26,7 @@ from grabbergui.core.errors import (
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis import device, library, source
-from grabbergui.driver.aravis.cameras import FoundCamera
+from grabbergui.driver.aravis.library import FoundCamera
 from grabbergui.driver.gige.bootstrap import StreamChannel
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
