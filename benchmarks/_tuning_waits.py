@@ -130,7 +130,7 @@ desk.window.picture.painted.connect(lambda: painted.append((time.monotonic(), se
 desk.open({uri!r})
 desk.until(lambda: painted, {patience}, "a picture")
 first = painted[0][0]
-connection.connect_beside("sim:?width=640&height=480&fps=100")
+connection.open_additional("sim:?width=640&height=480&fps=100")
 desk.until(lambda: len(connection.sources) == 2, {patience}, "a second camera")
 desk.wait(1.0)
 widths, switched = (640, {width}), []
@@ -139,7 +139,7 @@ for number in range(20):
     painted.clear()
     other = next(source for source in connection.sources if source is not connection.source)
     began = time.monotonic()
-    connection.bring_forward(other)
+    connection.make_current(other)
     desk.until(lambda: any(w == widths[number % 2] for _, w in painted), {patience}, "the other camera")
     switched.append(next(at for at, w in painted if w == widths[number % 2]) - began)
 print(first, statistics.median(switched))

@@ -129,7 +129,7 @@ class CalibratingModel:
         self._taken.set()
         return offer
 
-    def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
+    def set_viewport(self, region: Region | None, size: tuple[int, int] | None) -> None:
         """What the view shows: a region of the picture (None: all of it), in `size` screen pixels."""
         self._view = region, size
 

@@ -1,4 +1,4 @@
-"""The connection to sources: opening, streaming, closing, and what became of them."""
+"""The open sources of a window: which there are, which is current, how they are opened and closed."""
 
 from __future__ import annotations
 
@@ -9,48 +9,41 @@ from collections.abc import Callable
 from psygnal import Signal
 
 from grabbergui import sources
-from grabbergui.core.errors import (
-    AccessDeniedError,
-    DeviceLostError,
-    FeatureError,
-    GrabberError,
-    TransportError,
-)
+from grabbergui.core.errors import AccessDeniedError, GrabberError
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.error_text import error_text, lost_text, returned_text
+from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
-from grabbergui.models.messages import ERROR_SECONDS, Cause, Message, MessageModel, Offer, Severity
+from grabbergui.models.link_messages import LinkMessages
+from grabbergui.models.messages import Cause, MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
 
 CLOSE_PATIENCE = 10.0
-"Seconds that a camera may take to be closed, before it is opened again by another name."
-BACK_SECONDS = 10.0
-"How long it is said that a source is back, or that it did not answer once."
+"Seconds to wait for a camera to close before it is opened again by another name."
 
 
 class Connection:
-    """Connects to sources, one of which is at hand. No call waits; signals come from the sources' threads.
+    """Opens and closes sources; one of them is current.
 
-    `connect_to` closes what is at hand once the other source is open, so that a wrong address costs nothing;
-    `connect_beside` leaves it there. A source that is slow to close does not hold up the next one; its late
-    answers are ignored.
+    Methods return immediately; signals are emitted on the sources' threads. `connect_to` replaces the current
+    source once the other is open, so that a wrong address does no harm; `open_additional` keeps it. A source
+    that is slow to close does not delay the next one; its late answers are ignored.
     """
 
     state_changed = Signal(LinkState, str)
-    """The new state of the source at hand, and why, for people."""
+    """The new state of the current source, and the reason as display text."""
     opened = Signal(OpenSource)
-    """A source is at hand and can be used: its grabber is open."""
+    """A source has become current and can be used: its grabber is open."""
     closing = Signal(OpenSource)
-    """The source at hand is about to be closed or put aside: let go of its grabber."""
+    """The current source is about to be closed or to move to the background: release its grabber."""
     ending = Signal(OpenSource)
-    """A source, at hand or aside, is about to be closed: let go of its grabber."""
+    """A source, current or in the background, is about to be closed: release its grabber."""
     sources_changed = Signal(tuple)
-    """All sources (tuple[OpenSource, ...]): one more, one less, another at hand, or in another state."""
-    candidate_changed = Signal(object)
-    """What is being opened in place of what is at hand (OpenSource); None once it is there or given up."""
+    """All sources (tuple[OpenSource, ...]): one was added, removed, made current, or changed its state."""
+    pending_changed = Signal(object)
+    """The source (OpenSource) that will replace the current one; None once it has, or was cancelled."""
     failed = Signal(str)
-    """Something that was asked for did not work, in a sentence for people."""
+    """A request failed; a sentence as display text."""
 
     def __init__(
         self,
@@ -58,85 +51,121 @@ class Connection:
         messages: MessageModel | None = None,
     ) -> None:
         self.messages = messages or MessageModel()
-        """What is said of the sources: who does not answer, who is back, what was refused."""
+        self._link_messages = LinkMessages(self.messages)
         self._create = create
         self._source: OpenSource | None = None
         self._sources: tuple[OpenSource, ...] = ()
-        self._candidate: OpenSource | None = None
+        self._pending: OpenSource | None = None
         self._why_closed = ""
         self._lock = threading.Lock()
-        self._passing = threading.RLock()
-        "Held from one source at hand to the next: each is told to be put aside before another comes."
+        self._switching = threading.RLock()
+        "Held while one current source follows another: `closing` of each comes before the next."
         self._leaving: list[OpenSource] = []
 
     @property
     def state(self) -> LinkState:
-        """Where the source at hand stands now. Any thread."""
+        """State of the current source. Any thread."""
         source = self._source
         return source.state if source is not None else LinkState.CLOSED
 
     @property
     def reason(self) -> str:
-        """Why, for people."""
+        """Reason of the state, as display text."""
         source = self._source
         return source.reason if source is not None else self._why_closed
 
     @property
     def source(self) -> OpenSource | None:
-        """What is at hand: open or being opened."""
+        """The current source: open or being opened."""
         return self._source
 
     @property
-    def candidate(self) -> OpenSource | None:
-        """What is being opened in place of what is at hand."""
-        return self._candidate
+    def pending(self) -> OpenSource | None:
+        """The source that will replace the current one once it is open."""
+        return self._pending
 
     @property
     def sources(self) -> tuple[OpenSource, ...]:
-        """All that is open or being opened, in that order."""
+        """All sources that are open or being opened, in that order."""
         return self._sources
 
+    # -- opening -----------------------------------------------------------------------------------
     def connect_to(self, uri: str, *, start: bool = True) -> None:
-        """Open a source in place of what is at hand, and `start` it; one that is aside is brought forward.
+        """Open a source in place of the current one, and `start` it; one in the background is made current.
 
-        What is at hand stays there until the other is open, unless it is the same or not open itself.
-        Raises UsageError for a malformed URI; all else by `failed`.
+        The current source stays until the other is open, unless both are the same or it is not open itself.
+        Raises UsageError for a malformed URI; other failures are reported by `failed`.
         """
         parsed = SourceUri.parse(uri)
         self.messages.end(None, Cause.OPENING)
-        self.give_up_candidate()
+        self.cancel_pending()
         before = self._source
-        if (aside := self._aside(parsed)) is not None:
-            self.bring_forward(aside)
+        if (background := self._in_background(parsed)) is not None:
+            self.make_current(background)
         elif before is None or before.state is LinkState.OPENING or before.is_named(parsed):
             if before is not None:
                 self._end(before, "")
-            self._begin(parsed, start, at_hand=True)
+            self._begin(parsed, start, current=True)
         else:
-            self._begin_instead(parsed, start, before)
+            self._begin_pending(parsed, start, before)
 
     def replaced_by(self, uri: str) -> OpenSource | None:
-        """The source that `connect_to` would close. Raises UsageError for a malformed URI."""
-        return None if self._aside(SourceUri.parse(uri)) is not None else self._source
+        """Return the source that `connect_to` would close. Raises UsageError for a malformed URI."""
+        return None if self._in_background(SourceUri.parse(uri)) is not None else self._source
 
-    def give_up_candidate(self) -> None:
-        """Open nothing in place of what is at hand after all; does nothing where nothing was to be."""
-        if (source := self._candidate) is not None and self._drop(source):
-            self.candidate_changed.emit(None)
+    def cancel_pending(self) -> None:
+        """Cancel the pending source and keep the current one. Does nothing if no source is pending."""
+        if (source := self._pending) is not None and self._drop(source):
+            self.pending_changed.emit(None)
 
-    def connect_beside(self, uri: str, *, start: bool = True) -> None:
-        """Open one source more and leave what is at hand there. Raises UsageError as `connect_to`."""
+    def open_additional(self, uri: str, *, start: bool = True) -> None:
+        """Open one more source and keep the current one. Raises UsageError as `connect_to`."""
         parsed = SourceUri.parse(uri)
         self.messages.end(None, Cause.OPENING)
-        at_hand = self._source
-        if at_hand is not None and (self._aside(parsed) or at_hand.is_named(parsed)):
-            self._fail(translate("Connection", "{0} is open already").format(parsed))
+        current = self._source
+        if current is not None and (self._in_background(parsed) or current.is_named(parsed)):
+            self._report_not_opened(translate("Connection", "{0} is open already").format(parsed))
         else:
-            self._begin(parsed, start, at_hand=at_hand is None)
+            self._begin(parsed, start, current=current is None)
 
-    def bring_forward(self, source: OpenSource) -> None:
-        """Have another of the open sources at hand."""
-        with self._passing:
+    def take_control(self) -> None:
+        """Open the current source again, if it is open for reading only, to control it.
+
+        The other program may have closed it meanwhile, or yield control on request, as ours do.
+        """
+        if (source := self._source) is not None and source.read_only:
+            self._end(source, "")
+            self._begin(source.exact_uri, start=True, current=True, access=Access.TAKE_OVER)
+
+    def _begin(self, uri: SourceUri, start: bool, *, current: bool, access: Access = Access.CONTROL) -> None:
+        source = OpenSource(uri, access)
+        with self._lock:
+            self._sources = (*self._sources, source)
+            if current:
+                self._source = source
+        self._change(source, LinkState.OPENING, f"Connecting to {uri}")
+        self._submit_opening(source, start)
+
+    def _begin_pending(self, uri: SourceUri, start: bool, before: OpenSource) -> None:
+        source = OpenSource(uri)
+        source.replaces = before
+        with self._lock:
+            self._pending = source
+        self.pending_changed.emit(source)
+        self._submit_opening(source, start)
+
+    def _submit_opening(self, source: OpenSource, start: bool) -> None:
+        def failed(error: GrabberError) -> None:
+            self._give_up(source, error_text(error, source.uri))
+
+        source.worker.submit(
+            lambda: self._open(source), done=lambda _: self._opened(source, start), failed=failed
+        )
+
+    # -- switching, starting, closing ----------------------------------------------------------------
+    def make_current(self, source: OpenSource) -> None:
+        """Make another of the open sources the current one."""
+        with self._switching:
             with self._lock:
                 if source not in self._sources or source is self._source:
                     return
@@ -149,56 +178,6 @@ class Connection:
             self._announce(source)
             self.state_changed.emit(state, reason)
         self.sources_changed.emit(self._sources)
-
-    def close(self, source: OpenSource) -> None:
-        """Close one source, at hand or aside; the one opened last comes in its place."""
-        self._end(source, "")
-        self._fill_hand()
-
-    def close_all(self) -> None:
-        """Close every source."""
-        self.give_up_candidate()
-        for source in self._sources:
-            self._end(source, "")
-
-    def _begin(self, uri: SourceUri, start: bool, *, at_hand: bool, access: Access = Access.CONTROL) -> None:
-        source = OpenSource(uri, access)
-        with self._lock:
-            self._sources = (*self._sources, source)
-            if at_hand:
-                self._source = source
-        self._change(source, LinkState.OPENING, f"Connecting to {uri}")
-        self._submit_opening(source, start)
-
-    def _begin_instead(self, uri: SourceUri, start: bool, before: OpenSource) -> None:
-        source = OpenSource(uri)
-        source.instead_of = before
-        with self._lock:
-            self._candidate = source
-        self.candidate_changed.emit(source)
-        self._submit_opening(source, start)
-
-    def _submit_opening(self, source: OpenSource, start: bool) -> None:
-        def failed(error: GrabberError) -> None:
-            self._give_up(source, error_text(error, source.uri))
-
-        source.worker.submit(
-            lambda: self._open(source), done=lambda _: self._opened(source, start), failed=failed
-        )
-
-    def disconnect(self) -> None:
-        """Close what is at hand; does nothing where nothing is."""
-        if (source := self._source) is not None:
-            self.close(source)
-
-    def take_control(self) -> None:
-        """Open a source that is open for reading only once more, to control it.
-
-        The other program may have closed it meanwhile, or offer control to who asks on purpose, as ours do.
-        """
-        if (source := self._source) is not None and source.read_only:
-            self._end(source, "")
-            self._begin(source.exact_uri, start=True, at_hand=True, access=Access.TAKE_OVER)
 
     def start(self) -> None:
         """Start streaming, on the source's own thread."""
@@ -214,16 +193,30 @@ class Connection:
         def stopped(_: None) -> None:
             self._change(source, LinkState.OPEN, "")
 
-        source.worker.submit(
-            source.grabber.stop,
-            done=stopped,
-            failed=lambda error: self._complain(
-                source, translate("Connection", "stopping failed: {0}").format(error_text(error))
-            ),
-        )
+        def failed(error: GrabberError) -> None:
+            text = translate("Connection", "stopping failed: {0}")
+            self._report_failure(source, text.format(error_text(error)))
+
+        source.worker.submit(source.grabber.stop, done=stopped, failed=failed)
+
+    def close(self, source: OpenSource) -> None:
+        """Close a source; if it was current, the one opened last becomes current."""
+        self._end(source, "")
+        self._ensure_current()
+
+    def disconnect(self) -> None:
+        """Close the current source; does nothing if there is none."""
+        if (source := self._source) is not None:
+            self.close(source)
+
+    def close_all(self) -> None:
+        """Close every source."""
+        self.cancel_pending()
+        for source in self._sources:
+            self._end(source, "")
 
     def wait_closed(self, timeout: float) -> bool:
-        """Whether every source that was let go is closed and its thread ended, within `timeout` seconds."""
+        """Wait up to `timeout` seconds; return whether every released source has ended its thread."""
         deadline = time.monotonic() + timeout
         with self._lock:
             leaving = list(self._leaving)
@@ -239,7 +232,8 @@ class Connection:
         grabber = self._create(source.uri)
         source.grabber = grabber
         grabber.connection_changed.connect(
-            lambda state, reason: self._noticed(source, state, reason), check_nargs=False
+            lambda state, reason: self._on_grabber_connection_changed(source, state, reason),
+            check_nargs=False,
         )
         grabber.noticed.connect(lambda text: self.messages.notice(text, source), check_nargs=False)
         try:
@@ -248,35 +242,34 @@ class Connection:
             if self._make_way(source, grabber.info):
                 grabber.open(source.access)
             elif isinstance(error, AccessDeniedError):
-                source.open_beside(error)
-                if self._make_way(source, grabber.info):  # only now it has said who it is
+                source.open_read_only(error)
+                if self._make_way(source, grabber.info):  # only now does it report its identity
                     grabber.close()
                     source.read_only = ""
                     grabber.open(source.access)
             else:
                 raise
-        source.equip()
+        source.load_features()
         assert source.features is not None
-        source.features.failed.connect(lambda error: self._feature_failed(source, error))
+        source.features.failed.connect(lambda error: self._link_messages.feature_failed(source, error))
 
     def _make_way(self, source: OpenSource, info: DeviceInfo) -> bool:
-        """Close what stands in the way of the same camera by another name, and wait. Whether that was so."""
-        before = source.instead_of
+        """Close the current source if it is the same camera, and wait. Return whether it was."""
+        before = source.replaces
         if before is None or not before.is_device(info):
             return False
-        source.comes_back = before.exact_uri
+        source.reopen_on_failure = before.exact_uri
         return self._take_place(source) and before.worker.close(CLOSE_PATIENCE)
 
     def _opened(self, source: OpenSource, start: bool) -> None:
         if source.abandoned.is_set():
             return
-        if source.instead_of is not None and not self._take_place(source):
+        if source.replaces is not None and not self._take_place(source):
             return
         if self._change(source, LinkState.OPEN, ""):
             self._announce(source)
         if source.access is Access.TAKE_OVER and not source.read_only:
-            text = translate("Connection", "this window has control now: values can be changed")
-            self.messages.notice(text, source)
+            self._link_messages.took_control(source)
         if start:
             self._start(source)
 
@@ -291,173 +284,130 @@ class Connection:
 
         def failed(error: GrabberError) -> None:
             if source.read_only and isinstance(error, AccessDeniedError):
-                source.no_picture = error_text(error)
+                source.no_frames = error_text(error)
             else:
                 text = translate("Connection", "{0} does not start: {1}")
-                self._complain(source, text.format(source.title, error_text(error)))
+                self._report_failure(source, text.format(source.title, error_text(error)))
 
         source.worker.submit(job, done=done, failed=failed)
 
-    def _noticed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
-        """The grabber itself says what became of its connection. Any thread."""
+    # -- any thread ------------------------------------------------------------------------------
+    def _on_grabber_connection_changed(self, source: OpenSource, state: ConnectionState, reason: str) -> None:
         if state is ConnectionState.LOST and source.state is not LinkState.LOST:
             source.losses += 1
             source.lost_since = time.monotonic()
             self._change(source, LinkState.LOST, reason)
-            self._say_lost(source, reason)
+            if source in self._sources:
+                self.failed.emit(self._link_messages.lost(source, reason))
         elif state is ConnectionState.OPEN and source.state is LinkState.LOST and source.grabber is not None:
             streaming = source.grabber.streaming
             self._change(source, LinkState.STREAMING if streaming else LinkState.OPEN, reason)
-            self._say_back(source, reason)
+            if source in self._sources and source.lost_since is not None:
+                self._link_messages.back(source, time.monotonic() - source.lost_since, reason)
             source.lost_since = None
 
-    def _say_lost(self, source: OpenSource, reason: str) -> None:
-        if source not in self._sources:
-            return
-        text = translate("Connection", "reconnecting since {0}: {1}")
-        text = text.format(time.strftime("%H:%M:%S"), lost_text(source.title, reason))
-        self.messages.end(source, Cause.LINK)  # also for who dismissed the one before: this is news
-        self.messages.post(Message(text, Severity.ERROR, source, Cause.LINK, count=source.losses))
-        self.failed.emit(text)
-
-    def _say_back(self, source: OpenSource, reason: str) -> None:
-        if source not in self._sources or source.lost_since is None:
-            return
-        seconds = time.monotonic() - source.lost_since
-        text = translate("Connection", "back after {0} s").format(f"{seconds:.{seconds < 1:d}f}")
-        unlike = source.grabber.unlike_before if source.grabber is not None else ()
-        if reason:
-            text = f"{text}, {returned_text(unlike)}"
-        severity = Severity.WARNING if unlike else Severity.NOTICE
-        message = Message(text, severity, source, Cause.LINK, count=source.losses)
-        self.messages.end(source, Cause.LINK)
-        # What is other than before goes on being so: only the user can judge it, and dismiss it.
-        self.messages.post(message, seconds=None if unlike else BACK_SECONDS)
-
-    def _feature_failed(self, source: OpenSource, error: GrabberError) -> None:
-        """A write, command or read did not work. While a source is lost, the loss alone is said."""
-        if isinstance(error, DeviceLostError):
-            return
-        feature = None
-        if isinstance(error, FeatureError) and source.features is not None:
-            feature = source.features.feature(error.feature)
-        text = error_text(error, feature=feature)
-        if not isinstance(error, TransportError):
-            self.messages.error(text, source)
-        elif source.state is not LinkState.LOST:
-            self.messages.post(Message(text, Severity.ERROR, source, Cause.LINK), seconds=BACK_SECONDS)
-
-    # -- any thread ------------------------------------------------------------------------------
     def _change(self, source: OpenSource, state: LinkState, reason: str) -> bool:
-        """Note a source's state and announce it. Whether it is the current one."""
+        """Set and announce a source's state. Return whether it is the current one."""
         with self._lock:
             if source not in self._sources:
                 return False
             source.state, source.reason = state, reason
-            at_hand = source is self._source
-        if at_hand:
+            current = source is self._source
+        if current:
             self.state_changed.emit(state, reason)
         self.sources_changed.emit(self._sources)
-        return at_hand
+        return current
 
     def _announce(self, source: OpenSource) -> None:
-        """Say that a source at hand can be used, and with which restriction."""
+        """Announce that the current source can be used, and with which restriction."""
         self.opened.emit(source)
-        if source.read_only:
-            reason, _, _ = source.read_only.partition(";")  # what to do about it is on the button
-            text = translate("Connection", "read only: {0}; values follow here but cannot be changed")
-            if source.access is Access.TAKE_OVER:
-                text = translate("Connection", "control was not given: {0}; still read only")
-            offer = Offer(translate("Connection", "Take control"), self.take_control)
-            self.messages.post(
-                Message(text.format(reason), source=source, cause=Cause.ACCESS, offers=(offer,))
-            )
+        self._link_messages.ready(source, self.take_control)
 
-    def _complain(self, source: OpenSource, message: str) -> None:
+    def _report_failure(self, source: OpenSource, message: str) -> None:
         if source in self._sources:
             self.messages.error(message, source)
             self.failed.emit(message)
 
-    def _fail(self, message: str) -> None:
-        """No source could be opened."""
-        self.messages.post(Message(message, Severity.ERROR, cause=Cause.OPENING), seconds=ERROR_SECONDS)
+    def _report_not_opened(self, message: str) -> None:
+        self._link_messages.not_opened(message)
         self.failed.emit(message)
 
     def _give_up(self, source: OpenSource, message: str) -> None:
         if self._drop(source):
-            self.candidate_changed.emit(None)
-            self._fail(message)
+            self.pending_changed.emit(None)
+            self._report_not_opened(message)
         elif self._end(source, message):
-            self._fail(message)
-            if source.comes_back is not None:
-                self._begin(source.comes_back, start=True, at_hand=True)
+            self._report_not_opened(message)
+            if source.reopen_on_failure is not None:
+                self._begin(source.reopen_on_failure, start=True, current=True)
             else:
-                self._fill_hand()
+                self._ensure_current()
 
-    def _drop(self, candidate: OpenSource) -> bool:
-        """Let go of what was to come to hand. Whether it still was."""
+    def _drop(self, pending: OpenSource) -> bool:
+        """Release a source if it is still pending. Return whether it was."""
         with self._lock:
-            if candidate is not self._candidate:
+            if pending is not self._pending:
                 return False
-            self._candidate = candidate.instead_of = None
-            self._leave(candidate)
-        candidate.let_go()
+            self._pending = pending.replaces = None
+            self._leave(pending)
+        pending.release()
         return True
 
     def _take_place(self, source: OpenSource) -> bool:
-        """Have the candidate at hand, and close what it comes instead of. Whether it still was to come."""
-        with self._passing:
+        """Make the pending source current, and close the one it replaces. Return whether it was pending."""
+        with self._switching:
             with self._lock:
-                if source is not self._candidate:
+                if source is not self._pending:
                     return False
-                before, at_hand = source.instead_of, self._source
-                self._candidate = source.instead_of = None
+                before, current = source.replaces, self._source
+                self._pending = source.replaces = None
                 self._source = source
                 if before is None or before not in self._sources:
                     before, self._sources = None, (*self._sources, source)
                 else:
                     self._sources = tuple(source if other is before else other for other in self._sources)
                     self._leave(before)
-            self.candidate_changed.emit(None)
-            if at_hand is not None:
-                self.closing.emit(at_hand)
+            self.pending_changed.emit(None)
+            if current is not None:
+                self.closing.emit(current)
         if before is not None:
             self.ending.emit(before)
-            before.let_go()
+            before.release()
             self.messages.forget(before)
         self.state_changed.emit(LinkState.OPENING, f"Connecting to {source.uri}")
         self.sources_changed.emit(self._sources)
         return True
 
-    def _aside(self, uri: SourceUri) -> OpenSource | None:
-        """The source aside that a URI names."""
+    def _in_background(self, uri: SourceUri) -> OpenSource | None:
+        """Return the background source that a URI names."""
         return next((s for s in self._sources if s is not self._source and s.is_named(uri)), None)
 
-    def _fill_hand(self) -> None:
-        """With nothing at hand, bring forward what was opened last."""
+    def _ensure_current(self) -> None:
+        """If no source is current, make the one opened last current."""
         if self._source is None and self._sources:
-            self.bring_forward(self._sources[-1])
+            self.make_current(self._sources[-1])
 
     def _end(self, source: OpenSource, reason: str) -> bool:
-        with self._passing:
+        """Remove and close a source. Return whether it was open."""
+        with self._switching:
             with self._lock:
                 if source not in self._sources:
                     return False
                 self._sources = tuple(other for other in self._sources if other is not source)
-                at_hand = source is self._source
-                if at_hand:
+                current = source is self._source
+                if current:
                     self._source, self._why_closed = None, reason
                 self._leave(source)
-            if at_hand:
+            if current:
                 self.closing.emit(source)
         self.ending.emit(source)
-        source.let_go()
+        source.release()
         self.messages.forget(source)
-        if at_hand:
+        if current:
             self.state_changed.emit(LinkState.CLOSED, reason)
         self.sources_changed.emit(self._sources)
         return True
 
     def _leave(self, source: OpenSource) -> None:
-        """Remember what is being closed, until its thread has ended. With the lock held."""
+        """Remember a source until its thread has ended. With the lock held."""
         self._leaving = [*(s for s in self._leaving if not s.worker.close(0)), source]

@@ -11,7 +11,7 @@ from grabbergui.core.grabber import Access, DeviceInfo, FrameGrabber
 from grabbergui.core.identity import is_same
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import held_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
@@ -20,7 +20,7 @@ log = logging.getLogger(__name__)
 
 
 class LinkState(Enum):
-    """Where the connection stands, as the window shows it."""
+    """State of a source's connection, as the window shows it."""
 
     CLOSED = "closed"
     OPENING = "opening"
@@ -30,7 +30,7 @@ class LinkState(Enum):
 
     @property
     def connected(self) -> bool:
-        """Whether there is a source whose features can be used."""
+        """Whether the source's features can be used."""
         return self in (LinkState.OPEN, LinkState.STREAMING)
 
 
@@ -40,64 +40,63 @@ class OpenSource:
     def __init__(self, uri: SourceUri, access: Access = Access.CONTROL) -> None:
         self.uri = uri
         self.access = access
-        "What is asked for on opening."
+        "Requested on opening."
         self.state = LinkState.OPENING
-        "Where it stands."
         self.reason = ""
-        "Why, for people."
+        "Reason of the state, as display text."
         self.worker = FeatureWorker(f"features {uri}")
         self.grabber: FrameGrabber | None = None
         "None until it is created, on the worker."
-        self.hands: NotingGrabber | None = None
+        self.tracked_grabber: ChangeTrackingGrabber | None = None
         "The operator's handle on the grabber: what is done with it can be looked at and undone."
         self.features: FeatureTreeModel | None = None
-        "None until the grabber is open, and so is `hands`."
+        "None until the grabber is open, and so is `tracked_grabber`."
         self.journal = ChangeJournal()
-        "What happened to its features."
+        "Changes of its features."
         self.streaming_since: float | None = None
         "`time.monotonic` of the last start."
         self.read_only = ""
-        "Why values can be looked at but not changed, for people; empty where they can be changed."
+        "Why values can be read but not changed, as display text; empty if they can be changed."
         self.losses = 0
         "How often it was lost since it was opened."
         self.lost_since: float | None = None
         "`time.monotonic` of the last loss, while it lasts."
-        self.no_picture = ""
-        "Why the picture cannot be had beside the program that has control."
-        self.instead_of: OpenSource | None = None
-        "What stays at hand until this one is open, and is closed then."
-        self.comes_back: SourceUri | None = None
-        "What had to be closed to open this one, and is opened again where that fails."
+        self.no_frames = ""
+        "Why frames are not available while another program has control."
+        self.replaces: OpenSource | None = None
+        "The source that stays current until this one is open, and is closed then."
+        self.reopen_on_failure: SourceUri | None = None
+        "The source that was closed to open this one, and is opened again if that fails."
         self.abandoned = threading.Event()
-        "Set when nobody wants it any more; a job that has not begun then does nothing."
+        "Set when the source is released; a job that has not begun then does nothing."
 
     @property
     def title(self) -> str:
-        """The name for people."""
+        """Display name."""
         return self.grabber.info.title if self.grabber is not None else str(self.uri)
 
     @property
     def short_title(self) -> str:
-        """The same without the vendor, where there is little room."""
+        """Display name without the vendor, for narrow places."""
         return self.grabber.info.short_title if self.grabber is not None else str(self.uri)
 
     def is_named(self, uri: SourceUri) -> bool:
-        """Whether a URI is how it was asked for, or what it calls itself."""
+        """Return whether a URI is the requested one, or the camera's own."""
         return self.uri == uri or (self.grabber is not None and self.grabber.info.uri == str(uri))
 
     def is_device(self, other: DeviceInfo) -> bool:
-        """Whether another name leads to this camera, as far as it says who it is."""
+        """Return whether `other` is this camera, as far as it reports its identity."""
         return self.grabber is not None and is_same(self.grabber.info, other)
 
     @property
     def exact_uri(self) -> SourceUri:
-        """The URI that leads to this camera again: the camera's own if only the first found was asked for."""
+        """The URI of exactly this camera: its own if only the first camera found was requested."""
         if self.uri.name or self.grabber is None:
             return self.uri
         return SourceUri.parse(self.grabber.info.uri)
 
-    def open_beside(self, denied: AccessDeniedError) -> None:
-        """Look at what another program controls. Raises `denied` where even that is not possible."""
+    def open_read_only(self, denied: AccessDeniedError) -> None:
+        """Open a source that another program controls for reading. Raises `denied` if that fails, too."""
         assert self.grabber is not None
         try:
             self.grabber.open(Access.MONITOR)
@@ -106,17 +105,17 @@ class OpenSource:
             raise denied from error
         self.read_only = held_text(denied)
 
-    def equip(self) -> None:
-        """Put the operator's handle and the tree of features on the open grabber."""
+    def load_features(self) -> None:
+        """Make the operator's handle and the feature tree of the open grabber."""
         assert self.grabber is not None
-        hands = NotingGrabber(self.grabber, self.journal)
-        hands.open()
-        features = FeatureTreeModel(hands, self.worker, hands.watch)
-        features.structure_changed.connect(hands.learn)
-        self.hands, self.features = hands, features
+        grabber = ChangeTrackingGrabber(self.grabber, self.journal)
+        grabber.open()
+        features = FeatureTreeModel(grabber, self.worker, grabber.watch)
+        features.structure_changed.connect(grabber.learn)
+        self.tracked_grabber, self.features = grabber, features
 
-    def let_go(self) -> None:
-        """Close it after the job at hand, on its own thread, which then ends. Never waits."""
+    def release(self) -> None:
+        """Close the source on its own thread after the current job; the thread then ends. Never waits."""
         self.abandoned.set()
         if self.features is not None:
             self.features.close()
@@ -125,8 +124,8 @@ class OpenSource:
 
     def _close(self) -> None:
         if self.features is not None:
-            self.features.close()  # made by a job that was under way when it was let go
-        if self.hands is not None:
-            self.hands.close()
+            self.features.close()  # made by a job that was in progress when the source was released
+        if self.tracked_grabber is not None:
+            self.tracked_grabber.close()
         if self.grabber is not None:
             self.grabber.close()

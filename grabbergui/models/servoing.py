@@ -190,7 +190,7 @@ class ServoModel:
         rows[:, 0] -= rows[-1, 0] if len(rows) else 0.0
         return rows
 
-    def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
+    def set_viewport(self, region: Region | None, size: tuple[int, int] | None) -> None:
         """What the view shows: a region of the picture (None: all of it), in `size` screen pixels."""
         self._view = region, size
 

@@ -43,7 +43,7 @@ class _Ended(BaseException):
 
 
 class ScriptDesk:
-    """What a script has in its hands. Calls wait until it is so, and raise GrabberError where it is not."""
+    """What a script can use. Calls wait until it is so, and raise GrabberError where it is not."""
 
     def __init__(self, program: MainController) -> None:
         self.program = program
@@ -113,15 +113,15 @@ class ScriptDesk:
 
     def set(self, name: str, value: FeatureValue) -> Feature:
         """Write a feature as the operator does, undo included, and return what the camera then reports."""
-        hands = self._source().hands
-        assert hands is not None
-        return self._on_source(lambda: hands.write_feature(name, value))
+        grabber = self._source().tracked_grabber
+        assert grabber is not None
+        return self._on_source(lambda: grabber.write_feature(name, value))
 
     def execute(self, name: str) -> None:
         """Run a command feature."""
-        hands = self._source().hands
-        assert hands is not None
-        self._on_source(lambda: hands.execute(name))
+        grabber = self._source().tracked_grabber
+        assert grabber is not None
+        self._on_source(lambda: grabber.execute(name))
 
     def wait_for_frames(self, count: int = 1, timeout: float = PATIENCE) -> Frame:
         """Wait for so many frames more, and return the last. Raises FrameTimeoutError."""
@@ -177,7 +177,7 @@ class ScriptDesk:
     # -- inside ------------------------------------------------------------------------------------
     def _source(self) -> OpenSource:
         source = self.program.connection.source
-        if source is None or source.hands is None:
+        if source is None or source.tracked_grabber is None:
             raise GrabberError("nothing is open; call desk.open('sim:') first")
         return source
 

@@ -238,12 +238,12 @@ def test_a_refused_write_is_said_of_its_own_camera_alone(bench):
     bench.until(S.STREAMING)
     first = bench.link.source
     bench.others["sim:2"] = Source()
-    bench.link.connect_beside("sim:2")
+    bench.link.open_additional("sim:2")
     first.features.failed.emit(FeatureValueError("Gain=99 is above 24", "Gain"))
     assert bench.said() == ["Gain=99 is above 24"]
     second = bench.link.sources[1]
     until(lambda: second.state is S.STREAMING)
-    bench.link.bring_forward(second)
+    bench.link.make_current(second)
     assert bench.said() == []
 
 
@@ -308,7 +308,7 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     bench.source = source = Held()
     bench.link.connect_to("fake:")
     bench.until(S.OPEN)
-    until(lambda: bench.link.source.no_picture)
+    until(lambda: bench.link.source.no_frames)
     assert source.access is Access.MONITOR and "10.0.0.5" in bench.link.source.read_only
     assert bench.failures == []
     (message,) = bench.link.messages.shown(bench.link.source)
@@ -320,7 +320,7 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     assert "10.0.0.5" in said(bench)[0] and bench.link.source.read_only
 
     source.held = source.refuses_take_over = False
-    until(lambda: bench.link.source.no_picture)
+    until(lambda: bench.link.source.no_frames)
     bench.link.take_control()
     bench.until(S.STREAMING)
     assert not bench.link.source.read_only
@@ -341,12 +341,12 @@ def test_a_wrong_address_leaves_what_is_at_hand_untouched(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     kept, told = bench.link.source, []
-    bench.link.candidate_changed.connect(told.append)
+    bench.link.pending_changed.connect(told.append)
     bench.link.closing.connect(told.append)
     bench.link.connect_to("sim:gone")
     until(lambda: bench.failures, "a failure")
     assert bench.failures == ["no camera answers there"]
-    assert bench.link.source is kept and bench.link.sources == (kept,) and bench.link.candidate is None
+    assert bench.link.source is kept and bench.link.sources == (kept,) and bench.link.pending is None
     assert [getattr(source, "uri", None) and str(source.uri) for source in told] == ["sim:gone", None]
     assert bench.states == [S.OPENING, S.OPEN, S.STREAMING] and bench.source.calls == ["open", "start"]
     until(lambda: "close" in gone.calls, "letting go of it")
@@ -355,7 +355,7 @@ def test_a_wrong_address_leaves_what_is_at_hand_untouched(bench):
 def test_what_is_at_hand_goes_on_until_the_next_one_is_open(bench):
     first, slow = bench.open_slowly_instead()
     until(lambda: slow.calls, "opening")
-    assert bench.link.source is first and bench.source.streaming and bench.link.candidate is not None
+    assert bench.link.source is first and bench.source.streaming and bench.link.pending is not None
     slow.opening.set()
     until(lambda: bench.link.source is not first and bench.link.state is S.STREAMING, "the next one")
     assert bench.link.source.grabber is slow and len(bench.link.sources) == 1
@@ -365,9 +365,9 @@ def test_what_is_at_hand_goes_on_until_the_next_one_is_open(bench):
 
 def test_what_is_being_opened_can_be_given_up(bench):
     first, slow = bench.open_slowly_instead()
-    bench.link.give_up_candidate()
+    bench.link.cancel_pending()
     slow.opening.set()
-    assert bench.link.source is first and bench.link.candidate is None
+    assert bench.link.source is first and bench.link.pending is None
     until(lambda: slow.calls[-1:] == ["close"] or not slow.calls, "letting go of it")
     bench.link.connect_to("sim:")
     assert bench.link.source is not first, "the same once more: closed, and opened anew"
@@ -430,7 +430,7 @@ class Pair:
         bench.link.connect_to("sim:")
         bench.until(S.STREAMING)
         self.first = bench.link.source
-        bench.link.connect_beside("sim:colour")
+        bench.link.open_additional("sim:colour")
         self.beside = bench.link.sources[1]
         deadline = time.monotonic() + PATIENCE
         while self.beside.state is not S.STREAMING and time.monotonic() < deadline:
@@ -453,7 +453,7 @@ def test_a_source_opened_beside_leaves_the_other_at_hand(bench, pair):
 
 
 def test_what_is_brought_forward_is_told_as_though_it_had_just_been_opened(bench, pair):
-    bench.link.bring_forward(pair.beside)
+    bench.link.make_current(pair.beside)
     assert pair.told == [("closing", pair.first), ("opened", pair.beside)]
     assert bench.states == [S.OPENING, S.STREAMING]
     assert bench.link.source is pair.beside and bench.source.streaming, "the first goes on aside"
@@ -485,7 +485,7 @@ def test_another_source_takes_the_place_of_the_one_at_hand_only(bench, pair):
 
 def test_what_is_open_already_is_not_opened_beside(bench, pair):
     for uri in ("sim:", "sim:colour"):
-        bench.link.connect_beside(uri)
+        bench.link.open_additional(uri)
     assert bench.failures == ["sim: is open already", "sim:colour is open already"]
     assert len(bench.link.sources) == 2
 
@@ -493,7 +493,7 @@ def test_what_is_open_already_is_not_opened_beside(bench, pair):
 def test_a_source_beside_that_cannot_be_opened_is_told_and_gone(bench, pair):
     bench.others["sim:scene"] = broken = Source()
     broken.problem = TransportError("no such camera")
-    bench.link.connect_beside("sim:scene")
+    bench.link.open_additional("sim:scene")
     deadline = time.monotonic() + PATIENCE
     while len(bench.link.sources) > 2 and time.monotonic() < deadline:
         time.sleep(0.002)

@@ -23,7 +23,7 @@ def open_sources():
 
     def open_them(*uris):
         for uri in uris:
-            connection.connect_beside(uri)
+            connection.open_additional(uri)
         until(lambda: all(source.state is LinkState.STREAMING for source in connection.sources))
         return connection, gallery
 

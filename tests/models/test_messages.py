@@ -34,7 +34,7 @@ def stage():
     stage = Stage()
     yield stage
     for source in (stage.one, stage.two):
-        source.let_go()
+        source.release()
 
 
 def lost(source, count=1):

@@ -58,7 +58,7 @@ def full_of_panels(desk):
     desk.until(lambda: window.features.watched)
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    desk.program.connection.connect_beside("sim:")
+    desk.program.connection.open_additional("sim:")
     desk.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.limitBox.setCurrentIndex(1)
     window.actionPause.trigger()

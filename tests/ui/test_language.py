@@ -99,7 +99,7 @@ def test_nothing_of_the_window_stays_in_english(spanish, window_desk):
     window_desk.watch()
     for dock in window.findChildren(QDockWidget):
         dock.show()
-    window_desk.program.connection.connect_beside("sim:colour")
+    window_desk.program.connection.open_additional("sim:colour")
     window_desk.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.recordButton.click()
     window_desk.until(lambda: "imágenes" in window.recordingBar.progressLabel.text())

@@ -35,7 +35,7 @@ def strip(qtbot):
 def test_the_whole_window_fits_800_pixels(window_desk):
     window_desk.connect()
     window = window_desk.window
-    window_desk.program.connection.connect_beside("sim:colour")
+    window_desk.program.connection.open_additional("sim:colour")
     window_desk.until(lambda: len(window.gallery.tiles) == 2)
     window.recordingBar.setPlayable("what was recorded")
     window.resize(800, 600)

@@ -323,7 +323,7 @@ def test_a_connection_that_takes_too_long_can_be_given_up(window_desk):
     window_desk.qtbot.mouseClick(window.tasks.rows[0].cancelButton, Qt.LeftButton)
     window_desk.until(lambda: not window.tasks.rows)
     slow.noticed_at_last.set()
-    assert link.candidate is None and link.source is shown
+    assert link.pending is None and link.source is shown
     window_desk.watch()
     assert not window_desk.errors
 

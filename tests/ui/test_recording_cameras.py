@@ -28,7 +28,7 @@ def press_record(desk):
 
 
 def open_beside(desk, uri=COLOUR):
-    desk.program.connection.connect_beside(uri)
+    desk.program.connection.open_additional(uri)
     desk.until(lambda: len(desk.window.gallery.tiles) == 2)
     second = desk.program.connection.sources[1]
     desk.until(lambda: second.state is LinkState.STREAMING)
@@ -52,7 +52,7 @@ def test_two_cameras_are_recorded_at_once_each_with_its_own_progress(desk, tmp_p
     first, second = desk.program.connection.source, open_beside(desk)
     press_record(desk)
     desk.until(lambda: written(desk, first) > 2)
-    desk.program.connection.bring_forward(second)
+    desk.program.connection.make_current(second)
     desk.until(lambda: not desk.window.recordingBar.recordButton.isChecked())
     assert desk.window.recordingBar.progressLabel.text() == ""
     press_record(desk)
@@ -80,9 +80,9 @@ def test_a_recording_that_ended_is_played_from_where_its_camera_is(desk):
     press_record(desk)
     bar = desk.window.recordingBar
     desk.until(bar.playButton.isVisible)
-    desk.program.connection.bring_forward(second)
+    desk.program.connection.make_current(second)
     desk.until(lambda: not bar.playButton.isVisible())
-    desk.program.connection.bring_forward(first)
+    desk.program.connection.make_current(first)
     desk.until(bar.playButton.isVisible)
 
 

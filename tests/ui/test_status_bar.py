@@ -66,7 +66,7 @@ def test_a_camera_that_is_lost_is_said_to_be_lost_everywhere_and_that_ends_with_
 
 def test_a_loss_is_shown_while_its_camera_is_the_current_one(desk):
     first = desk.program.connection.source
-    desk.program.connection.connect_beside("sim:colour?width=320&height=240")
+    desk.program.connection.open_additional("sim:colour?width=320&height=240")
     desk.until(lambda: len(desk.window.gallery.tiles) == 2)
     second = desk.program.connection.sources[1]
     desk.until(lambda: second.state is LinkState.STREAMING)
@@ -75,13 +75,13 @@ def test_a_loss_is_shown_while_its_camera_is_the_current_one(desk):
     lose(desk)
     desk.until(lambda: desk.errors)
     desk.until(lambda: "lost" in tile.stateLabel.text() and tile.thumbnail._dimmed)
-    desk.program.connection.bring_forward(second)
+    desk.program.connection.make_current(second)
     desk.until(lambda: state(desk) == "Live" and not desk.errors)
     assert not desk.window.picture.ageLabel.isVisible() and "lost" not in desk.window.windowTitle()
     rows = desk.window.favourites.rows
     desk.until(lambda: rows.rows("Gain") and rows.rows("Gain")[0].isEnabled())
     desk.watch()
-    desk.program.connection.bring_forward(first)
+    desk.program.connection.make_current(first)
     desk.until(lambda: state(desk).startswith("Lost for") and desk.errors)
     # What is shown is its own last picture, as on its tile, with its age.
     desk.until(desk.window.picture.ageLabel.isVisible)
@@ -92,7 +92,7 @@ def test_a_loss_is_shown_while_its_camera_is_the_current_one(desk):
 
 def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_a_picture(desk):
     """The other camera's last picture is not this one's, nor are its figures."""
-    desk.program.connection.connect_beside("sim:colour?width=320&height=240")
+    desk.program.connection.open_additional("sim:colour?width=320&height=240")
     desk.until(lambda: len(desk.program.gallery.tiles) == 2)
     second = desk.program.connection.sources[1]
     desk.until(lambda: second.state is LinkState.STREAMING)
@@ -101,7 +101,7 @@ def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_a_pi
     small = desk.program.gallery.tiles[1].picture
     assert small.detach(PATIENCE)
     small._frame = small.last_received = None
-    desk.program.connection.bring_forward(second)
+    desk.program.connection.make_current(second)
     desk.until(lambda: state(desk).startswith("Lost for") and desk.errors)
     assert desk.window.picture.empty
     desk.until(lambda: not desk.window.status.formatLabel.text())

@@ -24,7 +24,7 @@ MOST_KNOWN = 20_000
 "Settings whose last value is remembered."
 
 
-class NotingGrabber(SharedGrabber):
+class ChangeTrackingGrabber(SharedGrabber):
     """A handle on an open grabber; all that is written or run through it goes into a journal.
 
     For the thread that makes the grabber's calls. What a write changes besides (a mode that is switched off,

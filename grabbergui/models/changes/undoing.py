@@ -10,14 +10,14 @@ from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.settling import settle
 from grabbergui.models.changes.history import Change, Direction, Origin
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
 
 FEW = 4
 "Settings; for more the stream is stopped once instead of once for each that changes the frames."
 
 
-def revert(grabber: NotingGrabber, direction: Direction) -> list[str]:
+def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
     """Undo or redo the next step; return what could not be brought back, a sentence each.
 
     On the thread that makes the grabber's calls. What the camera refuses is tried again with the next step:
@@ -35,7 +35,9 @@ def revert(grabber: NotingGrabber, direction: Direction) -> list[str]:
     return [f"{direction.value} of {step}: {problem}" for key, problem in problems.items() if key in values]
 
 
-def write_values(grabber: NotingGrabber, values: Mapping[SettingKey, FeatureValue]) -> dict[SettingKey, str]:
+def write_values(
+    grabber: ChangeTrackingGrabber, values: Mapping[SettingKey, FeatureValue]
+) -> dict[SettingKey, str]:
     """Write settings until all are there, as `settle` does; return what could not be set, a sentence each."""
     with stream_paused(grabber, len(values) > FEW):
         return settle(grabber, values)

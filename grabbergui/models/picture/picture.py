@@ -56,7 +56,7 @@ class PictureModel:
         self._size: tuple[int, int] | None = None
         self._offer: Picture | None = None
         self._frame: Frame | None = None
-        self._held: Frame | None = None
+        self._frozen: Frame | None = None
         self._settings = DisplaySettings()
         self._again = threading.Event()
         "Set when the frame shown is to be converted once more."
@@ -96,7 +96,7 @@ class PictureModel:
         with self._lock:
             self._queue = queue
             self._frame = frame = other.frame if other is not None else None
-        self._held = None
+        self._frozen = None
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
@@ -142,7 +142,7 @@ class PictureModel:
             self._settings = settings
         self._show_again()
 
-    def look_at(self, region: Region | None, size: tuple[int, int] | None) -> None:
+    def set_viewport(self, region: Region | None, size: tuple[int, int] | None) -> None:
         """What the view shows: a region of the frame as it is seen (None: all), in `size` screen pixels."""
         with self._lock:
             if (region, size) == (self._region, self._size):
@@ -150,9 +150,9 @@ class PictureModel:
             self._region, self._size = region, size
         self._show_again()
 
-    def hold(self, frame: Frame | None) -> None:
+    def freeze(self, frame: Frame | None) -> None:
         """Show this frame while others pass by; with None, the newest ones again."""
-        self._held = frame
+        self._frozen = frame
         if frame is not None:
             self._frame = frame
         self._show_again()
@@ -184,11 +184,11 @@ class PictureModel:
                 continue
             again = self._again.is_set()
             self._again.clear()
-            held = self._held
-            if held is None:
+            frozen = self._frozen
+            if frozen is None:
                 self._convert(frame, queue)
             elif again:
-                self._convert(held, queue)
+                self._convert(frozen, queue)
             self._taken.wait(PAINT_WAIT)
 
     def _newest(self, queue: FrameQueue) -> Frame:

@@ -11,7 +11,7 @@ from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, ValueChange
 from grabbergui.models.changes.history import Step
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
 from grabbergui.models.settings.feature_set import Progress, capture, compare
 
@@ -82,7 +82,7 @@ def user_sets(grabber: FrameGrabber) -> list[UserSet]:
 
 
 def load(
-    hands: NotingGrabber,
+    grabber: ChangeTrackingGrabber,
     name: str,
     *,
     progress: Progress = lambda done, of: None,
@@ -93,36 +93,36 @@ def load(
     Returns how many settings are other than before; with `cancelled` set in time, nothing is loaded.
     Raises FeatureError, TransportError.
     """
-    _require(hands)
-    camera = hands.plain
+    _require(grabber)
+    camera = grabber.plain
     with stream_paused(camera):
         before = capture(camera, progress=lambda done, of: progress(done, 2 * of), cancelled=cancelled)
         if cancelled is not None and cancelled.is_set():
             return 0
-        hands.execute_setting(_of_set(LOAD, name))
+        grabber.execute_setting(_of_set(LOAD, name))
         after = capture(camera, progress=lambda done, of: progress(of + done, 2 * of))
     changed = [ValueChange(d.key, d.first, d.second) for d in compare(before, after)]
     if changed:
-        with hands.journal.within(Step(f"{LOAD} {name}")):
-            hands.journal.wrote(changed)
+        with grabber.journal.within(Step(f"{LOAD} {name}")):
+            grabber.journal.wrote(changed)
     return len(changed)
 
 
-def save(hands: NotingGrabber, name: str) -> None:
+def save(grabber: ChangeTrackingGrabber, name: str) -> None:
     """Keep the present settings in one of the camera's sets. Raises FeatureError, TransportError."""
-    _require(hands)
-    camera = hands.plain
+    _require(grabber)
+    camera = grabber.plain
     # Not every camera saves while it streams.
     with stream_paused(camera):
-        hands.execute_setting(_of_set(SAVE, name))
+        grabber.execute_setting(_of_set(SAVE, name))
 
 
-def start_with(hands: NotingGrabber, name: str) -> None:
+def start_with(grabber: ChangeTrackingGrabber, name: str) -> None:
     """Let the camera start with this set from its next power-on. Raises FeatureError, TransportError."""
-    starting = _starting(hands)
+    starting = _starting(grabber)
     if starting is None:
-        raise FeatureNotFoundError(f"{hands.info.title} always starts with the same set", STARTS_WITH[0])
-    hands.write_feature(starting, name)
+        raise FeatureNotFoundError(f"{grabber.info.title} always starts with the same set", STARTS_WITH[0])
+    grabber.write_feature(starting, name)
 
 
 def _starting(grabber: FrameGrabber) -> str | None:

@@ -14,85 +14,87 @@ from grabbergui.core.errors import FeatureNotFoundError, GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import AUTO_ONCE, Role
 from grabbergui.models.changes.history import Step
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.error_text import error_text
 from grabbergui.models.features.text import value_text
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
 from grabbergui.models.tuning.parameters import automatic_once
-from grabbergui.models.tuning.run import TuningBench, TuningCancelledError, TuningError
+from grabbergui.models.tuning.run import TuningCancelledError, TuningError, TuningRun
 
 log = logging.getLogger(__name__)
 
-Tuning = Callable[[TuningBench], str]
-"Tunes a camera and says what came of it; raises GrabberError."
+Tuning = Callable[[TuningRun], str]
+"Tunes a camera and returns its result as display text; raises GrabberError."
 
 
 class OnePush:
-    """No call waits; signals come from the tuning's thread."""
+    """Runs one tuning at a time. Methods return immediately; signals come from the tuning's thread."""
 
     progressed = Signal(float, str)
-    """How far it is (0 … 1), and where it stands, for people."""
+    """Progress (0 … 1), and the state as display text."""
     succeeded = Signal(str)
-    """What came of it, for people."""
+    """The result, as display text."""
     failed = Signal(str)
-    """Why it came to nothing; everything is as it was, or it says what is not."""
+    """The reason of the failure; everything is restored, or the text names what is not."""
     ended = Signal()
-    """Always, at the end."""
+    """The tuning ended, with or without success."""
 
     def __init__(self) -> None:
-        self._bench: TuningBench | None = None
+        self._current: TuningRun | None = None
         self._thread: threading.Thread | None = None
 
     @property
     def running(self) -> bool:
-        """Whether one is under way."""
-        return self._bench is not None
+        """Whether a tuning is in progress."""
+        return self._current is not None
 
-    def start(self, name: str, tuning: Tuning, hands: NotingGrabber, features: FeatureTreeModel) -> bool:
-        """Begin; `name` is what can be undone later. False where one is under way already."""
-        if self._bench is not None:
+    def start(
+        self, name: str, tuning: Tuning, grabber: ChangeTrackingGrabber, features: FeatureTreeModel
+    ) -> bool:
+        """Start a tuning; `name` labels its undo step. Return False if one is in progress already."""
+        if self._current is not None:
             return False
-        self._bench = bench = TuningBench(hands, features, Step(name), self.progressed.emit)
-        run = threading.Thread(target=self._run, args=(name, tuning, bench), name="tuning", daemon=True)
-        self._thread = run
-        run.start()
+        self._current = run = TuningRun(grabber, features, Step(name), self.progressed.emit)
+        thread = threading.Thread(target=self._run, args=(name, tuning, run), name="tuning", daemon=True)
+        self._thread = thread
+        thread.start()
         return True
 
     def cancel(self) -> None:
-        """Give up what is under way; what it changed is restored first."""
-        if (bench := self._bench) is not None:
-            bench.cancelled.set()
+        """Cancel the tuning in progress; it restores its changes first."""
+        if (run := self._current) is not None:
+            run.cancelled.set()
 
     def wait(self, timeout: float) -> bool:
-        """Whether it ended within `timeout` seconds."""
+        """Wait up to `timeout` seconds; return whether the tuning has ended."""
         if (thread := self._thread) is not None:
             thread.join(timeout)
             return not thread.is_alive()
         return True
 
-    def _run(self, name: str, tuning: Tuning, bench: TuningBench) -> None:
+    def _run(self, name: str, tuning: Tuning, run: TuningRun) -> None:
         try:
-            result = tuning(bench)
+            result = tuning(run)
         except Exception as error:
-            self.failed.emit(self._undone(name, bench, error))
+            self.failed.emit(self._restored(name, run, error))
         else:
             self.succeeded.emit(result)
         finally:
-            bench.close()
-            self._bench = None
+            run.close()
+            self._current = None
             self.ended.emit()
 
     @staticmethod
-    def _undone(name: str, bench: TuningBench, error: Exception) -> str:
-        """Restore, and say why."""
+    def _restored(name: str, run: TuningRun, error: Exception) -> str:
+        """Restore the changes; return the reason of the failure as display text."""
         if not isinstance(error, GrabberError):
             log.exception("%s failed", name)
             error = GrabberError(f"internal error, see the log: {error}")
         cancelled = isinstance(error, TuningCancelledError)
         why = translate("Tuning", "cancelled") if cancelled else error_text(error)
         try:
-            problems = bench.restore()
+            problems = run.restore()
         except GrabberError as failure:
             problems = [str(failure)]
         if not problems:
@@ -104,33 +106,33 @@ class OnePush:
 PATIENCE = 10.0
 "Seconds a camera may take; it needs a few frames."
 LOOK = 0.1
-"Seconds between two looks at whether it is done."
+"Seconds between two reads of the automatic mode."
 
 
 def has_once(grabber: FrameGrabber, role: Role) -> bool:
-    """Whether the camera can do it by itself."""
+    """Return whether the camera has an automatic mode for this that runs once."""
     return automatic_once(grabber, role) is not None
 
 
-def let_camera(bench: TuningBench, role: Role) -> str:
-    """Let the camera regulate once, and wait until it is done. What came of it.
+def let_camera(run: TuningRun, role: Role) -> str:
+    """Let the camera regulate once, wait until it is done, and return the result as display text.
 
-    Raises TuningError where it does not end, FeatureError, TransportError.
+    Raises TuningError if it does not end, FeatureError, TransportError.
     """
-    auto = bench.call(lambda grabber: automatic_once(grabber, role))
+    auto = run.call(lambda grabber: automatic_once(grabber, role))
     if auto is None:
-        raise FeatureNotFoundError(f"{bench.title} does not regulate this once by itself", role.names[0])
-    bench.call(lambda grabber: grabber.write_feature(auto, AUTO_ONCE))
+        raise FeatureNotFoundError(f"{run.title} does not regulate this once by itself", role.names[0])
+    run.call(lambda grabber: grabber.write_feature(auto, AUTO_ONCE))
     begun = time.monotonic()
-    while regulating(bench.call(lambda grabber: grabber.feature(auto))):
+    while regulating(run.call(lambda grabber: grabber.feature(auto))):
         seconds = time.monotonic() - begun
         if seconds > PATIENCE:
             text = translate("Tuning", "{0} was not done within {1:g} s; does the camera send frames?")
             raise TuningError(text.format(auto, PATIENCE))
-        bench.say(seconds / PATIENCE, translate("Tuning", "{0} at work").format(auto))
-        bench.wait(LOOK)
+        run.say(seconds / PATIENCE, translate("Tuning", "{0} at work").format(auto))
+        run.wait(LOOK)
     if role is not Role.EXPOSURE:
         return translate("Tuning", "White balance set by the camera")
-    name = bench.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
-    exposure = bench.call(lambda grabber: grabber.feature(name))
+    name = run.call(lambda grabber: role.find(grabber.has_feature)) or role.names[0]
+    exposure = run.call(lambda grabber: grabber.feature(name))
     return translate("Tuning", "Exposure set by the camera: {0}").format(value_text(exposure))

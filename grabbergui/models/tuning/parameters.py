@@ -19,9 +19,9 @@ from grabbergui.core.sfnc import AUTO_ONCE, Role
 from grabbergui.models.features.scale import nearest_allowed
 
 STRONGEST = 8.0
-"Factor by which one step changes the light at most."
+"Largest factor by which one step changes the light."
 NEARLY_BLACK = 0.01
-"Part of white below which a measurement tells only that it is dark."
+"Part of white below which a measurement shows only that it is dark."
 ROOM = 1e-3
 "Relative distance of the bounds below which they are forgotten: the scene has changed since."
 FLATTEST, STEEPEST = 0.25, 2.0
@@ -31,34 +31,31 @@ LEAST_STEP = 0.02
 
 
 class Law(Enum):
-    """How what is measured answers to a knob."""
+    """How the measurement depends on a parameter."""
 
     PROPORTIONAL = "proportional"
     "An exposure time, a ratio."
     DECIBEL = "dB"
     "A gain in decibels of amplitude."
     UNKNOWN = "unknown"
-    "A gain in numbers of the maker's own: only its direction is known."
+    "A gain in the vendor's own numbers: only its direction is known."
 
 
-class KnobSearch:
-    """Proposes values for one knob between `low` and `high`, from where it stands."""
+class ParameterSearch:
+    """Proposes values for one parameter between `low` and `high`, starting at its current value."""
 
     def __init__(self, value: float, low: float, high: float, law: Law) -> None:
         self.value = value
-        "Where the knob stands."
+        "The parameter's current value."
         self._low, self._high = low, high
         self._law = law
         self._last: tuple[float, float] | None = None
-        "Logarithms of the light and of the factor at the step before."
+        "Logarithms of the light and of the factor at the previous step."
         self._too_small: float | None = None
         self._too_large: float | None = None
 
     def propose(self, factor: float) -> float | None:
-        """Where to turn the knob so that `factor` times as much is measured; None at the end of its range.
-
-        A factor below one means that there is too much.
-        """
+        """Return a value that should multiply the measurement by `factor`; None at the end of the range."""
         factor = min(max(factor, 1 / STRONGEST), STRONGEST)
         if (self.value >= self._high) if factor > 1 else (self.value <= self._low):
             return None
@@ -66,13 +63,13 @@ class KnobSearch:
             self._too_small = self.value
         else:
             self._too_large = self.value
-        self._forget_what_is_old()
+        self._forget_outdated_bounds()
         guess = min(max(self._between(self._guess(factor)), self._low), self._high)
         self.value = guess
         return guess
 
-    def stood(self, value: float) -> None:
-        """What the camera made of the proposal."""
+    def accept(self, value: float) -> None:
+        """Note the value that the camera made of the proposal."""
         self.value = value
 
     def _guess(self, factor: float) -> float:
@@ -86,9 +83,9 @@ class KnobSearch:
         return value * math.exp(self._step(math.log(value), math.log(factor)))
 
     def _step(self, light: float, wanted: float) -> float:
-        """How far to go, as a logarithm: farther than wanted where the step before did less than it should.
+        """Return the step as a logarithm: longer than `wanted` if the previous step did too little.
 
-        A black level or a gamma curve makes every step fall short; two measurements tell by how much.
+        A black level or a gamma curve makes every step fall short; two measurements show by how much.
         """
         slope = 1.0
         if self._last is not None:
@@ -106,7 +103,7 @@ class KnobSearch:
             return math.sqrt(small * large)
         return (small + large) / 2
 
-    def _forget_what_is_old(self) -> None:
+    def _forget_outdated_bounds(self) -> None:
         small, large = self._too_small, self._too_large
         if small is not None and large is not None and large - small <= ROOM * abs(large):
             self._too_small = self._too_large = None
@@ -121,9 +118,9 @@ def _decibels(nepers: float) -> float:
 
 
 def light_factor(mean: float, saturated: float, target: float) -> float:
-    """By what the light has to be multiplied, as far as one measurement tells.
+    """Return the factor by which the light has to change, as far as one measurement shows.
 
-    White pixels would be brighter if they could, so a picture with many of them is darkened by more.
+    Saturated pixels hide how bright they are, so an image with many of them is darkened by more.
     """
     if mean < NEARLY_BLACK:
         return STRONGEST if target > mean else 1 / STRONGEST
@@ -132,11 +129,11 @@ def light_factor(mean: float, saturated: float, target: float) -> float:
 
 
 @dataclass
-class Knob:
+class TuningParameter:
     """A number feature, perhaps behind a selector, and the search for its value."""
 
     feature: Feature
-    search: KnobSearch
+    search: ParameterSearch
     key: SettingKey
 
     @classmethod
@@ -147,10 +144,10 @@ class Knob:
         *,
         highest: float | None = None,
         key: SettingKey | None = None,
-    ) -> Knob | None:
-        """A knob over the feature's own range, or up to `highest`; None where it has no range or value.
+    ) -> TuningParameter | None:
+        """Make a parameter over the feature's range, or up to `highest`; None without a range or value.
 
-        Without a `key` it is what its selectors select at the moment.
+        Without a `key` it is the instance that the selectors currently select.
         """
         low, high = feature.minimum, feature.maximum
         if low is None or high is None or not isinstance(feature.value, int | float):
@@ -159,10 +156,10 @@ class Knob:
             step = feature.increment or 0
             highest = low + (highest - low) // step * step if step else highest
             high = max(min(high, highest), feature.value)
-        return cls(feature, KnobSearch(feature.value, low, high, law), key or SettingKey(feature.name))
+        return cls(feature, ParameterSearch(feature.value, low, high, law), key or SettingKey(feature.name))
 
     def proposed(self, factor: float) -> FeatureValue | None:
-        """The value to write for `factor` times as much; None where no value leads there."""
+        """Return the value to write for `factor` times as much; None if there is none."""
         before = self.search.value
         wanted = self.search.propose(factor)
         if wanted is None:
@@ -172,12 +169,12 @@ class Knob:
             # A coarse step: the next value on that side, if it is still on that side.
             step = self.feature.increment or 0
             allowed = nearest_allowed(self.feature, before + (step if factor > 1 else -step))
-        self.search.stood(before)
+        self.search.accept(before)
         return None if allowed == before else allowed
 
 
-def hand_over(grabber: FrameGrabber, name: str) -> Feature:
-    """Take a feature from its automatic mode, so that it can be turned, and read it."""
+def switch_to_manual(grabber: FrameGrabber, name: str) -> Feature:
+    """Switch a feature's automatic mode off, and read the feature."""
     auto = automatic_mode_of(name, grabber.has_feature)
     if auto is not None and (off := switched_off(grabber.feature(auto))) is not None:
         grabber.write_feature(*off)
@@ -185,7 +182,7 @@ def hand_over(grabber: FrameGrabber, name: str) -> Feature:
 
 
 def automatic_once(grabber: FrameGrabber, role: Role) -> str | None:
-    """The automatic mode of a role's feature that can do it once, if the camera has one."""
+    """Return the automatic mode of a role's feature if it can run once."""
     name = role.find(grabber.has_feature)
     auto = automatic_mode_of(name, grabber.has_feature) if name is not None else None
     if auto is None:

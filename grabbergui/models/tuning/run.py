@@ -16,7 +16,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportErr
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
 from grabbergui.models.changes.history import Direction, Step
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.changes.undoing import write_values
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
@@ -94,26 +94,30 @@ class TuningCancelledError(TuningError):
     """Somebody does not want it any more."""
 
 
-class TuningBench:
+class TuningRun:
     """For one tuning, on a thread of its own. Once cancelled, calls raise TuningCancelledError."""
 
     def __init__(
-        self, hands: NotingGrabber, features: FeatureTreeModel, step: Step, say: Callable[[float, str], None]
+        self,
+        grabber: ChangeTrackingGrabber,
+        features: FeatureTreeModel,
+        step: Step,
+        say: Callable[[float, str], None],
     ) -> None:
         """`say` is told how far it is (0 … 1), and where it stands, for people."""
-        self.title = hands.info.title
+        self.title = grabber.info.title
         self.say = say
         self.cancelled = threading.Event()
-        self._hands = hands
+        self._grabber = grabber
         self._features = features
         self._step = step
-        self._frames = hands.plain.open_queue(depth=2)
+        self._frames = grabber.plain.open_queue(depth=2)
 
     def close(self) -> None:
         """Take no more frames."""
         self._frames.close()
 
-    def call(self, job: Callable[[NotingGrabber], T]) -> T:
+    def call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:
         """Do something with the camera on its own thread and wait for it; writes are one step to undo.
 
         What the operator asked for before is written before, a slider let go just now too.
@@ -141,7 +145,7 @@ class TuningBench:
     def restore(self) -> list[str]:
         """Set everything as it was; what did not work, a sentence each. Also when cancelled."""
         values = dict(self._step.values(Direction.UNDO))
-        return list(self._call(lambda hands: write_values(hands, values)).values())
+        return list(self._call(lambda grabber: write_values(grabber, values)).values())
 
     def _frame(self) -> Frame:
         deadline = time.monotonic() + FRAME_PATIENCE
@@ -153,15 +157,15 @@ class TuningBench:
                 if self._frames.closed:
                     break
         raise FrameTimeoutError(
-            translate("Tuning", "no frame came to measure_light; start the camera, or its trigger, first")
+            translate("Tuning", "no frame came to measure; start the camera, or its trigger, first")
         )
 
-    def _call(self, job: Callable[[NotingGrabber], T]) -> T:
+    def _call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:
         answers: queue.Queue[tuple[T | None, GrabberError | None]] = queue.Queue()
 
         def noted() -> T:
-            with self._hands.journal.within(self._step):
-                return job(self._hands)
+            with self._grabber.journal.within(self._step):
+                return job(self._grabber)
 
         if not self._features.run(
             noted,

@@ -9,15 +9,15 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.region import Region
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.features.text import number_text
 from grabbergui.models.language import localized, translate
-from grabbergui.models.tuning.parameters import Knob, Law, hand_over
-from grabbergui.models.tuning.run import Light, TuningBench, TuningError
+from grabbergui.models.tuning.parameters import Law, TuningParameter, switch_to_manual
+from grabbergui.models.tuning.run import Light, TuningError, TuningRun
 
 TOLERANCE = 0.01
 "Difference of red and blue from green, as a part of green, that is good enough."
-MOST_TURNS = 12
+MOST_STEPS = 12
 DARKEST = 0.03
 "Part of white below which noise decides on the colour."
 MOST_SATURATED = 0.1
@@ -27,46 +27,48 @@ COLOURS = {"R": "Red", "B": "Blue"}
 "Channel to the entry of BalanceRatioSelector; green stays."
 
 
-def balance(bench: TuningBench, region: Region | None) -> str:
+def balance(run: TuningRun, region: Region | None) -> str:
     """Set the balance ratios of red and blue so that a region of the frame is grey. What came of it.
 
     The automatic mode is switched off. Raises TuningError where the region cannot tell or does not settle,
     FeatureError, FrameTimeoutError, TransportError.
     """
-    knobs = bench.call(_knobs)
-    light = _usable(bench.light(region))
-    for turn in range(MOST_TURNS):
+    parameters = run.call(_parameters)
+    light = _usable(run.light(region))
+    for turn in range(MOST_STEPS):
         off = {channel: light.channels["G"] / max(light.channels[channel], 1e-6) for channel in COLOURS}
         text = translate("Tuning", "red {0:.0%}, blue {1:.0%} of green")
-        bench.say(turn / MOST_TURNS, text.format(1 / off["R"], 1 / off["B"]))
+        run.say(turn / MOST_STEPS, text.format(1 / off["R"], 1 / off["B"]))
         wanted = {channel: factor for channel, factor in off.items() if abs(factor - 1) > TOLERANCE}
         if not wanted:
-            return translate("Tuning", "Balanced: {0}").format(_standing(knobs))
-        if not _turn(bench, knobs, wanted):
+            return translate("Tuning", "Balanced: {0}").format(_values_text(parameters))
+        if not _adjust(run, parameters, wanted):
             text = translate("Tuning", "As grey as it gets, with {0}; another light would help")
-            return text.format(_standing(knobs))
-        light = _usable(bench.light(region))
+            return text.format(_values_text(parameters))
+        light = _usable(run.light(region))
     text = translate(
         "Tuning", "the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?"
     )
-    raise TuningError(text.format(MOST_TURNS))
+    raise TuningError(text.format(MOST_STEPS))
 
 
-def _knobs(grabber: FrameGrabber) -> dict[str, Knob]:
+def _parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
     """The ratio of each channel to be turned."""
     name = Role.BALANCE_RATIO.find(grabber.has_feature)
     if name is None:
         raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
-    hand_over(grabber, name)
+    switch_to_manual(grabber, name)
     path = grabber.selectors.of(name)
-    found: dict[str, Knob] = {}
+    found: dict[str, TuningParameter] = {}
     for channel, entry in COLOURS.items():
-        key, knob = SettingKey(name, tuple((selector, entry) for selector in path)), None
+        key, parameter = SettingKey(name, tuple((selector, entry) for selector in path)), None
         with suppress(FeatureError):
-            knob = Knob.of(grabber.read_setting(key), Law.PROPORTIONAL, key=key) if path else None
-        if knob is None:
+            parameter = (
+                TuningParameter.of(grabber.read_setting(key), Law.PROPORTIONAL, key=key) if path else None
+            )
+        if parameter is None:
             raise FeatureNotFoundError(f"{grabber.info.title} has no {name} for {entry.lower()}", name)
-        found[channel] = knob
+        found[channel] = parameter
     return found
 
 
@@ -88,25 +90,25 @@ def _usable(light: Light) -> Light:
     return light
 
 
-def _turn(bench: TuningBench, knobs: dict[str, Knob], wanted: dict[str, float]) -> bool:
+def _adjust(run: TuningRun, parameters: dict[str, TuningParameter], wanted: dict[str, float]) -> bool:
     """Turn the ratios of these channels. Whether any of them leads anywhere."""
-    values = {channel: knobs[channel].proposed(factor) for channel, factor in wanted.items()}
+    values = {channel: parameters[channel].proposed(factor) for channel, factor in wanted.items()}
 
-    def write(grabber: NotingGrabber) -> None:
+    def write(grabber: ChangeTrackingGrabber) -> None:
         for channel, value in values.items():
-            knob = knobs[channel]
+            parameter = parameters[channel]
             if value is None:
                 continue
-            knob.feature = grabber.write_setting(knob.key, value).feature
-            if isinstance(knob.feature.value, int | float):
-                knob.search.stood(knob.feature.value)
+            parameter.feature = grabber.write_setting(parameter.key, value).feature
+            if isinstance(parameter.feature.value, int | float):
+                parameter.search.accept(parameter.feature.value)
 
     if all(value is None for value in values.values()):
         return False
-    bench.call(write)
+    run.call(write)
     return True
 
 
-def _standing(knobs: dict[str, Knob]) -> str:
-    red, blue = (number_text(knobs[channel].search.value, 4) for channel in COLOURS)
+def _values_text(parameters: dict[str, TuningParameter]) -> str:
+    red, blue = (number_text(parameters[channel].search.value, 4) for channel in COLOURS)
     return translate("Tuning", "red {0}, blue {1}").format(red, blue)

@@ -73,7 +73,7 @@ class AcquisitionController(QObject):
         window.actionStart.triggered.connect(self._connection.start)
         window.actionStop.triggered.connect(self._connection.stop)
         window.actionSnapshot.triggered.connect(self.snapshot)
-        view.viewChanged.connect(self._picture.look_at)
+        view.viewChanged.connect(self._picture.set_viewport)
         view.cursorMoved.connect(self._show_cursor)
         view.cursorLeft.connect(self._show_cursor)
         view.painted.connect(self._picture.painted)

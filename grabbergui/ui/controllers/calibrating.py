@@ -51,7 +51,7 @@ class CalibratingController(QObject):
         dialog.moreRequested.connect(lambda: self.go(Step.VIEWS))
         dialog.usedChanged.connect(self.model.solve)
         dialog.viewChosen.connect(self._on_dialog_view_chosen)
-        dialog.viewChanged.connect(self.model.look_at)
+        dialog.viewChanged.connect(self.model.set_viewport)
         dialog.closing.connect(self.close)
         self.model.open()
 

@@ -11,7 +11,7 @@ from PyQt5.QtCore import QObject, pyqtSignal
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.models.changes.history import Step
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.open_source import OpenSource
@@ -21,7 +21,7 @@ from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
 
 T = TypeVar("T")
 
-Work = Callable[[NotingGrabber, Progress, threading.Event], T]
+Work = Callable[[ChangeTrackingGrabber, Progress, threading.Event], T]
 """Does something with a camera, tells how far it is, and gives up once the event is set."""
 
 TELL = 0.05
@@ -53,10 +53,10 @@ class CameraWork(QObject):
         With `undoable`, all that is written is one step of that name to undo. A failure is told by `failed`.
         """
         source = self._connection.source
-        if source is None or source.hands is None or source.features is None:
+        if source is None or source.tracked_grabber is None or source.features is None:
             self.failed.emit(self.tr("there is no camera; connect to one first"))
             return
-        hands, cancelled = source.hands, threading.Event()
+        grabber, cancelled = source.tracked_grabber, threading.Event()
         row = self._tasks.begin(title)
         row.setText(text)
         row.cancelRequested.connect(cancelled.set)
@@ -65,9 +65,9 @@ class CameraWork(QObject):
 
         def job() -> T:
             if not undoable:
-                return work(hands, progress, cancelled)
-            with hands.journal.within(Step(undoable)):
-                return work(hands, progress, cancelled)
+                return work(grabber, progress, cancelled)
+            with grabber.journal.within(Step(undoable)):
+                return work(grabber, progress, cancelled)
 
         def end(report: Callable[[], None]) -> None:
             self._under_way.pop(cancelled, None)

@@ -52,9 +52,9 @@ class ChangesController(QObject):
     # -- undo and redo -----------------------------------------------------------------------------
     def _revert(self, direction: Direction, _: bool = False) -> None:
         source = self._source
-        if source is None or source.features is None or source.hands is None:
+        if source is None or source.features is None or source.tracked_grabber is None:
             return
-        job = partial(revert, source.hands, direction)
+        job = partial(revert, source.tracked_grabber, direction)
         source.features.run(job, done=lambda problems: self._bridge.call(partial(self._say, problems)))
 
     def _on_rows_held(self, name: str) -> None:

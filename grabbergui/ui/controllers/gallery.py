@@ -49,7 +49,7 @@ class GalleryController(QObject):
         """Take the source to hand that stands behind the one at hand; after the last, the first."""
         sources, at_hand = self._connection.sources, self._connection.source
         if at_hand in sources and len(sources) > 1:
-            self._connection.bring_forward(sources[(sources.index(at_hand) + 1) % len(sources)])
+            self._connection.make_current(sources[(sources.index(at_hand) + 1) % len(sources)])
 
     def _show(self) -> None:
         tiles = self._model.tiles
@@ -59,7 +59,7 @@ class GalleryController(QObject):
             view = self._shown.get(tile)
             if view is None:
                 view = self._shown[tile] = self._view.addTile()
-                view.chosen.connect(partial(self._connection.bring_forward, tile.source))
+                view.chosen.connect(partial(self._connection.make_current, tile.source))
                 view.closeRequested.connect(partial(self._close, tile.source))
             view.setTitle(tile.source.short_title, tile.source.title)
             view.setCurrent(tile.source is self._connection.source)
@@ -80,4 +80,4 @@ class GalleryController(QObject):
             if not view.visibleRegion().isEmpty() and (picture := tile.picture.take()) is not None:
                 view.setPicture(picture.image)
                 room = view.thumbnail.roomInPixels(picture.width, picture.height)
-                tile.picture.look_at(None, room)
+                tile.picture.set_viewport(None, room)

@@ -14,7 +14,7 @@ from PyQt5.QtWidgets import QFileDialog
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.settings import files
@@ -107,8 +107,8 @@ class KeepingController(QObject):
     def save(self, path: Path) -> None:
         """Save the camera's settings."""
 
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> int:
-            features = capture(hands.plain, progress=progress, cancelled=cancelled)
+        def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> int:
+            features = capture(grabber.plain, progress=progress, cancelled=cancelled)
             if cancelled.is_set():
                 return 0  # half of the settings would pass for all of them
             files.save(features, path)
@@ -124,9 +124,11 @@ class KeepingController(QObject):
         """Load settings, all or some of them, and show what became of each."""
         title = self.tr("Loaded {0}").format(path.name)
 
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            features = files.load(path, hands.selectors.of)
-            return load_onto(hands, features.only(only), progress=progress, cancelled=cancelled)
+        def work(
+            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
+        ) -> LoadReport:
+            features = files.load(path, grabber.selectors.of)
+            return load_onto(grabber, features.only(only), progress=progress, cancelled=cancelled)
 
         show = partial(self._show, title, apply=path)
         self._work.run(self.tr("Loading settings"), work, show, undoable=title, text=path.name)
@@ -134,9 +136,11 @@ class KeepingController(QObject):
     def compare(self, path: Path) -> None:
         """Show what loading would change, and offer to."""
 
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            features = files.load(path, hands.selectors.of)
-            return load_onto(hands.plain, features, dry_run=True, progress=progress, cancelled=cancelled)
+        def work(
+            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
+        ) -> LoadReport:
+            features = files.load(path, grabber.selectors.of)
+            return load_onto(grabber.plain, features, dry_run=True, progress=progress, cancelled=cancelled)
 
         title = self.tr("Camera and {0}").format(path.name)
         show = partial(self._show, title, apply=path)
@@ -156,8 +160,10 @@ class KeepingController(QObject):
         self.report = None
 
     def _roll_back(self, title: str, report: LoadReport) -> None:
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            return roll_back(hands, report, progress=progress, cancelled=cancelled)
+        def work(
+            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
+        ) -> LoadReport:
+            return roll_back(grabber, report, progress=progress, cancelled=cancelled)
 
         def done(after: LoadReport) -> None:
             self.noticed.emit(self.tr("Rolled back: {0}").format(after.summary()))
@@ -169,7 +175,11 @@ class KeepingController(QObject):
     def compare_files(self, first: Path, second: Path) -> None:
         """Show what two files differ in, and offer to set the camera as either says."""
         source = self._connection.source
-        selectors_of = source.hands.selectors_of if source is not None and source.hands is not None else None
+        selectors_of = (
+            source.tracked_grabber.selectors_of
+            if source is not None and source.tracked_grabber is not None
+            else None
+        )
         try:
             one, other = (files.load(path, selectors_of) for path in (first, second))
         except GrabberError as error:
@@ -187,8 +197,10 @@ class KeepingController(QObject):
         self.difference = None
 
     def _apply(self, name: str, features: FeatureSet, only: list[SettingKey]) -> None:
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> LoadReport:
-            return load_onto(hands, features.only(only), progress=progress, cancelled=cancelled)
+        def work(
+            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
+        ) -> LoadReport:
+            return load_onto(grabber, features.only(only), progress=progress, cancelled=cancelled)
 
         title = self.tr("Loaded {0}").format(name)
         self._work.run(

@@ -54,7 +54,7 @@ class PauseController(QObject):
         if self._frames:
             self._show(len(self._frames) - 1)
             return
-        self._picture.hold(None)
+        self._picture.freeze(None)
         if paused:
             self._window.actionPause.setChecked(False)
             self.failed.emit(self.tr("there is no frame yet to pause at; start the camera first"))
@@ -70,7 +70,7 @@ class PauseController(QObject):
     def _show(self, index: int) -> None:
         self._index = index
         frame, newest = self._frames[index], self._frames[-1]
-        self._picture.hold(frame)
+        self._picture.freeze(frame)
         self._window.picture.pauseBar.setPlace(index, len(self._frames), _seconds(frame, newest))
 
     def _on_connection_opened(self, source: OpenSource) -> None:

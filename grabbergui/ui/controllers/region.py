@@ -48,13 +48,13 @@ class RegionController(QObject):
 
     def _change(self, change: Callable[[FrameGrabber], Region]) -> None:
         source = self._connection.source
-        if source is None or source.hands is None or source.features is None:
+        if source is None or source.tracked_grabber is None or source.features is None:
             return
-        hands, step = source.hands, Step(self.tr("Region of the sensor"))
+        grabber, step = source.tracked_grabber, Step(self.tr("Region of the sensor"))
 
         def job() -> Region:
-            with hands.journal.within(step):
-                return change(hands)
+            with grabber.journal.within(step):
+                return change(grabber)
 
         def failed(error: GrabberError) -> None:
             text = self.tr("the region could not be changed: {0}").format(error)

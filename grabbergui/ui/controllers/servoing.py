@@ -49,7 +49,7 @@ class ServoController(QObject):
         window.stopPressed.connect(self._on_window_stop_pressed)
         window.startPressed.connect(self._on_window_start_pressed)
         window.tuningChanged.connect(self._on_window_tuning_changed)
-        window.viewChanged.connect(self.model.look_at)
+        window.viewChanged.connect(self.model.set_viewport)
         window.setTuning(Tuning.of(pilot.config))
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._show_curves)

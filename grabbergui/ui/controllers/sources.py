@@ -52,11 +52,11 @@ class SourcesController(QObject):
         bridge.bind(model.changed, self._on_model_changed)
         bridge.bind(model.searching, view.setSearching)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        bridge.bind(connection.candidate_changed, self._on_connection_candidate_changed)
+        bridge.bind(connection.pending_changed, self._on_connection_pending_changed)
         bridge.bind(connection.sources_changed, self._on_connection_sources_changed)
         view.connectRequested.connect(self.connect_to)
         view.stillRequested.connect(lambda uri: self.connect_to(uri, start=False))
-        view.besideRequested.connect(self.connect_beside)
+        view.besideRequested.connect(self.open_additional)
         view.addressEntered.connect(self._on_view_address_entered)
         view.disconnectRequested.connect(self.disconnect_current)
         view.refreshRequested.connect(model.refresh)
@@ -78,10 +78,10 @@ class SourcesController(QObject):
         """Close the current source."""
         self._confirm([self._connection.source], self._connection.disconnect)
 
-    def connect_beside(self, uri: str) -> None:
+    def open_additional(self, uri: str) -> None:
         """Open one source more; what is wrong with its URI comes by `failed`."""
         try:
-            self._connection.connect_beside(uri)
+            self._connection.open_additional(uri)
         except UsageError as error:
             self.failed.emit(error_text(error))
 
@@ -121,19 +121,19 @@ class SourcesController(QObject):
             self._view.setRecent(self._preferences.recent)
         self._view.hintLabel.setVisible(source is None or source.uri.scheme == SIMULATED)
 
-    def _on_connection_candidate_changed(self, candidate: OpenSource | None) -> None:
+    def _on_connection_pending_changed(self, pending: OpenSource | None) -> None:
         if self._row is not None:
             self._tasks.end(self._row)
             self._row = None
-        if candidate is not None:
-            QTimer.singleShot(SHOWN_AFTER_MS, lambda: self._show_candidate(candidate))
+        if pending is not None:
+            QTimer.singleShot(SHOWN_AFTER_MS, lambda: self._show_pending(pending))
 
-    def _show_candidate(self, candidate: OpenSource) -> None:
-        if candidate is not self._connection.candidate or self._row is not None:
+    def _show_pending(self, pending: OpenSource) -> None:
+        if pending is not self._connection.pending or self._row is not None:
             return
         self._row = self._tasks.begin(self.tr("Connecting"))
-        self._row.setText(str(candidate.uri))
-        self._row.cancelRequested.connect(self._connection.give_up_candidate)
+        self._row.setText(str(pending.uri))
+        self._row.cancelRequested.connect(self._connection.cancel_pending)
 
     def _on_connection_sources_changed(self, sources: tuple[OpenSource, ...]) -> None:
         known = {str(s.uri): s for s in sources if s.state.connected or s.state is LinkState.LOST}

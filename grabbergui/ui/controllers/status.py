@@ -147,9 +147,9 @@ class StatusController(QObject):
             return self.tr("Connecting to {0} …").format(source.uri), "", None
         if condition is Condition.WAITING:
             return self.tr("Waiting for a trigger"), "", None
-        if condition is Condition.READ_ONLY and source.no_picture:
+        if condition is Condition.READ_ONLY and source.no_frames:
             summary = self.tr("The picture goes to the program that has control.")
-            return summary, source.no_picture, Stage.PACKETS
+            return summary, source.no_frames, Stage.PACKETS
         found = self._diagnosis(source, status) if condition in _RUNNING else None
         return (found.summary, found.advice, found.stage) if found is not None else ("", "", None)
 

@@ -13,7 +13,7 @@ from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning.exposure import expose
 from grabbergui.models.tuning.one_push import OnePush, Tuning, has_once, let_camera
-from grabbergui.models.tuning.run import TuningBench
+from grabbergui.models.tuning.run import TuningRun
 from grabbergui.models.tuning.white_balance import balance
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
@@ -80,9 +80,9 @@ class TuningController(QObject):
 
     def _start(self, name: str, tuning: Tuning) -> None:
         source = self._connection.source
-        if source is None or source.hands is None or source.features is None:
+        if source is None or source.tracked_grabber is None or source.features is None:
             return
-        if not self._push.start(name, tuning, source.hands, source.features):
+        if not self._push.start(name, tuning, source.tracked_grabber, source.features):
             return
         self._row = self._window.tasks.begin(name)
         self._row.cancelRequested.connect(self._push.cancel)
@@ -123,7 +123,7 @@ class TuningController(QObject):
             action.setEnabled(possible)
 
 
-def _by_whole(role: Role, otherwise: Tuning, bench: TuningBench) -> str:
+def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
     """Let the camera do it where it can."""
-    by_itself = bench.call(lambda grabber: has_once(grabber, role))
-    return let_camera(bench, role) if by_itself else otherwise(bench)
+    by_itself = run.call(lambda grabber: has_once(grabber, role))
+    return let_camera(run, role) if by_itself else otherwise(run)

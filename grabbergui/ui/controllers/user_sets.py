@@ -8,7 +8,7 @@ from functools import partial
 
 from PyQt5.QtCore import QObject, pyqtSignal
 
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.settings import user_sets
 from grabbergui.models.settings.feature_set import Progress
@@ -56,8 +56,8 @@ class UserSetsController(QObject):
             self.dialog.reject()
 
     def _load(self, name: str) -> None:
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> int:
-            return user_sets.load(hands, name, progress=progress, cancelled=cancelled)
+        def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> int:
+            return user_sets.load(grabber, name, progress=progress, cancelled=cancelled)
 
         def done(changed: int) -> None:
             self.noticed.emit(self.tr("Loaded {0}: {1} settings are other than before").format(name, changed))
@@ -74,12 +74,14 @@ class UserSetsController(QObject):
         text = self.tr("The camera starts with {0} from its next power-on").format(name)
         self._change(self.tr("Telling the camera"), partial(user_sets.start_with, name=name), text)
 
-    def _change(self, title: str, change: Callable[[NotingGrabber], None], text: str) -> None:
+    def _change(self, title: str, change: Callable[[ChangeTrackingGrabber], None], text: str) -> None:
         """Do something with a set, and show the sets as they are then."""
 
-        def work(hands: NotingGrabber, progress: Progress, cancelled: threading.Event) -> list[UserSet]:
-            change(hands)
-            return user_sets.user_sets(hands.plain)
+        def work(
+            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
+        ) -> list[UserSet]:
+            change(grabber)
+            return user_sets.user_sets(grabber.plain)
 
         def done(sets: list[UserSet]) -> None:
             self.noticed.emit(text)
@@ -89,5 +91,5 @@ class UserSetsController(QObject):
         self._work.run(title, work, done)
 
 
-def _read(hands: NotingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
-    return user_sets.user_sets(hands.plain)
+def _read(grabber: ChangeTrackingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
+    return user_sets.user_sets(grabber.plain)

@@ -2,7 +2,7 @@
 
 from grabbergui.models.changes.history import PAUSE, Direction, Origin
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.changes.undoing import revert
 
 UNDO, REDO = Direction.UNDO, Direction.REDO
@@ -10,24 +10,24 @@ OPERATOR, CAMERA, NETWORK = Origin.OPERATOR, Origin.CAMERA, Origin.NETWORK
 
 
 class Bench:
-    """A grabber, the operator's hands on it, and a clock."""
+    """A grabber, the operator's tracked handle, and a clock."""
 
     def __init__(self, grabber):
         self.grabber = grabber
         self.now = 100.0
         self.journal = ChangeJournal(clock=lambda: self.now, time_of_day=lambda: 1e9 + self.now)
-        self.hands = NotingGrabber(grabber, self.journal, clock=lambda: self.now)
-        self.hands.open()  # a camera looks at what moves by itself only while somebody listens
+        self.tracked_grabber = ChangeTrackingGrabber(grabber, self.journal, clock=lambda: self.now)
+        self.tracked_grabber.open()  # a camera looks at what moves by itself only while somebody listens
 
     def value(self, name):
         return self.grabber.feature(name).value
 
     def write(self, name, value, wait=PAUSE):
-        self.hands.write_feature(name, value)
+        self.tracked_grabber.write_feature(name, value)
         self.now += wait
 
     def revert(self, direction, times=1):
-        return [problem for _ in range(times) for problem in revert(self.hands, direction)]
+        return [problem for _ in range(times) for problem in revert(self.tracked_grabber, direction)]
 
     @property
     def log(self):

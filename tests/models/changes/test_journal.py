@@ -107,9 +107,9 @@ def test_notes_from_two_threads_lose_nothing(bench):
 
 
 def test_what_moves_by_itself_was_the_camera(bench):
-    bench.hands.watch(bench.grabber.feature("Gain"))
+    bench.tracked_grabber.watch(bench.grabber.feature("Gain"))
     bench.grabber.set("Gain", 7.0)
-    bench.hands.watch(bench.grabber.feature("Gain"))
+    bench.tracked_grabber.watch(bench.grabber.feature("Gain"))
     assert bench.log == [("Gain 1 → 7", CAMERA)]
     assert bench.journal.next_text(UNDO) == "", "only the operator's own changes are undone"
 
@@ -118,36 +118,36 @@ def test_what_others_change_on_a_shared_camera_was_the_network(bench):
     bench.grabber.shared = True
     bench = Bench(bench.grabber)
     for name in ("Gain", "Gamma"):
-        bench.hands.watch(bench.grabber.feature(name))
+        bench.tracked_grabber.watch(bench.grabber.feature(name))
     bench.grabber.set("Gain", 7.0)
-    bench.hands.watch(bench.grabber.feature("Gain"))
+    bench.tracked_grabber.watch(bench.grabber.feature("Gain"))
     bench.write("Exposure", 50.0, wait=0.1)
     bench.grabber.set("Gamma", 2.0)
-    bench.hands.watch(bench.grabber.feature("Gamma"))
+    bench.tracked_grabber.watch(bench.grabber.feature("Gamma"))
     assert bench.log == [("Gain 1 → 7", NETWORK), ("Exposure 1 → 50", OPERATOR), ("Gamma 1 → 2", CAMERA)]
 
 
 def test_the_operators_own_change_is_not_noted_twice_when_it_is_read(bench):
-    bench.hands.watch(bench.grabber.feature("Gain"))
+    bench.tracked_grabber.watch(bench.grabber.feature("Gain"))
     bench.write("Gain", 6.0)
-    bench.hands.watch(bench.grabber.feature("Gain"))
+    bench.tracked_grabber.watch(bench.grabber.feature("Gain"))
     assert bench.log == [("Gain 1 → 6", OPERATOR)]
 
 
 def test_a_regulated_value_is_one_entry_that_grows(bench):
     for value in range(1, 20):
         bench.grabber.set("Gain", float(value))
-        bench.hands.watch(bench.grabber.feature("Gain"))
+        bench.tracked_grabber.watch(bench.grabber.feature("Gain"))
         bench.now += 0.2
     assert bench.log == [("Gain 1 → 19", CAMERA)]
 
 
 def test_another_instance_seen_through_a_selector_is_no_change(sim):
-    sim.hands.watch(sim.grabber.feature("BalanceRatio"))
+    sim.tracked_grabber.watch(sim.grabber.feature("BalanceRatio"))
     sim.write("BalanceRatioSelector", "Blue")
-    sim.hands.watch(sim.grabber.feature("BalanceRatio"))
+    sim.tracked_grabber.watch(sim.grabber.feature("BalanceRatio"))
     sim.write("BalanceRatio", 2.0)
     sim.write("BalanceRatioSelector", "Red")
-    sim.hands.watch(sim.grabber.feature("BalanceRatio"))
+    sim.tracked_grabber.watch(sim.grabber.feature("BalanceRatio"))
     key = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Blue"),))
     assert [c.key for c in sim.journal.changes if c.key.name == "BalanceRatio"] == [key]

@@ -73,7 +73,7 @@ def test_the_program_makes_the_changes_again(tuned):
 
 def test_commands_stand_where_they_were_run(sim):
     sim.write("Gain", 3.0)
-    sim.hands.execute("TimestampLatch")
+    sim.tracked_grabber.execute("TimestampLatch")
     sim.write("Gain", 6.0)
     assert command_line("sim:", sim.journal.changes) == (
         "grabbergui set sim: Gain=3\ngrabbergui run sim: TimestampLatch\ngrabbergui set sim: Gain=6\n"

@@ -42,7 +42,7 @@ def test_something_new_ends_what_can_be_redone(bench):
 
 def test_commands_are_noted_cannot_be_undone_and_break_nothing(sim):
     sim.write("Gain", 3.0, wait=0.01)
-    sim.hands.execute("TimestampLatch")
+    sim.tracked_grabber.execute("TimestampLatch")
     sim.write("Gain", 6.0, wait=0.01)
     assert [text for text, _ in sim.log] == ["Gain 0 → 3", "TimestampLatch run", "Gain 3 → 6"]
     sim.revert(UNDO)
@@ -138,7 +138,7 @@ def test_a_loaded_set_is_one_step(sim):
         }
     )
     with sim.journal.within(Step("Loaded a set")):
-        assert load_onto(sim.hands, wanted).settled
+        assert load_onto(sim.tracked_grabber, wanted).settled
     assert sim.journal.next_text(UNDO) == "Loaded a set"
     assert {c.cause for c in sim.journal.changes} == {"Loaded a set"}
     assert not [c for c in sim.journal.changes if c.key.name.endswith("Selector")]

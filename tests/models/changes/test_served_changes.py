@@ -53,7 +53,7 @@ def test_on_a_served_camera_the_log_tells_the_operator_from_the_network(served):
     camera.write_feature("Gamma", 2.0)
     noted(source, ("Gamma 1 → 2", NETWORK))
     assert source.journal.next_text(UNDO) == "Gain 0 → 3"
-    source.features.run(lambda: revert(source.hands, UNDO))
+    source.features.run(lambda: revert(source.tracked_grabber, UNDO))
     noted(source, ("Gain 3 → 0", OPERATOR))
     assert camera.feature("Gamma").value == 2.0
 
@@ -63,6 +63,6 @@ def test_undo_comes_behind_the_writes_that_wait(served):
     source.features.write("Gain", 3.0)
     source.features.write("Gain", 6.0)
     done = threading.Event()
-    source.features.run(lambda: revert(source.hands, UNDO), done=lambda problems: done.set())
+    source.features.run(lambda: revert(source.tracked_grabber, UNDO), done=lambda problems: done.set())
     assert done.wait(PATIENCE)
     assert camera.feature("Gain").value == 0

@@ -63,7 +63,7 @@ def test_random_changes_undone_are_the_start(sim, seed):
         sim.grabber.start()
     before = capture(sim.grabber)
     for _ in range(min(CHANGES, MOST_STEPS)):
-        any_write(sim.hands, chance)
+        any_write(sim.tracked_grabber, chance)
         sim.now += 10.0
     while sim.journal.next_text(UNDO):
         sim.revert(UNDO)  # what an automatic mode hinders at first comes back when that mode is undone

@@ -64,7 +64,7 @@ def test_while_nobody_paints_nothing_is_converted_and_then_the_newest_is_shown(s
 
 
 def test_only_what_is_looked_at_is_converted_at_the_screens_resolution(stream, picture):
-    picture.look_at(Region(8, 4, 32, 24), (16, 12))
+    picture.set_viewport(Region(8, 4, 32, 24), (16, 12))
     stream.send(frame(3))
     image = until(picture.take).image
     assert image.region == Region(8, 4, 32, 24)
@@ -74,7 +74,7 @@ def test_only_what_is_looked_at_is_converted_at_the_screens_resolution(stream, p
 def test_a_standing_picture_follows_the_view(stream, picture):
     stream.send(frame(5))
     until(picture.take)
-    picture.look_at(Region(0, 0, 10, 10), (10, 10))
+    picture.set_viewport(Region(0, 0, 10, 10), (10, 10))
     again = until(picture.take)
     assert again.frame.frame_id == 5
     assert again.image.region == Region(0, 0, 10, 10)

@@ -1,4 +1,4 @@
-"""Where tunings are tried: a camera without any automatic, the hands on it, and what is said meanwhile."""
+"""Where tunings are tried: a camera without any automatic, its tracked handle, and what is said meanwhile."""
 
 import threading
 from dataclasses import replace
@@ -10,7 +10,7 @@ from frames import frame_of
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
 from grabbergui.core.region import Region
 from grabbergui.models.changes.journal import ChangeJournal
-from grabbergui.models.changes.tracking import NotingGrabber
+from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
 from grabbergui.models.tuning.one_push import OnePush
@@ -88,15 +88,15 @@ class PlainCamera(ScriptedGrabber):
 
 
 class Stage:
-    """A camera, the hands on it, and a tuning."""
+    """A camera, its tracked handle, and a tuning."""
 
     def __init__(self, grabber):
         self.grabber = grabber
         self.worker = FeatureWorker()
         self.journal = ChangeJournal()
-        self.hands = NotingGrabber(grabber, self.journal)
-        self.hands.open()
-        self.features = FeatureTreeModel(self.hands, self.worker)
+        self.tracked_grabber = ChangeTrackingGrabber(grabber, self.journal)
+        self.tracked_grabber.open()
+        self.features = FeatureTreeModel(self.tracked_grabber, self.worker)
         self.push = OnePush()
         self.said, self.results, self.failures = [], [], []
         self.push.progressed.connect(lambda share, text: self.said.append((share, text)))
@@ -104,7 +104,7 @@ class Stage:
         self.push.failed.connect(self.failures.append)
 
     def run(self, tuning, name="Exposure"):
-        assert self.push.start(name, tuning, self.hands, self.features)
+        assert self.push.start(name, tuning, self.tracked_grabber, self.features)
         assert self.push.wait(30)
         return self.results[-1] if self.results else ""
 
@@ -124,7 +124,7 @@ class Stage:
         self.push.cancel()
         assert self.push.wait(PATIENCE)
         self.features.close()
-        self.hands.close()
+        self.tracked_grabber.close()
         assert self.worker.close()
         self.grabber.close()
 

@@ -16,7 +16,7 @@ def test_the_simulated_cameras_own_once(sim):
     assert told.startswith("Exposure set by the camera: ") and told.endswith(("µs", "ms")), s.failures
     assert s.value("ExposureAuto") == "Off"
     assert s.light(None).mean > before + 0.1
-    assert revert(s.hands, Direction.UNDO) == []
+    assert revert(s.tracked_grabber, Direction.UNDO) == []
     assert s.value("ExposureTime") == pytest.approx(100)
 
 

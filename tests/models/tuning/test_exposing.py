@@ -5,7 +5,7 @@ from stage import REGION, on
 
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.undoing import revert
-from grabbergui.models.tuning.exposure import MOST_TURNS, TOLERANCE, expose
+from grabbergui.models.tuning.exposure import MOST_STEPS, TOLERANCE, expose
 from patience import Stopwatch
 
 
@@ -15,7 +15,7 @@ def test_exposure_finds_the_target_without_any_automatic(stage, light):
     assert "Exposed" in s.run(on(REGION, expose)), s.failures
     assert s.light().mean == pytest.approx(0.5, abs=TOLERANCE)
     assert 0.0 <= s.said[0][0] <= s.said[-1][0] < 1.0
-    assert len(s.said) <= MOST_TURNS
+    assert len(s.said) <= MOST_STEPS
 
 
 def test_the_time_grows_up_to_the_frame_rates_room_and_gain_does_the_rest(stage):
@@ -41,7 +41,7 @@ def test_all_that_was_tuned_is_undone_in_one_step(stage):
     s = stage(light=0.1)
     s.run(on(REGION, expose), name="Exposure on a region")
     assert s.journal.next_text(Direction.UNDO) == "Exposure on a region"
-    assert revert(s.hands, Direction.UNDO) == []
+    assert revert(s.tracked_grabber, Direction.UNDO) == []
     assert (s.value("ExposureTimeRaw"), s.value("GainRaw")) == (1000, 0)
     assert s.journal.next_text(Direction.UNDO) == ""
 

@@ -8,7 +8,7 @@ from stage import REGION, on
 from grabbergui.core.errors import DeviceLostError, FeatureError, FrameTimeoutError
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.tuning import run as tuning_run
-from grabbergui.models.tuning.exposure import MOST_TURNS, expose
+from grabbergui.models.tuning.exposure import MOST_STEPS, expose
 from patience import PATIENCE
 
 
@@ -56,7 +56,7 @@ def test_a_scene_that_never_settles_ends_within_its_bounds_and_restores(stage):
     s.push.progressed.connect(lambda *_: setattr(s.grabber, "light", 30.0 if s.grabber.light < 1 else 0.03))
     s.run(on(REGION, expose))
     assert "did not settle" in s.failures[0]
-    assert len(s.said) == MOST_TURNS
+    assert len(s.said) == MOST_STEPS
     assert s.value("ExposureTimeRaw") == 1000
 
 
@@ -69,9 +69,9 @@ def test_only_one_at_a_time(stage):
         assert leave.wait(PATIENCE)
         return "done"
 
-    assert s.push.start("Slow", slow, s.hands, s.features)
+    assert s.push.start("Slow", slow, s.tracked_grabber, s.features)
     assert entered.wait(PATIENCE) and s.push.running
-    assert not s.push.start("Other", slow, s.hands, s.features)
+    assert not s.push.start("Other", slow, s.tracked_grabber, s.features)
     leave.set()
     assert s.push.wait(PATIENCE) and not s.push.running
     assert s.results == ["done"]
@@ -93,7 +93,7 @@ def test_closing_the_camera_ends_it(stage):
 def test_no_frame_error_is_a_grabbers(stage):
     s = stage()
     s.grabber.sending.clear()
-    bench = tuning_run.TuningBench(s.hands, s.features, None, lambda *_: None)
+    bench = tuning_run.TuningRun(s.tracked_grabber, s.features, None, lambda *_: None)
     bench._frames.close()
     with pytest.raises(FrameTimeoutError):
         bench.light(None)

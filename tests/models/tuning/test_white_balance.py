@@ -20,7 +20,7 @@ def test_white_balance_makes_grey_grey_without_any_automatic(stage):
     assert (ratios["Red"], ratios["Blue"]) == (pytest.approx(2.0, rel=0.03), pytest.approx(1 / 0.7, rel=0.03))
     assert ratios["Green"] == 1.0
     assert s.value("BalanceRatioSelector") == "Green"
-    assert revert(s.hands, Direction.UNDO) == []
+    assert revert(s.tracked_grabber, Direction.UNDO) == []
     assert s.grabber.ratios == {"Red": 1.0, "Green": 1.0, "Blue": 1.0}
 
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grabbergui.models.tuning.parameters import KnobSearch, Law, light_factor
+from grabbergui.models.tuning.parameters import Law, ParameterSearch, light_factor
 
 
 @given(
@@ -21,7 +21,7 @@ def test_a_proportional_knob_gets_there_through_gamma_black_level_and_saturation
         light = (value / 1e4 * truth) ** gamma
         return min(1.0, black + light), float(black + light >= 1)
 
-    search = KnobSearch(start, 1.0, 1e6, Law.PROPORTIONAL)
+    search = ParameterSearch(start, 1.0, 1e6, Law.PROPORTIONAL)
     for _ in range(60):
         mean, saturated = seen(search.value)
         if abs(mean - target) <= 0.02:
@@ -35,7 +35,7 @@ def test_a_proportional_knob_gets_there_through_gamma_black_level_and_saturation
 
 @given(start=st.floats(0, 48), wanted=st.floats(0, 48), law=st.sampled_from([Law.DECIBEL, Law.UNKNOWN]))
 def test_a_gain_gets_there_whatever_its_law(start, wanted, law):
-    search = KnobSearch(start, 0.0, 48.0, law)
+    search = ParameterSearch(start, 0.0, 48.0, law)
     for _ in range(40):
         ratio = 10 ** ((wanted - search.value) / 20)
         if abs(ratio - 1) < 0.02 or search.propose(ratio) is None:
@@ -44,7 +44,7 @@ def test_a_gain_gets_there_whatever_its_law(start, wanted, law):
 
 
 def test_bounds_that_the_scene_has_outlived_are_forgotten():
-    search = KnobSearch(100.0, 1.0, 1e6, Law.PROPORTIONAL)
+    search = ParameterSearch(100.0, 1.0, 1e6, Law.PROPORTIONAL)
     search.propose(2.0)
     search.propose(0.5)
     for _ in range(60):
