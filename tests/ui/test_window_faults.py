@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QAbstractButton
 from grabbergui import sources
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
-from grabbergui.models.connection import BACK_SECONDS
+from grabbergui.models.link_messages import BACK_SECONDS
 from grabbergui.models.messages import ERROR_SECONDS
 from grabbergui.models.open_source import LinkState
 
