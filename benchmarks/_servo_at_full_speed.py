@@ -16,6 +16,7 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo.config import ArmConfig, Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import GuardianLink
+from grabbergui.servo.priority import run_as_others, run_first
 from grabbergui.servo.robots.robot import Robot
 
 SPEED = 0.15
@@ -39,11 +40,13 @@ def opened(kind: str, place: str) -> Robot:
 
 def main(kind: str, place: str = "") -> None:
     """Move the hand to and fro for ever."""
+    run_as_others()  # the guardian has to find its priority by itself
     robot = opened(kind, place)
     config = replace(Config(), arm=ArmConfig(fastest=SPEED))
     guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)
     guardian.open()
     guardian.await_ready()
+    run_first()  # on a busy machine it would be stopped for its late commands before it is fast
     gate = CommandGate(robot, config, guardian)
     print(f"guardian {guardian.pid}", flush=True)
 

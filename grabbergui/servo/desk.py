@@ -28,7 +28,7 @@ from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import Detector
-from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.heads import CascadeFinder
 from grabbergui.servo.loop import ServoLoop, Turn
 from grabbergui.servo.robots import teo
@@ -156,7 +156,8 @@ class Desk:
         turn = self.loop.turn(self.now, self.robot.state())
         if turn.state.value == "stopped" and not self.gate.halted:
             self.gate.halt(turn.reason)
-        self.gate.send(turn.command, self.now)
+        passed = self.gate.send(turn.command, self.now)
+        self.loop.commanded(turn.command if passed else Command(halt=True))
         self.turns.append(turn)
         self.now += 1 / self.config.loop.rate
         self.gate.expire(self.now)

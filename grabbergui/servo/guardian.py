@@ -33,6 +33,8 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from grabbergui.servo.priority import lock_memory, run_first
+
 KINDS = {
     "yarp stream": "grabbergui.servo.guardian_yarp:StreamChannel",
     "yarp request": "grabbergui.servo.guardian_yarp:RequestChannel",
@@ -193,6 +195,7 @@ class Guardian:
     def __init__(self, keepers: list[Keeper], silence: float) -> None:
         self._keepers = keepers
         self._vigil = Vigil(silence)
+        self._ready = False
 
     def run(self, lines: Lines) -> None:
         """Serve until the program quits, or ends without: then the robot has been stopped on return."""
@@ -239,6 +242,11 @@ class Guardian:
         vigil, keepers = self._vigil, self._keepers
         problem = next((keeper.problem for keeper in keepers if keeper.problem), "")
         stopping = vigil.stopping or any(keeper.stopping for keeper in keepers)
+        if not problem and not self._ready:
+            # Imports and discovery, which are slow, are over; the program does not move the robot yet.
+            self._ready = True
+            if refused := "; ".join(filter(None, (run_first(), lock_memory()))):
+                _say(f"a stop may come late on a busy machine: {refused}")
         report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, stopping)
         with suppress(OSError):  # the program has ended: the next read says so
             os.write(sys.stdout.fileno(), json.dumps(asdict(report)).encode() + b"\n")

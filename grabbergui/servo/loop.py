@@ -102,11 +102,14 @@ class ServoLoop:
             command = replace(self._command(state, target, marker, robot, now, seconds), until=until)
         if not np.any(command.hand):
             self.arm.rest()
-        self._watch.commanded(now, command)
         self._twist = command.hand
         right, down = map(float, self.head.offset) if target is not None else (np.nan, np.nan)
         error = self.arm.error if marker is not None else (np.nan, np.nan)
         return Turn(now, state, self.machine.reason, command, (right, down), error, robot)
+
+    def commanded(self, command: Command) -> None:
+        """Note the command that reached the robot: not the one that the gate refused."""
+        self._watch.commanded(command)
 
     def _feel(self, now: float, robot: RobotState) -> None:
         """Take in where the robot is."""

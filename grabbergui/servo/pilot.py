@@ -20,7 +20,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
-from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian_link import Guard
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots.robot import Robot, RobotState
@@ -189,7 +189,8 @@ class Pilot:
         # Only a stop of this very turn: one that was there before may have been ended in the meantime.
         if turn.state is State.STOPPED and not stopped_before:
             self.gate.halt(turn.reason)
-        self.gate.send(turn.command, time.monotonic())
+        passed = self.gate.send(turn.command, time.monotonic())
+        self.loop.commanded(turn.command if passed else Command(halt=True))
         if captured is not None:
             self.latency_ms.append(1e3 * (time.monotonic() - captured))
         self.turned.emit(turn, frame)

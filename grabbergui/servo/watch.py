@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.geometry import Pose
+from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.gate import Command
 from grabbergui.servo.robots.robot import RobotState
 
@@ -22,40 +23,64 @@ _OTHER_GOAL = (0.02, np.radians(5))
 "Metres or radians by which a goal has moved so that it is worth another try."
 
 
+_COUNTED = 0.2
+"Seconds that one command counts for at most; a robot stands still by then."
+
+
 class EncoderWatch:
-    """Compares readings with what was commanded. No clock: time is an argument."""
+    """Compares readings with the commands that reached the robot. No clock: time is an argument.
+
+    It adds up the seconds of commanded motion without a change of the readings. Pauses do not count, nor do
+    they begin the count again: a camera that loses every tenth frame must not hide dead encoders.
+    """
 
     def __init__(self, patience: float) -> None:
-        """`patience` is how many seconds of commanded motion may pass without any of it."""
-        self.head_frozen = self.arm_frozen = False
+        """`patience` is how many seconds of commanded motion may pass while the readings stand still."""
         self._patience = patience
-        self._head_since: float | None = None
-        self._hand_since: float | None = None
-        self._head = np.full(2, np.nan)
-        self._hand = np.full((4, 4), np.nan)
+        self._head, self._hand = _Still(_SLOW_HEAD), _Still(_SLOW_HAND)
+        self._last = 0.0
 
-    def commanded(self, now: float, command: Command) -> None:
-        """Note what was sent."""
-        stepped = command.head_step is not None
-        if stepped or np.abs(command.head).max() > _SLOW_HEAD:
-            self._head_since = now if self._head_since is None else self._head_since
-        else:
-            self._head_since = None
-        if np.abs(command.hand).max() > _SLOW_HAND:
-            self._hand_since = now if self._hand_since is None else self._hand_since
-        else:
-            self._hand_since = None
+    @property
+    def head_frozen(self) -> bool:
+        """Whether the head's readings stand still against its commands."""
+        return self._head.seconds > self._patience
+
+    @property
+    def arm_frozen(self) -> bool:
+        """Whether the arm's readings stand still against its commands."""
+        return self._hand.seconds > self._patience
+
+    def commanded(self, command: Command) -> None:
+        """Note the command that the robot follows from now on."""
+        self._head.moves = command.head_step is not None or self._head.is_fast(command.head)
+        self._hand.moves = self._hand.is_fast(command.hand)
 
     def look(self, now: float, robot: RobotState) -> None:
-        """Take in a reading."""
-        # An encoder's noise would be motion enough; one that is dead repeats itself to the last bit.
-        if not np.array_equal(robot.head, self._head):
-            self._head_since = None if self._head_since is None else now
-        if not np.array_equal(robot.hand, self._hand):
-            self._hand_since = None if self._hand_since is None else now
-        self._head, self._hand = robot.head, robot.hand
-        self.head_frozen = self._head_since is not None and now - self._head_since > self._patience
-        self.arm_frozen = self._hand_since is not None and now - self._hand_since > self._patience
+        """Judge a reading."""
+        elapsed, self._last = min(max(now - self._last, 0.0), _COUNTED), now
+        self._head.look(elapsed, robot.head)
+        self._hand.look(elapsed, robot.hand)
+
+
+class _Still:
+    """Seconds that one part of the robot has been commanded to move while its readings were the same."""
+
+    def __init__(self, slow: float) -> None:
+        self.seconds = 0.0
+        self.moves = False
+        self._slow = slow
+        self._reading: NDArray[np.float64] = np.empty(0)
+
+    def is_fast(self, velocity: Vector) -> bool:
+        return float(np.abs(velocity).max()) > self._slow
+
+    def look(self, elapsed: float, reading: NDArray[np.float64]) -> None:
+        # An encoder's noise would be motion enough; a dead one repeats itself to the last bit.
+        if not np.array_equal(reading, self._reading):
+            self.seconds = 0.0
+        elif self.moves:
+            self.seconds += elapsed
+        self._reading = reading
 
 
 class ProgressWatch:

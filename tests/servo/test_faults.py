@@ -14,7 +14,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.control import off_centre
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.guardian_link import Guard
+from grabbergui.servo.guardian_link import Guard, Verdict
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.state_machine import State
 from patience import PATIENCE, until
@@ -44,7 +44,8 @@ class Bench:
             turn = self.loop.turn(self.now, self.robot.state())
             if turn.state is State.STOPPED and not self.gate.halted:
                 self.gate.halt(turn.reason)
-            self.gate.send(turn.command, self.now)
+            passed = self.gate.send(turn.command, self.now)
+            self.loop.commanded(turn.command if passed else Command(halt=True))
             self.now += DT
             self.robot.advance(self.now, DT)
             self.gate.expire(self.now)
@@ -194,6 +195,23 @@ def test_encoders_that_freeze_stop_everything_for_good(part):
     bench.run(3)
     assert bench.robot.moves == []
     assert not bench.robot.moving
+
+
+def test_frozen_encoders_are_noticed_though_frames_are_lost_again_and_again():
+    """On a busy machine every pause began the count again, and the arm went on blindly until it was stuck."""
+    bench = Bench().approaching()
+    bench.robot.frozen = True
+    bench.see = lambda now: None if now % 0.5 > 0.25 else seeing(bench.robot, now, BOARD)
+    turn = bench.run(10, State.STOPPED)
+    assert turn.state is State.STOPPED, turn.reason
+    assert "encoders stand still" in turn.reason
+
+
+def test_commands_that_the_gate_refuses_do_not_blame_the_encoders():
+    bench = Bench().approaching()
+    bench.gate._guard.beat = lambda moving: Verdict("the guardian is stopping the robot")
+    bench.robot.frozen = True  # it stands, to the last bit
+    assert bench.run(2, State.STOPPED).state is State.APPROACHING
 
 
 def test_readings_that_are_no_numbers_move_nothing():

@@ -10,7 +10,7 @@ from grabbergui.calibration import geometry
 from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.gate import CommandGate
+from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ServoLoop
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import RobotState
@@ -41,7 +41,8 @@ class Chase:
             view = geometry.inverse(self.robot.camera_pose(state.head))
             self.loop.see(Sighting(self.now, (marker(view @ self.board),)))
             turn = self.loop.turn(self.now, state)
-            self.gate.send(turn.command, self.now)
+            passed = self.gate.send(turn.command, self.now)
+            self.loop.commanded(turn.command if passed else Command(halt=True))
             self.now += DT
             if turn.state is until:
                 break
