@@ -93,12 +93,19 @@ class ScriptDesk:
         """Wait until the source that the command line named is open and streams, and return it."""
         connection = self.program.connection
 
-        def settled() -> bool:
-            return bool(self._failures) or connection.state is LinkState.STREAMING
+        def refusal() -> str:
+            """Return why the source did not open, which may have been known before the script began."""
+            if self._failures:
+                return self._failures[0]
+            return connection.reason if connection.state is LinkState.CLOSED else ""
 
-        self.until(settled, timeout, "the source of the command line is not open")
+        self.until(
+            lambda: refusal() or connection.state is LinkState.STREAMING,
+            timeout,
+            "the source of the command line is not open",
+        )
         if connection.state is not LinkState.STREAMING:
-            raise GrabberError(self._failures[0])
+            raise GrabberError(refusal())
         return self.grabber
 
     def close(self, timeout: float = PATIENCE) -> None:

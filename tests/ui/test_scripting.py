@@ -80,6 +80,16 @@ def test_the_exit_code_says_how_it_went(run, capsys):
             assert "script.py" in errors and "grabbergui/ui" not in errors, "the script's own lines only"
 
 
+def test_a_source_that_was_refused_before_the_script_began_ends_the_wait(run, window_desk, capsys):
+    program = window_desk.program
+    refusals: list[str] = []
+    program.connection.failed.connect(refusals.append)
+    program.begin("sim:nonsense")
+    window_desk.until(lambda: refusals)
+    assert run("desk.wait_for_source()") == 1
+    assert "no simulated camera 'nonsense'" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("text", "said"), [("def (", "is no Python"), (None, "there is no script")])
 def test_what_is_no_script_is_wrong_usage(tmp_path, text, said):
     script = tmp_path / "script.py"
