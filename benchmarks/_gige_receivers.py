@@ -93,9 +93,9 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     from PyQt5.QtCore import QTimer
 
     from grabbergui.driver.gige.stream import sockets
-    from grabbergui.ui.app import application
-    from grabbergui.ui.controllers.main import MainController
     from grabbergui.ui.preferences import Preferences
+    from grabbergui.ui.run.application import application
+    from grabbergui.ui.run.program import Program
     from grabbergui.ui.views.main_window import MainWindow
 
     def grant_little(receiver: socket.socket, wanted: int) -> None:
@@ -104,7 +104,7 @@ def receive_in_window(packet_size: int, seconds: float) -> Run:
     sockets._grow_buffer = grant_little
     app = application()
     window = MainWindow()
-    program = MainController(window, Preferences(None))
+    program = Program(window, Preferences(None))
     painted: list[float] = []
     window.picture.painted.connect(lambda: painted.append(time.monotonic()))
     window.picture.painted.connect(lambda: app.quit() if len(painted) == 30 else None)

@@ -21,8 +21,8 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.open_source import LinkState
 from grabbergui.net.remote_grabber import RemoteGrabber
 from grabbergui.net.tree_client import TreeFeatures
-from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.editors.number_editors import RangeEditor
+from grabbergui.ui.run.program import Program
 
 PATIENCE = 30.0
 PAUSE = 0.12
@@ -73,7 +73,7 @@ class Seen:
 class Eye:
     """Notes how bright each painted picture is, and when it was."""
 
-    def __init__(self, program: MainController) -> None:
+    def __init__(self, program: Program) -> None:
         picture = program.window.picture
         self.painted: list[tuple[float, float]] = []
         self._brightness = 0.0
@@ -98,8 +98,8 @@ def watch(pipe: Connection, source: str, repeats: int) -> None:
 
 class _Session:
     def __init__(self, tuned: Tuned) -> None:
-        from grabbergui.ui.app import application
         from grabbergui.ui.preferences import Preferences
+        from grabbergui.ui.run.application import application
         from grabbergui.ui.theme import Theme, dress
         from grabbergui.ui.views.main_window import MainWindow
 
@@ -108,7 +108,7 @@ class _Session:
         dress(self.app, Theme.LIGHT)
         self.window = MainWindow()
         self.window.resize(1600, 1000)
-        self.program = MainController(self.window, Preferences(None), tuned.create)
+        self.program = Program(self.window, Preferences(None), tuned.create)
         self.eye = Eye(self.program)
         self.window.show()
         self.window.activateWindow()

@@ -171,9 +171,9 @@ def _in_a_process(case: Case, window: str, seconds: float) -> Watched:
 
 def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     """Open the window on a camera and look at it for a while."""
-    from grabbergui.ui.app import application
-    from grabbergui.ui.controllers.main import MainController
     from grabbergui.ui.preferences import Preferences
+    from grabbergui.ui.run.application import application
+    from grabbergui.ui.run.program import Program
     from grabbergui.ui.theme import Theme, dress
     from grabbergui.ui.views.main_window import MainWindow
 
@@ -181,7 +181,7 @@ def watch(pipe: Connection, case: Case, size: str, seconds: float) -> None:
     dress(app, Theme.LIGHT)
     window = MainWindow()
     window.resize(*(int(side) for side in size.split("x")))
-    program = MainController(window, Preferences(None))
+    program = Program(window, Preferences(None))
     painted = [0]
     window.picture.painted.connect(lambda: painted.__setitem__(0, painted[0] + 1))
     window.show()

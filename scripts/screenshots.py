@@ -15,7 +15,7 @@ from PyQt5.QtCore import QEvent, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QDockWidget, QWidget
 
-from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.drawing_tool import Purpose
 
 folder = Path(os.environ.get("SCREENSHOTS", "docs/images"))

@@ -15,8 +15,8 @@ from PyQt5.QtTest import QTest
 from grabbergui.core.frame import Frame
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
 from grabbergui.servo import desk
-from grabbergui.ui.app import application
 from grabbergui.ui.controllers.servoing import ServoController
+from grabbergui.ui.run.application import application
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.servo_window import ServoWindow
 

@@ -97,15 +97,15 @@ def _run(options: argparse.Namespace) -> int:
 def _show(options: argparse.Namespace) -> int:
     """The same in a window, which asks where to save."""
     try:
+        from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
-        from grabbergui.ui.views import calibration_run
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or leave out --window: {error}") from error
     seconds = options.seconds if options.screenshot else None
     theme = Theme(options.theme)
     with opened(options.source) as grabber, stop_on_signals() as stop:
         grabber.start()
-        saved = calibration_run.run(grabber, settings(options), options.screenshot, seconds, theme, stop)
+        saved = standalone.calibrate(grabber, settings(options), options.screenshot, seconds, theme, stop)
     if saved is not None:
         print(f"saved as {saved}")
     return 0

@@ -35,11 +35,11 @@ def _run(options: argparse.Namespace) -> int:
     if options.source is not None:
         sources.parse(options.source)
     try:
-        from grabbergui.ui import app
+        from grabbergui.ui.run import window
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, which cannot be loaded: {error}") from error
     with stop_on_signals() as stop:
-        return app.run(
+        return window.run(
             options.source,
             offscreen=options.offscreen,
             duration=options.duration,

@@ -316,10 +316,10 @@ def _on_ros2(
 
 def _show_window(grabber: FrameGrabber, stop: threading.Event) -> int:
     from grabbergui.core.shared import SharedGrabber
-    from grabbergui.ui import app
+    from grabbergui.ui.run import window
 
     def create(uri: SourceUri) -> FrameGrabber:
         """The camera that is served, or another that is picked in the list."""
         return SharedGrabber(grabber) if str(uri) == grabber.info.uri else sources.create(uri)
 
-    return app.run(grabber.info.uri, create=create, stop=stop)
+    return window.run(grabber.info.uri, create=create, stop=stop)

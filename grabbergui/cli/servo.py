@@ -143,13 +143,13 @@ def _follow(
 
 def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Pilot, CalibrationFor], None]:
     try:
+        from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
-        from grabbergui.ui.views import servo_run
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
     theme = Theme(options.theme)
     return partial(
-        servo_run.run, seconds=options.seconds, screenshot=options.screenshot, theme=theme, stop=stop
+        standalone.servo, seconds=options.seconds, screenshot=options.screenshot, theme=theme, stop=stop
     )
 
 

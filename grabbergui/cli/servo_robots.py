@@ -239,11 +239,11 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
         return CalibrationChoice.nominal(options.field_of_view)
     if not options.headless:
         try:
-            from grabbergui.ui.views import calibration_run
+            from grabbergui.ui.run import standalone
         except ImportError as error:
             raise SourceUnavailableError(f"the window needs PyQt5, or add --headless: {error}") from error
         grabber.start()
-        choice = calibration_run.choose(grabber)
+        choice = standalone.choose_calibration(grabber)
         if choice is not None:
             return choice
     raise UsageError(

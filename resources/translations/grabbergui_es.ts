@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="82"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="87"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/acquisition.py" line="140"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="146"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -37,102 +37,102 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="269"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="271"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="271"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="272"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="272"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
@@ -140,27 +140,27 @@ It {1}.</source>
 <context>
     <name>CalibratingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="68"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="69"/>
         <source>the board could not be saved: {0}</source>
         <translation>no se pudo guardar el tablero: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="71"/>
         <source>Saved as {0}: print it on {1} at 100 %</source>
         <translation>Guardado como {0}: imprímalo en {1} al 100 %</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="113"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="114"/>
         <source>Save the board</source>
         <translation>Guardar el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="121"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="122"/>
         <source>Save the calibration</source>
         <translation>Guardar la calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="142"/>
         <source>Saved as {0}. Publish it with `grabbergui serve … --ros2 NAME --calibration {0}`</source>
         <translation>Guardada como {0}. Publíquela con `grabbergui serve … --ros2 NAME --calibration {0}`</translation>
     </message>
@@ -228,7 +228,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_choice_dialog.py" line="32"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="331"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -236,7 +236,7 @@ It {1}.</source>
 <context>
     <name>CalibrationChooser</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/choosing_calibration.py" line="57"/>
+        <location filename="../../grabbergui/ui/controllers/calibrating.py" line="190"/>
         <source>Open a calibration</source>
         <translation>Abrir una calibración</translation>
     </message>
@@ -344,7 +344,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -364,7 +364,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -389,72 +389,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="171"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="173"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="275"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="277"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="180"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="191"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="221"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialog.py" line="233"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="235"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -482,17 +482,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/camera_tile.py" line="46"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="46"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/camera_tile.py" line="63"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="63"/>
         <source>This source is at hand</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/camera_tile.py" line="63"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="63"/>
         <source>Take this source to hand</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -505,7 +505,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="57"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="59"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -566,32 +566,32 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="111"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="111"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="127"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="126"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="129"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="128"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -685,47 +685,47 @@ It {1}.</source>
 <context>
     <name>Connection</name>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="133"/>
+        <location filename="../../grabbergui/models/connection.py" line="127"/>
         <source>{0} is open already</source>
         <translation>{0} ya está abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="217"/>
+        <location filename="../../grabbergui/models/connection.py" line="197"/>
         <source>stopping failed: {0}</source>
         <translation>no se pudo parar: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="296"/>
+        <location filename="../../grabbergui/models/connection.py" line="289"/>
         <source>{0} does not start: {1}</source>
         <translation>{0} no arranca: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="317"/>
+        <location filename="../../grabbergui/models/link_messages.py" line="27"/>
         <source>reconnecting since {0}: {1}</source>
         <translation>reconectando desde las {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="327"/>
+        <location filename="../../grabbergui/models/link_messages.py" line="35"/>
         <source>back after {0} s</source>
         <translation>de vuelta tras {0} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="368"/>
+        <location filename="../../grabbergui/models/link_messages.py" line="50"/>
         <source>read only: {0}; values follow here but cannot be changed</source>
         <translation>solo lectura: {0}; los valores se siguen aquí, pero no se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="371"/>
+        <location filename="../../grabbergui/models/link_messages.py" line="53"/>
         <source>Take control</source>
         <translation>Tomar el control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="278"/>
+        <location filename="../../grabbergui/models/link_messages.py" line="58"/>
         <source>this window has control now: values can be changed</source>
         <translation>esta ventana tiene ahora el control: los valores se pueden cambiar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/connection.py" line="370"/>
+        <location filename="../../grabbergui/models/link_messages.py" line="52"/>
         <source>control was not given: {0}; still read only</source>
         <translation>no se cedió el control: {0}; sigue solo de lectura</translation>
     </message>
@@ -867,42 +867,42 @@ It {1}.</source>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="73"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="92"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="95"/>
         <source>What was found</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="96"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="81"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="118"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="119"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
     </message>
@@ -1013,7 +1013,7 @@ It {1}.</source>
 <context>
     <name>FavouritesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="58"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="61"/>
         <source>no more than {0} controls can be at hand; remove one first</source>
         <translation>no puede haber más de {0} controles a mano; quite uno antes</translation>
     </message>
@@ -1052,42 +1052,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="38"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="119"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="41"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="122"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="45"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="126"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="53"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="134"/>
         <source>Keep at &amp;hand</source>
         <translation>Tener a &amp;mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="57"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="138"/>
         <source>&amp;Remove from what is at hand</source>
         <translation>&amp;Quitar de lo que está a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="58"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="139"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="58"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="139"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/feature_menu.py" line="65"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="146"/>
         <source>&amp;Usual controls at hand</source>
         <translation>Controles &amp;habituales a mano</translation>
     </message>
@@ -1163,97 +1163,97 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="26"/>
+        <location filename="../../grabbergui/models/features/text.py" line="225"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="30"/>
+        <location filename="../../grabbergui/models/features/text.py" line="229"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="32"/>
+        <location filename="../../grabbergui/models/features/text.py" line="231"/>
         <source>is not available just now; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="34"/>
+        <location filename="../../grabbergui/models/features/text.py" line="233"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="35"/>
+        <location filename="../../grabbergui/models/features/text.py" line="234"/>
         <source>cannot be used just now</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="42"/>
+        <location filename="../../grabbergui/models/features/text.py" line="241"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="44"/>
+        <location filename="../../grabbergui/models/features/text.py" line="243"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="47"/>
+        <location filename="../../grabbergui/models/features/text.py" line="246"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="48"/>
+        <location filename="../../grabbergui/models/features/text.py" line="247"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="50"/>
+        <location filename="../../grabbergui/models/features/text.py" line="249"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="54"/>
+        <location filename="../../grabbergui/models/features/text.py" line="253"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="65"/>
+        <location filename="../../grabbergui/models/features/text.py" line="264"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="65"/>
+        <location filename="../../grabbergui/models/features/text.py" line="264"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="77"/>
+        <location filename="../../grabbergui/models/features/text.py" line="276"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="85"/>
+        <location filename="../../grabbergui/models/features/text.py" line="284"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="86"/>
+        <location filename="../../grabbergui/models/features/text.py" line="285"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="88"/>
+        <location filename="../../grabbergui/models/features/text.py" line="287"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="80"/>
+        <location filename="../../grabbergui/models/features/text.py" line="279"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/wording.py" line="28"/>
+        <location filename="../../grabbergui/models/features/text.py" line="227"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
@@ -1301,17 +1301,17 @@ It {1}.</source>
         <translation>Nitidez en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="138"/>
         <source>Sharpness over the last seconds; dashed: the best</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="61"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="157"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/focus_panel.py" line="55"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="151"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
     </message>
@@ -1367,12 +1367,12 @@ It {1}.</source>
         <translation>Ajustar niveles</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="60"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="65"/>
         <source>Mean {0}    {1:.2%} saturated    {2:.2%} black</source>
         <translation>Media {0}    {1:.2%} saturado    {2:.2%} negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/histogram_panel.py" line="56"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="61"/>
         <source>grey</source>
         <translation>gris</translation>
     </message>
@@ -1380,72 +1380,72 @@ It {1}.</source>
 <context>
     <name>KeepingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="34"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="29"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="74"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="82"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="92"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="87"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="114"/>
         <source>Saved {0} settings to {1}</source>
         <translation>{0} ajustes guardados en {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="141"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="140"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="193"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="200"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="165"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="166"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="92"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="97"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="92"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="121"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="116"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="194"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="201"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="143"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="142"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/keeping.py" line="166"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="167"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
     </message>
@@ -1506,24 +1506,6 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/forms/log_panel.ui" line="50"/>
         <source>What the program and its drivers have to say appears here.</source>
         <translation>Aquí aparece lo que dicen el programa y sus controladores.</translation>
-    </message>
-</context>
-<context>
-    <name>MainController</name>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="273"/>
-        <source>Folder for snapshots</source>
-        <translation>Carpeta de capturas</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="283"/>
-        <source>About grabbergui</source>
-        <translation>Acerca de grabbergui</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/main.py" line="283"/>
-        <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
-        <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
 </context>
 <context>
@@ -2129,7 +2111,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2322,12 +2304,12 @@ It {1}.</source>
 <context>
     <name>ManualDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="46"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="65"/>
         <source>Manual</source>
         <translation>Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_dialogs.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="69"/>
         <source>&amp;Back</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2335,12 +2317,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="108"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="107"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="138"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="137"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -2425,7 +2407,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/pausing.py" line="60"/>
+        <location filename="../../grabbergui/ui/controllers/pausing.py" line="62"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -2652,12 +2634,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/profile_panel.py" line="33"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="181"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/profile_panel.py" line="42"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="190"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -2673,49 +2655,67 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Program</name>
+    <message>
+        <location filename="../../grabbergui/ui/run/program.py" line="265"/>
+        <source>Folder for snapshots</source>
+        <translation>Carpeta de capturas</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
+        <source>About grabbergui</source>
+        <translation>Acerca de grabbergui</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
+        <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
+        <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
+    </message>
+</context>
+<context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/recording/recorder.py" line="119"/>
+        <location filename="../../grabbergui/models/recordings.py" line="195"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/recording/recorder.py" line="132"/>
+        <location filename="../../grabbergui/models/recordings.py" line="187"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/recording/recorder.py" line="164"/>
+        <location filename="../../grabbergui/models/recordings.py" line="183"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/recording/recorder.py" line="170"/>
+        <location filename="../../grabbergui/models/recordings.py" line="197"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/recording/recorder.py" line="171"/>
+        <location filename="../../grabbergui/models/recordings.py" line="198"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/recording/recorder.py" line="191"/>
+        <location filename="../../grabbergui/models/recordings.py" line="189"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="157"/>
+        <location filename="../../grabbergui/models/recordings.py" line="158"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="160"/>
+        <location filename="../../grabbergui/models/recordings.py" line="161"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="163"/>
+        <location filename="../../grabbergui/models/recordings.py" line="164"/>
         <source>recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>
@@ -2723,7 +2723,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="85"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="106"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -2798,7 +2798,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="71"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="147"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -2813,52 +2813,52 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="18"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="19"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="19"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="20"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="20"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="21"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="21"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="22"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="22"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="23"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="85"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="106"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="118"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="121"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="123"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="118"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="140"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
@@ -2899,12 +2899,12 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/region.py" line="60"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="176"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/region.py" line="53"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="169"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
@@ -2925,17 +2925,17 @@ It {1}.</source>
 <context>
     <name>ServoController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="118"/>
         <source>The camera is not calibrated, a field of view is assumed: distances are rough</source>
         <translation>La cámara no está calibrada, se supone un campo de visión: las distancias son aproximadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="118"/>
         <source>Calibrate…</source>
         <translation>Calibrar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/servoing.py" line="150"/>
+        <location filename="../../grabbergui/ui/controllers/servoing.py" line="149"/>
         <source>{0} is in use; Start lets the robot move</source>
         <translation>{0} está en uso; Iniciar permite que el robot se mueva</translation>
     </message>
@@ -3063,22 +3063,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="76"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
         <source>Turning of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -3086,42 +3086,42 @@ It {1}.</source>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="260"/>
+        <location filename="../../grabbergui/models/servoing.py" line="289"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="261"/>
+        <location filename="../../grabbergui/models/servoing.py" line="290"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="262"/>
+        <location filename="../../grabbergui/models/servoing.py" line="291"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="263"/>
+        <location filename="../../grabbergui/models/servoing.py" line="292"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="264"/>
+        <location filename="../../grabbergui/models/servoing.py" line="293"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="265"/>
+        <location filename="../../grabbergui/models/servoing.py" line="294"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="266"/>
+        <location filename="../../grabbergui/models/servoing.py" line="295"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="267"/>
+        <location filename="../../grabbergui/models/servoing.py" line="296"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
@@ -3177,7 +3177,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="48"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="144"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -3187,22 +3187,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="43"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="139"/>
         <source>{0} settings differ. What is ticked can be set on the camera.</source>
         <translation>{0} ajustes difieren. Lo marcado se puede ajustar en la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="43"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="139"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="50"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="146"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_difference.py" line="67"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
     </message>
@@ -3250,32 +3250,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="87"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="88"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="83"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="85"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="93"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="86"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="87"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -3290,27 +3290,27 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="83"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="84"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="81"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="89"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="73"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_report.py" line="82"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="90"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
@@ -3333,7 +3333,7 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/shortcuts_dialog.py" line="67"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="176"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>
@@ -3341,12 +3341,12 @@ It {1}.</source>
 <context>
     <name>ShowingCalibrationController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/showing_calibration.py" line="65"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="128"/>
         <source>Load a calibration</source>
         <translation>Cargar una calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/showing_calibration.py" line="61"/>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="124"/>
         <source>{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°</source>
         <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
@@ -3525,7 +3525,7 @@ It {1}.</source>
 <context>
     <name>SourcesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/sources.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/sources.py" line="138"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
@@ -3766,57 +3766,57 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="103"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="159"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="40"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="130"/>
         <source>{0} was not done within {1:g} s; does the camera send frames?</source>
         <translation>{0} no terminó en {1:g} s; ¿envía imágenes la cámara?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="42"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="132"/>
         <source>{0} at work</source>
         <translation>{0} en marcha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/exposure.py" line="39"/>
+        <location filename="../../grabbergui/models/tuning/exposure.py" line="37"/>
         <source>{0:.0%} of white, aim {1:.0%} · {2}</source>
         <translation>{0:.0%} del blanco, objetivo {1:.0%} · {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/exposure.py" line="42"/>
+        <location filename="../../grabbergui/models/tuning/exposure.py" line="40"/>
         <source>Exposed: {0:.0%} of white with {1}</source>
         <translation>Expuesto: {0:.0%} del blanco con {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="87"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="95"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/one_push.py" line="94"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="102"/>
         <source>{0}: {1}; not all is as it was: {2}</source>
         <translation>{0}: {1}; no todo está como antes: {2}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="42"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="40"/>
         <source>red {0:.0%}, blue {1:.0%} of green</source>
         <translation>rojo {0:.0%}, azul {1:.0%} del verde</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="46"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="44"/>
         <source>Balanced: {0}</source>
         <translation>Equilibrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="48"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="46"/>
         <source>As grey as it gets, with {0}; another light would help</source>
         <translation>Todo lo gris que puede ser, con {0}; ayudaría otra luz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/white_balance.py" line="51"/>
+        <location filename="../../grabbergui/models/tuning/white_balance.py" line="49"/>
         <source>the colour did not settle within {0} steps; is the scene moving, or the lamp flickering?</source>
         <translation>el color no se estabilizó en {0} pasos; ¿se mueve la escena o parpadea la lámpara?</translation>
     </message>
@@ -3841,22 +3841,22 @@ It {1}.</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="119"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="175"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/bench.py" line="123"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="179"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="45"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="135"/>
         <source>White balance set by the camera</source>
         <translation>Balance de blancos ajustado por la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/camera_once.py" line="48"/>
+        <location filename="../../grabbergui/models/tuning/one_push.py" line="138"/>
         <source>Exposure set by the camera: {0}</source>
         <translation>Exposición ajustada por la cámara: {0}</translation>
     </message>
@@ -3864,22 +3864,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="57"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="62"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="62"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="67"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="83"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="80"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="85"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -3887,37 +3887,37 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="39"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="229"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="63"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="253"/>
         <source>Loaded {0}: {1} settings are other than before</source>
         <translation>Cargado {0}: {1} ajustes son distintos de antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="67"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="257"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="70"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="260"/>
         <source>Saved the present settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="71"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="261"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="74"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="264"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/user_sets.py" line="75"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="265"/>
         <source>Telling the camera</source>
         <translation>Avisando a la cámara</translation>
     </message>
@@ -3975,22 +3975,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="56"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="213"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="69"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="226"/>
         <source>Save the present settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="227"/>
         <source>What it held is lost; that cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/user_sets_dialog.py" line="71"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="228"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>
@@ -4006,27 +4006,27 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="56"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="55"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="76"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="75"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="77"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="125"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>
@@ -4064,32 +4064,32 @@ It {1}.</source>
         <translation>Última hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="41"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="35"/>
         <source>Stop reading the values for a while</source>
         <translation>Dejar de leer los valores un rato</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="36"/>
         <source>Pause</source>
         <translation>Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="42"/>
         <source>Save everything that was read as a table of comma-separated values</source>
         <translation>Guardar todo lo leído como tabla de valores separados por comas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="43"/>
         <source>Save…</source>
         <translation>Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="54"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="48"/>
         <source>Forget what was read, and go on</source>
         <translation>Olvidar lo leído y seguir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="49"/>
         <source>Clear</source>
         <translation>Vaciar</translation>
     </message>
@@ -4099,12 +4099,12 @@ It {1}.</source>
         <translation>Pulse un parámetro con el botón derecho y elija «Representar en el tiempo».</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="56"/>
         <source>Lay all curves over each other, each over a range of its own</source>
         <translation>Superponer todas las curvas, cada una en su propio rango</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/values_panel.ui" line="57"/>
         <source>In one plot</source>
         <translation>En un solo gráfico</translation>
     </message>

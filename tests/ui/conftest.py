@@ -7,8 +7,8 @@ from PyQt5.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.run.program import Program
 from grabbergui.ui.views.main_window import MainWindow
 from patience import PATIENCE
 
@@ -37,7 +37,7 @@ class Desk:
         self.preferences.snapshot_folder = snapshots
         self.window = MainWindow()
         self.window.resize(1280, 800)
-        self.program = MainController(self.window, self.preferences)
+        self.program = Program(self.window, self.preferences)
         qtbot.addWidget(self.window)
         self.window.show()
 

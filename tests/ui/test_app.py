@@ -10,10 +10,10 @@ import time
 import pytest
 from PyQt5.QtGui import QImage
 
-from grabbergui.ui.controllers import main
+from grabbergui.ui.run import program
 from patience import PROGRAM
 
-CODE = "import sys; from pathlib import Path; from grabbergui.ui import app; "
+CODE = "import sys; from pathlib import Path; from grabbergui.ui.run import window; "
 
 
 def run(code, tmp_path):
@@ -35,7 +35,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_picture(tmp_path):
     for seconds in (2, 8, 40):  # on a busy machine the first frame comes late
         begun = time.monotonic()
         done = run(
-            f"sys.exit(app.run('sim:', offscreen=True, duration={seconds},"
+            f"sys.exit(window.run('sim:', offscreen=True, duration={seconds},"
             f" screenshot=Path({json.dumps(str(target))})))",
             tmp_path,
         )
@@ -53,7 +53,7 @@ def test_offscreen_it_runs_a_while_and_leaves_its_picture(tmp_path):
 def test_the_screenshot_alone_ends_it_too_in_both_looks(tmp_path, theme):
     target = tmp_path / "window.png"
     done = run(
-        f"sys.exit(app.run('sim:', offscreen=True, theme='{theme}',"
+        f"sys.exit(window.run('sim:', offscreen=True, theme='{theme}',"
         f" screenshot=Path({json.dumps(str(target))})))",
         tmp_path,
     )
@@ -64,7 +64,8 @@ def test_the_screenshot_alone_ends_it_too_in_both_looks(tmp_path, theme):
 
 def test_without_a_frame_it_fails_with_one_clear_line(tmp_path):
     done = run(
-        "sys.exit(app.run('nonsense:', offscreen=True, duration=1, screenshot=Path('never.png')))", tmp_path
+        "sys.exit(window.run('nonsense:', offscreen=True, duration=1, screenshot=Path('never.png')))",
+        tmp_path,
     )
     assert done.returncode == 1
     said = done.stderr.splitlines()
@@ -73,7 +74,7 @@ def test_without_a_frame_it_fails_with_one_clear_line(tmp_path):
 
 
 def test_offscreen_without_a_screenshot_it_fails_without_a_frame_too(tmp_path):
-    done = run("sys.exit(app.run('nonsense:', offscreen=True, duration=1))", tmp_path)
+    done = run("sys.exit(window.run('nonsense:', offscreen=True, duration=1))", tmp_path)
 
     assert done.returncode == 1
     assert "no known kind" in done.stderr and done.stderr.count("\n") == 1
@@ -84,7 +85,7 @@ def test_an_interrupt_ends_it_cleanly(tmp_path):
     code = (
         CODE
         + "from grabbergui.cli import main; "
-        + "app.QTimer.singleShot(0, lambda: print('up', flush=True)); "
+        + "window.QTimer.singleShot(0, lambda: print('up', flush=True)); "
         + "sys.exit(main(['gui', '--offscreen', 'sim:']))"
     )
     process = subprocess.Popen(
@@ -111,15 +112,15 @@ def test_what_nobody_caught_is_shown_and_the_window_goes_on(tmp_path):
         "from grabbergui.models.messages import MessageModel as M; shown = []\n"
         "def show(self, text):\n"
         "    shown.append(text)\n"
-        "    app.QTimer.singleShot(0, app.QCoreApplication.quit)\n"
+        "    window.QTimer.singleShot(0, window.QCoreApplication.quit)\n"
         "M.error = show\n"
         "def fault(): raise RuntimeError('a fault')\n"
-        "begin = app.MainController.begin\n"
+        "begin = window.Program.begin\n"
         "def broken(self, uri):\n"
         "    begin(self, uri)\n"
-        "    app.QTimer.singleShot(0, fault)\n"
-        "app.MainController.begin = broken\n"
-        "app.run('sim:', offscreen=True, duration=60)\n"
+        "    window.QTimer.singleShot(0, fault)\n"
+        "window.Program.begin = broken\n"
+        "window.run('sim:', offscreen=True, duration=60)\n"
         "print(shown)",
         tmp_path,
     )
@@ -147,8 +148,8 @@ def test_offscreen_nothing_is_said_on_stderr(tmp_path):
 def test_what_qt_warns_of_is_logged(tmp_path):
     done = run(
         "import logging; logging.basicConfig(format='%(levelname)s %(name)s %(message)s')\n"
-        "from PyQt5.QtCore import qWarning; from grabbergui.ui import qt_messages\n"
-        "qt_messages.to_log(); qWarning(b'a real one'); qWarning(b'This plugin does not support raise()')",
+        "from PyQt5.QtCore import qWarning; from grabbergui.ui.run.application import log_qt_messages\n"
+        "log_qt_messages(); qWarning(b'a real one'); qWarning(b'This plugin does not support raise()')",
         tmp_path,
     )
     assert done.stderr == "WARNING Qt a real one\n"
@@ -173,7 +174,7 @@ def stop_once_it_is_shown():
     stop.set()
 
 threading.Thread(target=stop_once_it_is_shown, daemon=True).start()
-code = app.run(grabber.info.uri, offscreen=True, screenshot=target,
+code = window.run(grabber.info.uri, offscreen=True, screenshot=target,
                create=lambda _: SharedGrabber(grabber), stop=stop, duration=60)
 assert stop.is_set() and grabber.streaming, "the grabber belongs to whoever opened it"
 grabber.close()
@@ -188,16 +189,16 @@ def test_the_window_starts_without_what_is_opened_later(tmp_path):
     """Calibration, servo and the networks took as long to import as all the rest of the window."""
     done = run(
         "import os; os.environ['QT_QPA_PLATFORM'] = 'offscreen'; "
-        "from grabbergui.ui.controllers.main import MainController; "
+        "from grabbergui.ui.run.program import Program; "
         "from grabbergui.ui.preferences import Preferences; "
         "from grabbergui.ui.views.main_window import MainWindow; "
-        "qt = app.application(); program = MainController(MainWindow(), Preferences(None)); "
+        "qt = window.application(); program = Program(MainWindow(), Preferences(None)); "
         "print(*sorted(sys.modules), flush=True); program.shut_down(5); os._exit(0)",
         tmp_path,
     )
     assert done.returncode == 0, done.stderr
     modules = done.stdout.split()
-    assert "grabbergui.ui.controllers.main" in modules
+    assert "grabbergui.ui.run.program" in modules
     late = ("grabbergui.servo", "grabbergui.net", "grabbergui.models.calibrating", "rclpy", "pinocchio")
     early = [name for name in modules if name.startswith(late)]
     assert not early
@@ -205,7 +206,7 @@ def test_the_window_starts_without_what_is_opened_later(tmp_path):
 
 def test_others_are_looked_for_once_the_named_source_shows_a_picture(window_desk, monkeypatch):
     order = []
-    monkeypatch.setattr(main, "SEARCH_AFTER_MS", 1000 * 3600)
+    monkeypatch.setattr(program, "SEARCH_AFTER_MS", 1000 * 3600)
     monkeypatch.setattr(window_desk.program.source_list, "start", lambda: order.append("search"))
     window_desk.window.picture.painted.connect(lambda: order.append("picture"))
     window_desk.program.begin("sim:")
@@ -215,7 +216,7 @@ def test_others_are_looked_for_once_the_named_source_shows_a_picture(window_desk
 
 
 def test_others_are_looked_for_although_the_named_source_shows_nothing(window_desk, monkeypatch):
-    monkeypatch.setattr(main, "SEARCH_AFTER_MS", 10)
+    monkeypatch.setattr(program, "SEARCH_AFTER_MS", 10)
     searches = []
     monkeypatch.setattr(window_desk.program.source_list, "start", lambda: searches.append(1))
     window_desk.program.begin("nonsense:")

@@ -24,10 +24,8 @@ from grabbergui.driver.sim.rendered.scene import pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import Look, camera_name
-from grabbergui.ui.controllers.calibrating import CalibratingController
-from grabbergui.ui.controllers.choosing_calibration import CalibrationChooser
-from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
-from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
+from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
+from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 
 MONO = by_name("Mono8")
 SETTINGS = FrameSettings(

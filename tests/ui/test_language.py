@@ -25,7 +25,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.models import language as models_language
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.language import languages, speak
-from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.section import Section
 
 ROOT = Path(__file__).parents[2]

@@ -11,8 +11,8 @@ from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication, QFileDialog, QLabel, QLineEdit, QMenu, QPushButton, QToolButton
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.ui.app import first_source
-from grabbergui.ui.views.settings_report import SettingsReport
+from grabbergui.ui.run.window import first_source
+from grabbergui.ui.views.settings_dialogs import SettingsReport
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 
 

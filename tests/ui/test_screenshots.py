@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PyQt5.QtGui import QColor, QImage
 
-from grabbergui.ui.scripting import load_script, run_script
+from grabbergui.ui.run.scripting import load_script, run_script
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
 
 ROOT = Path(__file__).parents[2]

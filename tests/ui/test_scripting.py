@@ -10,7 +10,7 @@ import pytest
 from PyQt5.QtGui import QImage
 
 from grabbergui.core.errors import UsageError
-from grabbergui.ui.scripting import load_script, run_script
+from grabbergui.ui.run.scripting import load_script, run_script
 from patience import PROGRAM
 
 EXAMPLE = Path(__file__).parents[2] / "resources" / "scripts" / "check_camera.py"

@@ -26,8 +26,7 @@ from grabbergui.servo.state_machine import State
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
-from grabbergui.ui.views.calibration_choice_dialog import CalibrationChoiceDialog
-from grabbergui.ui.views.calibration_dialog import CalibrationDialog
+from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
 from grabbergui.ui.widgets.orbit import NEAR, Orbit
 from patience import PATIENCE, attempts

@@ -11,7 +11,7 @@ from grabbergui.core.region import Region
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
-from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
+from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.change_table import ChangeTable
 from grabbergui.ui.widgets.drawing_tool import Purpose
 

@@ -1,4 +1,4 @@
-"""Joins the calibration dialog to the calibrating of a camera."""
+"""The calibration dialog, and the choice for a camera that has no calibration."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.calibration import board_sheet
 from grabbergui.calibration.boards import BoardSettings
+from grabbergui.calibration.choice import CalibrationChoice
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution
 from grabbergui.models.error_text import error_text
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.calibration_dialog import CalibrationDialog, Step
+from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
 
 
 class CalibratingController(QObject):
@@ -146,3 +147,52 @@ class CalibratingController(QObject):
         solution, number, pictures = self._solution, self._chosen, self.model.pictures
         if solution is not None and number is not None and number < min(len(pictures), len(solution.corners)):
             self.dialog.setView(pictures[number], solution, number)
+
+
+class CalibrationChooser(QObject):
+    """Accepts its dialog once there is a `choice`. The source must be open; it is started to calibrate it."""
+
+    def __init__(self, dialog: CalibrationChoiceDialog, grabber: FrameGrabber) -> None:
+        super().__init__(dialog)
+        self.choice: CalibrationChoice | None = None
+        """What was chosen."""
+        self.calibrating: CalibrationDialog | None = None
+        """Open on top of the dialog."""
+        self._dialog, self._grabber = dialog, grabber
+        dialog.calibrateRequested.connect(self._calibrate)
+        dialog.fileRequested.connect(self._ask_file)
+        dialog.nominalRequested.connect(self._assume)
+
+    def use(self, path: Path) -> None:
+        """Take a file's calibration, or say what is wrong with it."""
+        try:
+            self.choice = CalibrationChoice.file(path)
+        except (UsageError, OSError) as error:
+            self._dialog.setProblem(error_text(error))
+        else:
+            self._dialog.accept()
+
+    def _calibrate(self) -> None:
+        self.calibrating = dialog = CalibrationDialog(self._dialog)
+        dialog.closing.connect(self._on_calibrating_closing)
+        CalibratingController(dialog, self._grabber, self._on_saved)
+        dialog.open()
+
+    def _on_calibrating_closing(self) -> None:
+        self.calibrating = None
+
+    def _on_saved(self, path: Path) -> None:
+        if self.calibrating is not None:
+            self.calibrating.reject()
+        self.use(path)
+
+    def _ask_file(self) -> None:
+        path, _ = QFileDialog.getOpenFileName(
+            self._dialog, self.tr("Open a calibration"), str(Path.home()), "camera_info (*.yaml *.yml)"
+        )
+        if path:
+            self.use(Path(path))
+
+    def _assume(self, degrees: float) -> None:
+        self.choice = CalibrationChoice.nominal(degrees)
+        self._dialog.accept()

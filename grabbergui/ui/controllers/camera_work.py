@@ -1,4 +1,4 @@
-"""Work on the camera that takes a while: its own thread does it, the window shows how far it is."""
+"""Longer work on the current camera, and actions that only some cameras support."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtWidgets import QAction
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.changes.history import Step
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
@@ -99,3 +101,48 @@ class CameraWork(QObject):
         for cancelled, source in tuple(self._under_way.items()):
             if source is ending:
                 cancelled.set()
+
+
+class CameraAbility(QObject):
+    """Enables actions while a camera is connected that can do it and may be changed."""
+
+    ended = pyqtSignal()
+    """The camera that was asked is gone, or another is being opened."""
+
+    def __init__(
+        self, owner: QObject, connection: Connection, ask: Callable[[FrameGrabber], bool], *actions: QAction
+    ) -> None:
+        """`ask` is called on the thread of the camera."""
+        super().__init__(owner)
+        self._connection = connection
+        self._ask = ask
+        self._actions = actions
+        self._present = False
+        self._bridge = bridge = Bridge(self)
+        bridge.bind(connection.opened, self._on_connection_opened)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        self._enable()
+
+    def _on_connection_opened(self, source: OpenSource) -> None:
+        grabber = source.grabber
+        if grabber is None or source.read_only:
+            return
+
+        def told(present: bool) -> None:
+            self._bridge.call(lambda: self._allow(source, present))
+
+        source.worker.submit(lambda: self._ask(grabber), done=told)
+
+    def _allow(self, source: OpenSource, present: bool) -> None:
+        self._present = present and source is self._connection.source
+        self._enable()
+
+    def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
+        if state in (LinkState.CLOSED, LinkState.OPENING):
+            self._present = False
+            self.ended.emit()
+        self._enable()
+
+    def _enable(self) -> None:
+        for action in self._actions:
+            action.setEnabled(self._present and self._connection.state.connected)

@@ -1,4 +1,4 @@
-"""Joins the *Help* menu to the manual, the doctor and *What's this?*."""
+"""The *Help* menu and the log: whatever explains the program."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QWhatsThis, QWidget
 
 from grabbergui.doctor import network, software, usb
+from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.help_dialogs import FIRST_PAGE, DoctorDialog, ManualDialog
+from grabbergui.ui.views.help_views import FIRST_PAGE, DoctorDialog, LogPanel, ManualDialog, ShortcutsDialog
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.views.shortcuts_dialog import ShortcutsDialog
 
 
 class HelpController(QObject):
@@ -110,3 +110,26 @@ def _explanation(widget: QWidget | None) -> str:
             return text
         widget = widget.parentWidget()
     return ""
+
+
+class LogController(QObject):
+    """Shows what is logged from wherever."""
+
+    def __init__(self, panel: LogPanel, book: LogBook) -> None:
+        super().__init__(panel)
+        self._panel = panel
+        self._book = book
+        Bridge(self).bind(book.added, self._on_book_added)
+        panel.levelChanged.connect(self._show_all)
+        panel.clearRequested.connect(self._clear)
+        self._show_all()
+
+    def _on_book_added(self, line: LogLine) -> None:
+        self._panel.addLine(line)
+
+    def _show_all(self) -> None:
+        self._panel.setLines(self._book.lines)
+
+    def _clear(self) -> None:
+        self._book.clear()
+        self._show_all()

@@ -19,7 +19,7 @@ from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibrating import CalibratingController
-from grabbergui.ui.views.calibration_dialog import CalibrationDialog
+from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
 
 log = logging.getLogger(__name__)

@@ -1,11 +1,88 @@
-"""The open sources side by side, while there are several."""
+"""The tiles of the open sources, below the picture."""
 
 from __future__ import annotations
 
-from PyQt5.QtWidgets import QHBoxLayout, QScrollArea, QWidget
+from PyQt5.QtCore import Qt, pyqtSignal
+from PyQt5.QtGui import QKeyEvent, QMouseEvent
+from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QWidget
 
+from grabbergui.core.pixels import DisplayImage
+from grabbergui.models.status import Tone
+from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.views.camera_tile import CameraTile
+from grabbergui.ui.widgets.elided_label import ElidedLabel
+from grabbergui.ui.widgets.styled import restyle
+from grabbergui.ui.widgets.thumbnail import Thumbnail
+
+_CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
+
+
+class CameraTile(QFrame):
+    """A click, Enter or Space chooses the source; Delete, or the button, lets it go."""
+
+    chosen = pyqtSignal()
+    closeRequested = pyqtSignal()
+
+    thumbnail: Thumbnail
+    recordingLabel: QLabel
+    titleLabel: ElidedLabel
+    stateLabel: QLabel
+    closeButton: QToolButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("camera_tile", self)
+        self.titleLabel.elide_mode = Qt.TextElideMode.ElideMiddle
+        self.closeButton.clicked.connect(self.closeRequested)
+        self.recordingLabel.hide()
+        self.setCursor(Qt.CursorShape.PointingHandCursor)
+        icons.apply(self)
+
+    def setTitle(self, short: str, title: str) -> None:
+        """The source's name, without and with its maker's."""
+        self.titleLabel.setText(short)
+        self.titleLabel.setToolTip(title)
+        self.setAccessibleName(title)
+        self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
+
+    def setState(self, text: str, tone: Tone) -> None:
+        """How it is doing, in a word or a figure, and how good that is."""
+        self.stateLabel.setText(text)
+        restyle(self.stateLabel, "tone", (tone if tone is not Tone.GOOD else Tone.IDLE).value)
+
+    def setRecording(self, recording: bool) -> None:
+        """Whether the source is being recorded."""
+        self.recordingLabel.setVisible(recording)
+
+    def setDimmed(self, dimmed: bool) -> None:
+        """Show the picture darker: it is not of now."""
+        self.thumbnail.setDimmed(dimmed)
+
+    def setCurrent(self, current: bool) -> None:
+        """Whether it is the source at hand."""
+        self.setToolTip(self.tr("This source is at hand") if current else self.tr("Take this source to hand"))
+        restyle(self, "current", current)
+
+    def setPicture(self, image: DisplayImage | None) -> None:
+        """Show an image, or none."""
+        self.thumbnail.setPicture(image)
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        """Choose it."""
+        super().mouseReleaseEvent(event)
+        left = event is not None and event.button() == Qt.MouseButton.LeftButton
+        if left and event is not None and self.rect().contains(event.pos()):
+            self.chosen.emit()
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Choose it, or let it go."""
+        if event is not None and event.key() in _CHOOSING:
+            self.chosen.emit()
+        elif event is not None and event.key() == Qt.Key.Key_Delete:
+            self.closeRequested.emit()
+        else:
+            super().keyPressEvent(event)
+
 
 TILE_WIDTH = 204
 TILE_HEIGHT = 156

@@ -27,12 +27,10 @@ from grabbergui.ui.theme import Theme
 from grabbergui.ui.views.changes_panel import ChangesPanel
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
-from grabbergui.ui.views.focus_panel import FocusPanel
 from grabbergui.ui.views.gallery import Gallery
-from grabbergui.ui.views.histogram_panel import HistogramPanel
-from grabbergui.ui.views.log_panel import LogPanel
+from grabbergui.ui.views.help_views import LogPanel
+from grabbergui.ui.views.measuring_panels import FocusPanel, HistogramPanel, ProfilePanel
 from grabbergui.ui.views.picture_view import PictureView
-from grabbergui.ui.views.profile_panel import ProfilePanel
 from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.views.values_panel import ValuesPanel

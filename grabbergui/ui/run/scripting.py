@@ -23,7 +23,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.ui.controllers.main import MainController
+from grabbergui.ui.run.program import Program
 from grabbergui.ui.views.main_window import MainWindow
 
 T = TypeVar("T")
@@ -45,7 +45,7 @@ class _Ended(BaseException):
 class ScriptDesk:
     """What a script can use. Calls wait until it is so, and raise GrabberError where it is not."""
 
-    def __init__(self, program: MainController) -> None:
+    def __init__(self, program: Program) -> None:
         self.program = program
         "The models and controllers behind the window."
         self._failures: list[str] = []
@@ -225,7 +225,7 @@ def load_script(path: Path) -> CodeType:
         raise UsageError(f"the script {path} is no Python: {error}") from error
 
 
-def run_script(script: CodeType, program: MainController) -> int:
+def run_script(script: CodeType, program: Program) -> int:
     """Run a script on the GUI thread, inside the event loop; the exit code.
 
     0 where it ran through, what it ended with where it ended itself, 1 where it failed or the window was

@@ -1,9 +1,9 @@
-"""Settings to files and back."""
+"""All settings of a camera at once: in files, and in the camera's own user sets."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import partial
 from pathlib import Path
 
@@ -17,19 +17,14 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.settings import files
-from grabbergui.models.settings.feature_set import (
-    FeatureSet,
-    Progress,
-    capture,
-    compare,
-)
+from grabbergui.models.settings import files, user_sets
+from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
+from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.recording.opening import VIDEO_SUFFIXES
-from grabbergui.ui.controllers.camera_work import CameraWork
+from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.views.settings_difference import SettingsDifference
-from grabbergui.ui.views.settings_report import SettingsReport
+from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog
 
 SETTINGS_FILTER = QT_TRANSLATE_NOOP("KeepingController", "Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
 
@@ -212,3 +207,79 @@ def _dropped(event: QDropEvent) -> Path | None:
     data = event.mimeData()
     urls = data.urls() if data is not None else []
     return Path(urls[0].toLocalFile()) if len(urls) == 1 and urls[0].isLocalFile() else None
+
+
+class UserSetsController(QObject):
+    """Its action can be used where the camera keeps sets."""
+
+    noticed = pyqtSignal(str)
+
+    def __init__(self, window: MainWindow, connection: Connection, work: CameraWork) -> None:
+        super().__init__(window)
+        self._window = window
+        self._work = work
+        self.dialog: UserSetsDialog | None = None
+        "While it is shown."
+        window.actionUserSets.triggered.connect(self.show)
+        ability = CameraAbility(self, connection, user_sets.has_user_sets, window.actionUserSets)
+        ability.ended.connect(self._on_camera_ended)
+
+    def show(self) -> None:
+        """Ask the camera for its sets, and show them."""
+        self._work.run(self.tr("Settings kept in the camera"), _read, self._show)
+
+    def _show(self, sets: list[UserSet]) -> None:
+        if self.dialog is None:
+            self.dialog = dialog = UserSetsDialog(self._window)
+            dialog.loadRequested.connect(self._load)
+            dialog.saveRequested.connect(self._save)
+            dialog.startRequested.connect(self._start_with)
+            dialog.finished.connect(self._on_dialog_finished)
+            dialog.open()
+        self.dialog.setSets(sets)
+
+    def _on_dialog_finished(self, _: int) -> None:
+        self.dialog = None
+
+    def _on_camera_ended(self) -> None:
+        if self.dialog is not None:
+            self.dialog.reject()
+
+    def _load(self, name: str) -> None:
+        def work(grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event) -> int:
+            return user_sets.load(grabber, name, progress=progress, cancelled=cancelled)
+
+        def done(changed: int) -> None:
+            self.noticed.emit(self.tr("Loaded {0}: {1} settings are other than before").format(name, changed))
+
+        if self.dialog is not None:
+            self.dialog.accept()
+        self._work.run(self.tr("Loading a set of the camera"), work, done, text=name)
+
+    def _save(self, name: str) -> None:
+        text = self.tr("Saved the present settings in the camera as {0}").format(name)
+        self._change(self.tr("Saving in the camera"), partial(user_sets.save, name=name), text)
+
+    def _start_with(self, name: str) -> None:
+        text = self.tr("The camera starts with {0} from its next power-on").format(name)
+        self._change(self.tr("Telling the camera"), partial(user_sets.start_with, name=name), text)
+
+    def _change(self, title: str, change: Callable[[ChangeTrackingGrabber], None], text: str) -> None:
+        """Do something with a set, and show the sets as they are then."""
+
+        def work(
+            grabber: ChangeTrackingGrabber, progress: Progress, cancelled: threading.Event
+        ) -> list[UserSet]:
+            change(grabber)
+            return user_sets.user_sets(grabber.plain)
+
+        def done(sets: list[UserSet]) -> None:
+            self.noticed.emit(text)
+            if self.dialog is not None:
+                self.dialog.setSets(sets)
+
+        self._work.run(title, work, done)
+
+
+def _read(grabber: ChangeTrackingGrabber, _: Progress, __: threading.Event) -> list[UserSet]:
+    return user_sets.user_sets(grabber.plain)

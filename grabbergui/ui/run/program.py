@@ -28,28 +28,20 @@ from grabbergui.models.source_list import SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.controllers.acquisition import AcquisitionController
-from grabbergui.ui.controllers.calibration_opener import CalibrationOpener
+from grabbergui.ui.controllers.calibration import CalibrationOpener, ShowingCalibrationController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
-from grabbergui.ui.controllers.favourites import FavouritesController
-from grabbergui.ui.controllers.feature_menu import FeatureMenuController
+from grabbergui.ui.controllers.favourites import FavouritesController, FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
-from grabbergui.ui.controllers.gallery import GalleryController
-from grabbergui.ui.controllers.help import HelpController
-from grabbergui.ui.controllers.keeping import KeepingController
-from grabbergui.ui.controllers.log import LogController
-from grabbergui.ui.controllers.looking import LookingController
+from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.measuring import MeasuringController
-from grabbergui.ui.controllers.pausing import PauseController
-from grabbergui.ui.controllers.playback import PlaybackController
+from grabbergui.ui.controllers.pausing import PauseController, PlaybackController
+from grabbergui.ui.controllers.picture import AcquisitionController, LookingController
 from grabbergui.ui.controllers.recording import RecordingController
-from grabbergui.ui.controllers.region import RegionController
-from grabbergui.ui.controllers.showing_calibration import ShowingCalibrationController
-from grabbergui.ui.controllers.sources import SourcesController
+from grabbergui.ui.controllers.settings import KeepingController, UserSetsController
+from grabbergui.ui.controllers.sources import GalleryController, SourcesController
 from grabbergui.ui.controllers.status import StatusController
-from grabbergui.ui.controllers.tuning import TuningController
-from grabbergui.ui.controllers.user_sets import UserSetsController
+from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
@@ -63,7 +55,7 @@ CLOSE_TIME = 0.8
 "Seconds that closing the window waits for sources and files; the program waits for the rest without it."
 
 
-class MainController(QObject):
+class Program(QObject):
     """The program behind the window. Make it on the GUI thread; `shut_down` ends every thread it began."""
 
     def __init__(

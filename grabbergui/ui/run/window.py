@@ -11,19 +11,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
-from PyQt5.QtCore import QCoreApplication, Qt, QTimer
-from PyQt5.QtWidgets import QApplication
+from PyQt5.QtCore import QCoreApplication, QTimer
 
 from grabbergui import sources
-from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.messages import MessageModel
-from grabbergui.ui import icons, qt_messages
-from grabbergui.ui.controllers.main import MainController
 from grabbergui.ui.language import speak
 from grabbergui.ui.preferences import Preferences
-from grabbergui.ui.scripting import load_script, run_script
+from grabbergui.ui.run.application import application, closed_by
+from grabbergui.ui.run.program import Program
+from grabbergui.ui.run.scripting import load_script, run_script
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.main_window import MainWindow
 
@@ -31,8 +29,6 @@ log = logging.getLogger(__name__)
 
 FIRST_URI = "sim:colour"
 """What a first start shows: a camera on which every control has something to act on, white balance too."""
-STOP_POLL_MS = 200
-"Also how often Python gets to run its signal handlers, which it does between its own instructions only."
 SCREENSHOT_FRAMES = 20
 "Pictures to be painted before the window's own picture is taken: the controls are there by then."
 SCREENSHOT_PATIENCE = 15.0
@@ -73,7 +69,7 @@ def run(
     dress(app, preferences.theme)
     speak(app, language)
     window = MainWindow()
-    controller = MainController(window, preferences, create)
+    controller = Program(window, preferences, create)
     if preferences.geometry is None and not offscreen:
         window.takeRoom()
     with _guarded(controller.messages), closed_by(stop, app.quit):
@@ -110,7 +106,7 @@ def first_source(uri: str | None, preferences: Preferences) -> str:
 class _Report:
     """Takes the window's picture once frames flow, and says how it went at the end."""
 
-    def __init__(self, controller: MainController, path: Path | None, *, wanted: bool) -> None:
+    def __init__(self, controller: Program, path: Path | None, *, wanted: bool) -> None:
         """`wanted` says that a run without a single picture has failed: nobody looks at the window."""
         self._controller = controller
         self._path = path
@@ -163,38 +159,6 @@ class _Report:
         return 0
 
 
-def application() -> QApplication:
-    """The one application of this process, made as ours where there is none.
-
-    Raises SourceUnavailableError where there is no display, for which Qt would abort.
-    """
-    running = QApplication.instance()
-    if isinstance(running, QApplication):
-        return running
-    places = ("QT_QPA_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
-    if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in places):
-        raise SourceUnavailableError(
-            "there is no display for a window; `grabbergui gui --offscreen` does without one, "
-            "and so do the other commands (`grabbergui --help`)"
-        )
-    qt_messages.to_log()
-    QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_EnableHighDpiScaling)
-    QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_UseHighDpiPixmaps)
-    app = QApplication(["grabbergui"])
-    app.setApplicationName("grabbergui")
-    app.setApplicationDisplayName("grabbergui")
-    app.setDesktopFileName("grabbergui")
-    app.setWindowIcon(icons.window_icon())
-    return app
-
-
-def look(theme: Theme, screenshot: bool = False) -> Theme:
-    """The look of a window: AUTO is that of the user's preferences, or light in a screenshot."""
-    if theme is not Theme.AUTO:
-        return theme
-    return Theme.LIGHT if screenshot else Preferences.of_user().theme
-
-
 @contextmanager
 def _guarded(messages: MessageModel) -> Iterator[None]:
     """Log what nobody caught, on any thread, and say it in the window instead of ending."""
@@ -211,24 +175,3 @@ def _guarded(messages: MessageModel) -> Iterator[None]:
         yield
     finally:
         sys.excepthook, threading.excepthook = before, before_threads
-
-
-@contextmanager
-def closed_by(stop: threading.Event | None, close: Callable[[], object]) -> Iterator[None]:
-    """Call `close` once an event is set, by a signal or another thread.
-
-    A signal's own handler must not do it: an exception out of it would come up in the midst of painting.
-    """
-
-    def look_at_it() -> None:
-        if stop is not None and stop.is_set():
-            timer.stop()
-            close()
-
-    timer = QTimer()
-    timer.timeout.connect(look_at_it)
-    timer.start(STOP_POLL_MS)
-    try:
-        yield
-    finally:
-        timer.stop()

@@ -1,4 +1,4 @@
-"""Calibrating a camera step by step: the board, the views, the result; the live picture stays beside them."""
+"""The dialog that calibrates a camera step by step, and the one that offers to."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
 from PyQt5.QtWidgets import (
     QComboBox,
+    QCommandLinkButton,
     QDialog,
     QDoubleSpinBox,
     QLabel,
@@ -23,6 +24,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.calibration.boards import KINDS, BoardSettings
 from grabbergui.calibration.collector import FEWEST_VIEWS, Verdict
+from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import Look, Solution, verdict_text
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
@@ -305,3 +307,37 @@ def _crosses(corners: NDArray[np.float32], arm: float, colour: tuple[int, int, i
         for corner in corners.astype(np.float64)
         for end in ((arm, 0.0), (0.0, arm))
     ]
+
+
+class CalibrationChoiceDialog(QDialog):
+    """Setters and signals; it stays open until it is accepted by whoever did what was asked."""
+
+    calibrateRequested = pyqtSignal()
+    fileRequested = pyqtSignal()
+    nominalRequested = pyqtSignal(float)
+    """Degrees that the picture's width is to be taken for."""
+
+    titleLabel: QLabel
+    calibrateButton: QCommandLinkButton
+    fileButton: QCommandLinkButton
+    nominalButton: QCommandLinkButton
+    degreesBox: QDoubleSpinBox
+    problemLabel: QLabel
+    cancelButton: QPushButton
+
+    def __init__(self, camera: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("calibration_choice", self)
+        self.titleLabel.setText(self.tr("{0} is not calibrated").format(camera))
+        self.degreesBox.setValue(NOMINAL_FIELD_OF_VIEW)
+        self.setProblem("")
+        icons.apply(self)
+        self.calibrateButton.clicked.connect(lambda: self.calibrateRequested.emit())
+        self.fileButton.clicked.connect(lambda: self.fileRequested.emit())
+        self.nominalButton.clicked.connect(lambda: self.nominalRequested.emit(self.degreesBox.value()))
+        self.cancelButton.clicked.connect(self.reject)
+
+    def setProblem(self, text: str) -> None:
+        """Say why what was chosen does not do; empty: nothing is wrong."""
+        self.problemLabel.setText(text)
+        self.problemLabel.setVisible(bool(text))

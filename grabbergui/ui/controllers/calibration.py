@@ -1,9 +1,13 @@
-"""Joins *Load calibration…* and *Show calibration* to the picture."""
+"""The calibration of the current camera: made in a dialog, loaded, shown in the picture.
+
+The dialog, and what it needs of `servo`, is imported when it is opened, so that the window starts without.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from PyQt5.QtCore import QObject, pyqtSignal
@@ -14,10 +18,68 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.open_source import OpenSource
+from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
+
+if TYPE_CHECKING:
+    from grabbergui.ui.controllers.calibrating import CalibratingController
+    from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
+
+
+class CalibrationOpener(QObject):
+    """Opens the dialog on what the window shows, and closes it with that."""
+
+    saved = pyqtSignal(Path)
+    """A calibration of what the window shows was written."""
+
+    def __init__(self, window: MainWindow, connection: Connection) -> None:
+        super().__init__(window)
+        self._window, self._connection = window, connection
+        self._controller: CalibratingController | None = None
+        self._source: OpenSource | None = None
+        bridge = Bridge(self)
+        bridge.bind(connection.state_changed, self._on_connection_state_changed)
+        bridge.bind(connection.closing, self._on_connection_closing)
+        window.actionCalibrate.triggered.connect(self.open)
+        window.closing.connect(self.close)
+
+    @property
+    def dialog(self) -> CalibrationDialog | None:
+        """The one that is open."""
+        return self._controller.dialog if self._controller is not None else None
+
+    def open(self) -> None:
+        """Open it, or bring it to the front."""
+        source = self._connection.source
+        if self.dialog is not None:
+            self.dialog.raise_()
+            self.dialog.activateWindow()
+        elif source is not None and source.grabber is not None:
+            from grabbergui.ui.controllers.calibrating import CalibratingController
+            from grabbergui.ui.views.calibration_dialogs import CalibrationDialog
+
+            dialog = CalibrationDialog(self._window)
+            dialog.closing.connect(self._on_dialog_closing)
+            self._controller = CalibratingController(dialog, source.grabber, self.saved.emit)
+            self._source = source
+            dialog.show()
+
+    def close(self) -> None:
+        """Close it where it is open."""
+        if self.dialog is not None:
+            self.dialog.reject()
+
+    def _on_dialog_closing(self) -> None:
+        self._controller = self._source = None
+
+    def _on_connection_closing(self, source: OpenSource) -> None:
+        if source is self._source:
+            self.close()
+
+    def _on_connection_state_changed(self, state: LinkState, reason: str) -> None:
+        self._window.actionCalibrate.setEnabled(state is LinkState.STREAMING)
 
 
 class ShowingCalibrationController(QObject):

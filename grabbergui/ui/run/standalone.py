@@ -1,0 +1,108 @@
+"""The windows that run without the main window: calibration, and visual servoing."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from PyQt5.QtCore import QTimer
+from PyQt5.QtWidgets import QDialog
+
+from grabbergui.calibration.boards import BoardSettings
+from grabbergui.calibration.choice import CalibrationChoice, CalibrationFor
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.servo.pilot import Pilot
+from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
+from grabbergui.ui.controllers.servoing import ServoController
+from grabbergui.ui.run.application import application, closed_by, look
+from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog, Step
+from grabbergui.ui.views.servo_window import ServoWindow
+
+
+def calibrate(
+    grabber: FrameGrabber,
+    settings: BoardSettings | None = None,
+    screenshot: Path | None = None,
+    seconds: float | None = None,
+    theme: Theme = Theme.AUTO,
+    stop: threading.Event | None = None,
+) -> Path | None:
+    """Calibrate a camera in a dialog; return the file that was saved last, if any, once it is closed.
+
+    The source must stream. With `seconds` the dialog takes views at once and closes after that time; with
+    `screenshot` it saves a picture of itself then. Setting `stop` closes it.
+    """
+    app = application()
+    dress(app, look(theme, screenshot is not None))
+    dialog = CalibrationDialog()
+    saved: list[Path] = []
+    controller = CalibratingController(dialog, grabber, saved.append, settings)
+
+    def end() -> None:
+        if screenshot is not None:
+            dialog.grab().save(str(screenshot))
+        dialog.done(QDialog.DialogCode.Rejected)
+
+    if seconds is not None:
+        controller.go(Step.VIEWS)
+        QTimer.singleShot(round(seconds * 1000), end)
+    try:
+        with closed_by(stop, lambda: dialog.done(QDialog.DialogCode.Rejected)):
+            dialog.exec_()
+    finally:
+        controller.close()
+    return saved[-1] if saved else None
+
+
+def choose_calibration(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> CalibrationChoice | None:
+    """Ask what to do about a camera without a calibration; return the choice, None if there was none.
+
+    The source must stream, because one answer is to calibrate it.
+    """
+    app = application()
+    dress(app, look(theme))
+    dialog = CalibrationChoiceDialog(grabber.info.title)
+    chooser = CalibrationChooser(dialog, grabber)
+    dialog.exec_()
+    dialog.deleteLater()
+    return chooser.choice
+
+
+def servo(
+    pilot: Pilot,
+    calibration: CalibrationFor,
+    seconds: float | None,
+    screenshot: Path | None = None,
+    theme: Theme = Theme.AUTO,
+    stop: threading.Event | None = None,
+) -> None:
+    """Show a running pilot until the window is closed or the time is up.
+
+    A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` a
+    picture of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
+    """
+    app = application()
+    dress(app, look(theme, screenshot is not None))
+    window = ServoWindow()
+    controller = ServoController(window, pilot, calibration)
+
+    def close() -> None:
+        if screenshot is not None:
+            window.grab().save(str(screenshot))
+        window.close()
+
+    def interrupted() -> None:
+        pilot.emergency_stop("interrupted")
+        window.close()
+
+    if seconds is not None:
+        QTimer.singleShot(round(seconds * 1000), close)
+    try:
+        with closed_by(stop, interrupted):
+            window.show()
+            app.exec_()
+    finally:
+        controller.close()
+        window.deleteLater()
+        app.processEvents()

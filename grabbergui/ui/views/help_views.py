@@ -1,0 +1,242 @@
+"""The manual, the doctor, the list of shortcuts, and the log."""
+
+from __future__ import annotations
+
+import html
+import logging
+import re
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from PyQt5.QtCore import QSize, Qt, QUrl, pyqtSignal
+from PyQt5.QtGui import QDesktopServices, QImage, QKeySequence
+from PyQt5.QtWidgets import (
+    QAction,
+    QApplication,
+    QComboBox,
+    QDialog,
+    QLabel,
+    QMenu,
+    QMenuBar,
+    QPlainTextEdit,
+    QPushButton,
+    QScrollArea,
+    QTextBrowser,
+    QVBoxLayout,
+    QWidget,
+)
+
+from grabbergui.doctor.finding import Finding, Level
+from grabbergui.models.log_book import MOST_LINES, LogLine
+from grabbergui.ui.loader import load_form
+
+FIRST_PAGE = "window.md"
+SIZE = QSize(820, 640)
+PICTURE_WIDTH = 740
+
+_PICTURE = re.compile(r'<picture>.*?<img src="([^"]*)" alt="([^"]*)">\s*</picture>', re.DOTALL)
+"""Qt's Markdown ends at HTML that it does not know."""
+
+
+class ManualBrowser(QTextBrowser):
+    """Shows Markdown pages; pictures are made to fit, and those in HTML are shown too."""
+
+    def loadResource(self, kind: int, name: QUrl) -> Any:
+        """Read a page or a picture from its file."""
+        path = Path(self.source().resolved(name).toLocalFile())
+        if path.suffix == ".md":
+            return _PICTURE.sub(r"![\2](\1)", path.read_text("utf-8"))
+        picture = QImage(str(path))
+        if picture.width() <= PICTURE_WIDTH:
+            return picture
+        return picture.scaledToWidth(PICTURE_WIDTH, Qt.TransformationMode.SmoothTransformation)
+
+
+class ManualDialog(QDialog):
+    """The pages of the manual, with links between them; others open in the desktop's browser."""
+
+    def __init__(self, folder: Path, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Manual"))
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.text = ManualBrowser(self)
+        self.text.setAccessibleName(self.tr("Manual"))
+        self.text.setOpenLinks(False)
+        self.text.anchorClicked.connect(self._follow)
+        self.text.setSource(QUrl.fromLocalFile(str(folder / FIRST_PAGE)))
+        back = QPushButton(self.tr("&Back"), self)
+        back.setAutoDefault(False)
+        back.setEnabled(False)
+        back.clicked.connect(self.text.backward)
+        self.text.backwardAvailable.connect(back.setEnabled)
+        layout = QVBoxLayout(self)
+        layout.addWidget(self.text)
+        layout.addWidget(back, 0, Qt.AlignmentFlag.AlignLeft)
+        self.resize(SIZE)
+
+    def _follow(self, link: QUrl) -> None:
+        target = self.text.source().resolved(link)
+        if target.isLocalFile() and Path(target.toLocalFile()).suffix == ".md":
+            self.text.setSource(target)
+        else:
+            QDesktopServices.openUrl(target)
+
+
+class DoctorDialog(QDialog):
+    """Findings as they come, each with what to do about it."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Doctor"))
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.text = QTextBrowser(self)
+        self.text.setAccessibleName(self.tr("What was found"))
+        self.stateLabel = QLabel(self.tr("Checking this computer…"), self)
+        self._names = {
+            Level.GOOD: self.tr("good"),
+            Level.NOTE: self.tr("note"),
+            Level.PROBLEM: self.tr("problem"),
+        }
+        self._problems = 0
+        layout = QVBoxLayout(self)
+        layout.addWidget(self.stateLabel)
+        layout.addWidget(self.text)
+        self.resize(SIZE)
+
+    def addFinding(self, finding: Finding) -> None:
+        """Show one more."""
+        self._problems += finding.level is Level.PROBLEM
+        line = f"<b>{self._names[finding.level]}</b>: {html.escape(finding.text)}"
+        if finding.remedy:
+            line += f"<br>→ {html.escape(finding.remedy)}"
+        self.text.append(f"<p>{line}</p>")
+
+    def finish(self) -> None:
+        """Say that nothing more comes."""
+        found = self.tr("{0} problems found").format(self._problems)
+        self.stateLabel.setText(found if self._problems else self.tr("Nothing is wrong"))
+
+
+KEY_WIDTH = 110
+"Pixels of the keys' column at least, the same in every table."
+SCROLL_BAR = 20
+"Pixels that the scroll bar may take beside the tables."
+MOST_OF_SCREEN = 0.9
+"In width and height."
+KEY_GAP = "&nbsp;" * 4
+"Behind the keys, whose names are longer in other languages: rich text of Qt knows no padding of cells."
+
+
+class ShortcutsDialog(QDialog):
+    """Two columns of menus; deleted when it is closed."""
+
+    scrollArea: QScrollArea
+    content: QWidget
+    leftLabel: QLabel
+    rightLabel: QLabel
+    closeButton: QPushButton
+
+    def __init__(self, menubar: QMenuBar, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("shortcuts_dialog", self)
+        tables = [table for action in menubar.actions() if (table := self._table(action.menu()))]
+        columns = ["", ""]
+        # As high as each other: the longest menu first, each where there is more room.
+        for table in sorted(tables, key=_height, reverse=True):
+            columns[_height(columns[1]) < _height(columns[0])] += table
+        self.leftLabel.setText(columns[0])
+        self.rightLabel.setText(columns[1])
+        self.closeButton.clicked.connect(self.accept)
+        self._take_room()
+
+    def _take_room(self) -> None:
+        """Show everything at once where the screen has room for it; else it is scrolled."""
+        hint = self.content.sizeHint()
+        width = hint.width() + SCROLL_BAR
+        wanted = QSize(width, self.content.heightForWidth(width)) + self.size() - self.scrollArea.size()
+        screen = self.screen()
+        self.resize(wanted.boundedTo(screen.availableSize() * MOST_OF_SCREEN) if screen else wanted)
+
+    def _table(self, menu: QMenu | None) -> str:
+        if menu is None:
+            return ""
+        rows = "".join(
+            f"<tr><td width='{KEY_WIDTH}' style='white-space:pre'>"
+            f"<b>{self._keys(action.shortcut())}</b>{KEY_GAP}</td>"
+            f"<td>{_plain(action.iconText())}</td></tr>"
+            for action in _actions(menu)
+            if not action.shortcut().isEmpty()
+        )
+        return f"<h3>{_plain(menu.title())}</h3><table>{rows}</table>" if rows else ""
+
+    def _keys(self, keys: QKeySequence) -> str:
+        """The keys as they are printed on a keyboard; Qt spells them out: Mayúsculas."""
+        return keys.toString(QKeySequence.PortableText).replace("Shift", self.tr("Shift"))
+
+
+def _height(tables: str) -> int:
+    """Lines of some tables: their rows, and as much as two for each title."""
+    return tables.count("<tr>") + 2 * tables.count("<h3>")
+
+
+def _actions(menu: QMenu) -> Iterator[QAction]:
+    for action in menu.actions():
+        inner = action.menu()
+        if inner is not None:
+            yield from _actions(inner)
+        else:
+            yield action
+
+
+def _plain(text: str) -> str:
+    return text.replace("&", "").rstrip("…")
+
+
+_LEVELS = (logging.NOTSET, logging.WARNING, logging.ERROR)
+
+
+class LogPanel(QWidget):
+    """Shows entries, the newest last, and follows them unless somebody scrolled up."""
+
+    levelChanged = pyqtSignal()
+    """Other entries are to be shown: `setLines` is to follow."""
+    clearRequested = pyqtSignal()
+
+    levelBox: QComboBox
+    copyButton: QPushButton
+    clearButton: QPushButton
+    text: QPlainTextEdit
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("log_panel", self)
+        self.text.setMaximumBlockCount(MOST_LINES)
+        self.levelBox.currentIndexChanged[int].connect(lambda _: self.levelChanged.emit())
+        self.clearButton.clicked.connect(self.clearRequested)
+        self.copyButton.clicked.connect(self._on_copy_clicked)
+
+    def setLines(self, lines: Sequence[LogLine]) -> None:
+        """Show these entries, as far as they are serious enough."""
+        self.text.setPlainText("\n".join(_text(line) for line in lines if self._shown(line)))
+        if (bar := self.text.verticalScrollBar()) is not None:
+            bar.setValue(bar.maximum())
+
+    def addLine(self, line: LogLine) -> None:
+        """Show one more."""
+        if self._shown(line):
+            self.text.appendPlainText(_text(line))
+
+    def _shown(self, line: LogLine) -> bool:
+        return line.level >= _LEVELS[self.levelBox.currentIndex()]
+
+    def _on_copy_clicked(self) -> None:
+        if (clipboard := QApplication.clipboard()) is not None:
+            clipboard.setText(self.text.toPlainText())
+
+
+def _text(line: LogLine) -> str:
+    moment = time.strftime("%H:%M:%S", time.localtime(line.time))
+    milliseconds = int(line.time * 1000) % 1000
+    return f"{moment}.{milliseconds:03d}  {logging.getLevelName(line.level):<8} {line.origin}: {line.text}"

@@ -1,0 +1,210 @@
+"""The panels that measure the picture: histogram, focus aid, line profile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QCheckBox, QPushButton, QWidget
+
+from grabbergui.models.language import localized
+from grabbergui.models.measuring.channels import Histogram, Line
+from grabbergui.models.measuring.measurement import HISTORY_SECONDS
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.channel_plot import ChannelPlot
+from grabbergui.ui.widgets.elided_label import ElidedLabel
+
+HEADROOM = 1.1
+"Of the plot, over the highest count between its ends."
+
+
+class HistogramPanel(QWidget):
+    """Setters for the histogram and the levels; a signal for levels that were dragged."""
+
+    levelsDragged = pyqtSignal(float, float)
+    """What is to be shown as black and as white, as fractions of the sensor's range."""
+    levelsReset = pyqtSignal()
+
+    figuresLabel: ElidedLabel
+    logBox: QCheckBox
+    fitButton: QPushButton
+    resetButton: QPushButton
+    plot: ChannelPlot
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("histogram_panel", self)
+        self._histogram: Histogram | None = None
+        self._range = 256
+        self.plot.setFilled(True)
+        self.plot.hideAxis("left")
+        self.levels = pg.LinearRegionItem((0, 256), swapMode="block", bounds=(0, 256))
+        self.levels.setZValue(10)
+        self.levels.setBrush(pg.mkBrush(128, 128, 128, 28))
+        self.levels.setHoverBrush(pg.mkBrush(128, 128, 128, 48))
+        self.plot.addItem(self.levels)
+        self.plot.setXRange(0, 256, padding=0.01)
+        self.levels.sigRegionChanged.connect(self._on_levels_region_changed)
+        self.fitButton.clicked.connect(self._on_fit_clicked)
+        self.resetButton.clicked.connect(self.levelsReset)
+        self.logBox.toggled.connect(self._draw)
+
+    def setHistogram(self, histogram: Histogram) -> None:
+        """Show what was measured."""
+        if 1 << histogram.depth != self._range:
+            self._set_range(1 << histogram.depth)
+        self._histogram = histogram
+        titles = {"grey": self.tr("grey")}  # others are letters
+        means = "  ".join(
+            f"{titles.get(name, name)} {histogram.mean(name):.1f}" for name in histogram.channels
+        )
+        text = self.tr("Mean {0}    {1:.2%} saturated    {2:.2%} black")
+        self.figuresLabel.setText(localized(text.format(means, histogram.saturated, histogram.black)))
+        self._draw()
+
+    def setLevels(self, black: float, white: float) -> None:
+        """Show which values are shown as black and as white, as fractions of the range."""
+        with QSignalBlocker(self.levels):
+            self.levels.setRegion((black * self._range, white * self._range))
+
+    def clear(self) -> None:
+        """Nothing is measured."""
+        self._histogram = None
+        self.figuresLabel.clear()
+        self.plot.clearChannels()
+
+    def _set_range(self, values: int) -> None:
+        black, white = (edge / self._range for edge in self.levels.getRegion())
+        self._range = values
+        self.plot.setXRange(0, values, padding=0.01)
+        with QSignalBlocker(self.levels):
+            self.levels.setBounds((0, values))
+            self.levels.setRegion((black * values, white * values))
+
+    def _draw(self) -> None:
+        histogram = self._histogram
+        if histogram is None:
+            return
+        counts = {name: histogram.binned(name) for name in histogram.channels}
+        bins = next(iter(counts.values())).size
+        if self.logBox.isChecked():
+            counts = {name: np.log10(count + 1) for name, count in counts.items()}
+        self.plot.setChannels(self._edges(bins), dict(counts))
+        # What is clipped towers over all the rest: it may end above the plot.
+        inner = max(count[1:-1].max() for count in counts.values())
+        self.plot.setYRange(0, HEADROOM * (inner or max(count.max() for count in counts.values()) or 1))
+
+    def _edges(self, bins: int) -> np.ndarray:
+        return np.linspace(0, self._range, bins + 1)
+
+    def _on_fit_clicked(self) -> None:
+        if self._histogram is not None:
+            black, white = self._histogram.levels()
+            self.setLevels(black, white)
+            self.levelsDragged.emit(black, white)
+
+    def _on_levels_region_changed(self) -> None:
+        black, white = self.levels.getRegion()
+        self.levelsDragged.emit(black / self._range, white / self._range)
+
+
+class FocusPanel(QWidget):
+    """Setters for the scores; signals for what is to be scored."""
+
+    regionRequested = pyqtSignal()
+    """A region is to be drawn."""
+    wholeRequested = pyqtSignal()
+    resetRequested = pyqtSignal()
+
+    scoreLabel: ElidedLabel
+    regionButton: QPushButton
+    wholeButton: QPushButton
+    resetButton: QPushButton
+    plot: ChannelPlot
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("focus_panel", self)
+        self._best = pg.InfiniteLine(
+            angle=0, movable=False, pen=pg.mkPen("#30a46c", style=Qt.PenStyle.DashLine)
+        )
+        self.plot.addItem(self._best)
+        self.plot.showSeconds()
+        self.plot.setXRange(-HISTORY_SECONDS / 2, 0, padding=0)
+        self.plot.setToolTip(self.tr("Sharpness over the last seconds; dashed: the best"))
+        self.regionButton.clicked.connect(self.regionRequested)
+        self.wholeButton.clicked.connect(self.wholeRequested)
+        self.resetButton.clicked.connect(self.resetRequested)
+        self.clear()
+
+    def setScores(self, scores: Sequence[tuple[float, float]], best: float) -> None:
+        """Show scores with their times in seconds, the newest last, and the best so far."""
+        times, values = np.array(scores).T
+        self.plot.setChannels(times - times[-1], {"sharpness": values})
+        self._best.setValue(best)
+        self._best.setVisible(best > 0)
+        share = values[-1] / best if best else 0
+        text = self.tr("Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best")
+        self.scoreLabel.setText(localized(text.format(values[-1], best, share)))
+
+    def setWhat(self, region: str) -> None:
+        """Say what is scored."""
+        self.wholeButton.setEnabled(bool(region))
+        self.scoreLabel.setToolTip(region or self.tr("of the whole picture"))
+
+    def clear(self) -> None:
+        """Nothing was scored."""
+        self.plot.clearChannels()
+        self._best.hide()
+        self.scoreLabel.setText("–")
+
+
+class ProfilePanel(QWidget):
+    """Setters for the values; a signal where another line is to be drawn."""
+
+    lineRequested = pyqtSignal()
+    rawToggled = pyqtSignal()
+    """The sensor's own values are wanted, or the colours shown: see `rawBox`."""
+
+    lineLabel: ElidedLabel
+    rawBox: QCheckBox
+    lineButton: QPushButton
+    plot: ChannelPlot
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("profile_panel", self)
+        self.plot.setToolTip(self.tr("The sensor's values over the pixels along the line"))
+        self.rawBox.toggled.connect(self.rawToggled)
+        self.lineButton.clicked.connect(self.lineRequested)
+        self.setLine(None)
+        self.clear()
+
+    def setLine(self, line: Line | None) -> None:
+        """Say where the line is, in the frame's pixels."""
+        if line is None:
+            self.lineLabel.setText(self.tr("Draw a line through the picture to see its values."))
+        else:
+            self.lineLabel.setText(f"({line.x0}, {line.y0}) … ({line.x1}, {line.y1})")
+
+    def setProfile(self, profile: dict[str, NDArray[Any]]) -> None:
+        """Show the values of each channel along the line."""
+        samples = len(next(iter(profile.values())))
+        self.plot.setChannels(np.arange(samples), profile)
+        self.plot.showAxes((True, False, False, True))
+        self._give_room(True)
+
+    def clear(self) -> None:
+        """Nothing was measured."""
+        self.plot.clearChannels()
+        self.plot.showAxes(False)  # they would be of nothing
+        self._give_room(False)
+
+    def _give_room(self, needed: bool) -> None:
+        """Be no higher than the line that says what to do, until there is something to show."""
+        self.plot.setVisible(needed)
+        self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())

@@ -1,0 +1,246 @@
+"""Dialogs about all settings of a camera: loading report, comparison of files, user sets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from PyQt5.QtCore import Qt, pyqtBoundSignal, pyqtSignal
+from PyQt5.QtWidgets import (
+    QCheckBox,
+    QDialog,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QMessageBox,
+    QPushButton,
+    QTreeWidget,
+    QTreeWidgetItem,
+    QWidget,
+)
+
+from grabbergui.core.features import FeatureValue, format_value
+from grabbergui.core.selection import SettingKey
+from grabbergui.models.settings.feature_set import Difference
+from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
+from grabbergui.models.settings.user_sets import UserSet
+from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.checked_rows import TICK_WIDTH, checked_keys, make_checkable
+
+
+class SettingsReport(QDialog):
+    """Lists settings; offers to apply what was only compared, or to roll back what was written."""
+
+    applyRequested = pyqtSignal(list)
+    """The settings (list[SettingKey]) that are ticked."""
+    rollBackRequested = pyqtSignal()
+
+    headline: QLabel
+    table: QTreeWidget
+    equalBox: QCheckBox
+    applyButton: QPushButton
+    rollBackButton: QPushButton
+    closeButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("settings_report", self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.equalBox.toggled.connect(self._show_equal)
+        self.closeButton.clicked.connect(self.reject)
+        self.applyButton.clicked.connect(self._on_apply_clicked)
+        self.rollBackButton.clicked.connect(self._on_roll_back_clicked)
+
+    def setReport(self, title: str, report: LoadReport) -> None:
+        """Show a report; of a dry run, what would be written, with a button to do so."""
+        self.setWindowTitle(title)
+        self.headline.setText(". ".join(part for part in (self._summary(report), report.problem) if part))
+        self.applyButton.setVisible(report.count(*PENDING) > 0)
+        self.rollBackButton.setVisible(report.count(Outcome.WRITTEN, Outcome.DIFFERENT) > 0)
+        self.table.clear()
+        for setting in report.settings:
+            texts = (format_value(setting.before), format_value(setting.wanted))
+            row = QTreeWidgetItem([str(setting.key), *texts, self._outcome(setting.outcome), setting.reason])
+            row.setToolTip(4, setting.reason)
+            row.setData(0, Qt.ItemDataRole.UserRole, setting.outcome is Outcome.EQUAL)
+            if setting.outcome in PENDING:
+                make_checkable(row, setting.key)
+            if setting.outcome not in SETTLED:
+                font = row.font(3)
+                font.setBold(True)
+                row.setFont(3, font)
+            self.table.addTopLevelItem(row)
+        for line in report.lost_lines:
+            row = QTreeWidgetItem(["", "", "", self.tr("not a setting"), line])
+            row.setToolTip(4, line)
+            self.table.addTopLevelItem(row)
+        self._show_equal(self.equalBox.isChecked())
+        for column in range(4):
+            self.table.resizeColumnToContents(column)
+        self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
+
+    def _summary(self, report: LoadReport) -> str:
+        counts = ((report.count(outcome), self._outcome(outcome)) for outcome in Outcome)
+        return ", ".join(f"{count} {name}" for count, name in counts if count) or self.tr("Nothing to do")
+
+    def _outcome(self, outcome: Outcome) -> str:
+        return {
+            Outcome.WRITTEN: self.tr("written"),
+            Outcome.EQUAL: self.tr("equal"),
+            Outcome.WOULD_WRITE: self.tr("would be written"),
+            Outcome.DEPENDS: self.tr("depends on the others"),
+            Outcome.REFUSED: self.tr("refused"),
+            Outcome.DIFFERENT: self.tr("came out different"),
+            Outcome.LEFT_ALONE: self.tr("left alone"),
+            Outcome.UNKNOWN: self.tr("unknown"),
+            Outcome.CANCELLED: self.tr("cancelled"),
+        }.get(outcome, outcome.value)
+
+    def _show_equal(self, shown: bool) -> None:
+        for index in range(self.table.topLevelItemCount()):
+            row = self.table.topLevelItem(index)
+            if row is not None:
+                row.setHidden(bool(row.data(0, Qt.ItemDataRole.UserRole)) and not shown)
+
+    def _on_apply_clicked(self) -> None:
+        self.applyRequested.emit(checked_keys(self.table))
+        self.close()
+
+    def _on_roll_back_clicked(self) -> None:
+        self.rollBackRequested.emit()
+        self.close()
+
+
+class SettingsDifference(QDialog):
+    """Lists differences; offers to set the camera as one or the other set says, where that is ticked."""
+
+    firstRequested = pyqtSignal(list)
+    """The settings (list[SettingKey]) that the camera is to have as in the first set."""
+    secondRequested = pyqtSignal(list)
+
+    headline: QLabel
+    table: QTreeWidget
+    firstButton: QPushButton
+    secondButton: QPushButton
+    closeButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("settings_difference", self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.closeButton.clicked.connect(self.reject)
+        self.firstButton.clicked.connect(lambda: self._apply(self.firstRequested.emit))
+        self.secondButton.clicked.connect(lambda: self._apply(self.secondRequested.emit))
+
+    def setDifferences(
+        self, names: tuple[str, str], differences: Sequence[Difference], applicable: bool
+    ) -> None:
+        """Show what the sets of these names differ in; `applicable` where there is a camera to set."""
+        first, second = names
+        self.headline.setText(
+            self.tr("{0} settings differ. What is ticked can be set on the camera.").format(len(differences))
+            if differences
+            else self.tr("There is no difference.")
+        )
+        self.table.setHeaderLabels([self.tr("Setting"), first, second])
+        for button, name in ((self.firstButton, first), (self.secondButton, second)):
+            button.setText(self.tr("Set as in {0}").format(name.replace("&", "&&")))
+            button.setVisible(applicable and bool(differences))
+        self.table.clear()
+        for difference in differences:
+            values = (self._shown(value) for value in (difference.first, difference.second))
+            row = QTreeWidgetItem([str(difference.key), *values])
+            make_checkable(row, difference.key)
+            self.table.addTopLevelItem(row)
+        for column in range(3):
+            self.table.resizeColumnToContents(column)
+        self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
+
+    def checked(self) -> list[SettingKey]:
+        """What is ticked."""
+        return checked_keys(self.table)
+
+    def _shown(self, value: FeatureValue | None) -> str:
+        return self.tr("(not in it)") if value is None else format_value(value)
+
+    def _apply(self, request: Callable[[list[SettingKey]], None]) -> None:
+        request(self.checked())
+        self.close()
+
+
+_SET_ROLE = Qt.ItemDataRole.UserRole
+
+
+class UserSetsDialog(QDialog):
+    """Setters for the sets; signals, with a set's name, for what is to be done with it."""
+
+    loadRequested = pyqtSignal(str)
+    saveRequested = pyqtSignal(str)
+    startRequested = pyqtSignal(str)
+
+    setList: QListWidget
+    loadButton: QPushButton
+    saveButton: QPushButton
+    startButton: QPushButton
+    closeButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("user_sets_dialog", self)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.setList.currentRowChanged.connect(self._enable)
+        self.setList.itemDoubleClicked.connect(lambda _: self.loadButton.click())
+        self.loadButton.clicked.connect(lambda: self._tell(self.loadRequested))
+        self.saveButton.clicked.connect(self._ask_save)
+        self.question: QMessageBox | None = None
+        """Whether to overwrite a set, while it is asked."""
+        self.startButton.clicked.connect(lambda: self._tell(self.startRequested))
+        self.closeButton.clicked.connect(self.reject)
+        self._enable()
+
+    @property
+    def chosen(self) -> UserSet | None:
+        """The set that is selected."""
+        item = self.setList.currentItem()
+        return item.data(_SET_ROLE) if item is not None else None
+
+    def setSets(self, sets: Sequence[UserSet]) -> None:
+        """Show these; the one that was selected stays selected."""
+        before = self.chosen
+        self.setList.clear()
+        for user_set in sets:
+            text = user_set.title
+            if user_set.starts:
+                text = self.tr("{0}  ·  the camera starts with it").format(text)
+            item = QListWidgetItem(text, self.setList)
+            item.setData(_SET_ROLE, user_set)
+            item.setToolTip(user_set.tooltip)
+        names = [user_set.name for user_set in sets]
+        self.setList.setCurrentRow(names.index(before.name) if before and before.name in names else 0)
+
+    def _ask_save(self) -> None:
+        if (chosen := self.chosen) is None:
+            return
+        self.question = box = QMessageBox(self)
+        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setText(self.tr("Save the present settings in {0}?").format(chosen.title))
+        box.setInformativeText(self.tr("What it held is lost; that cannot be undone."))
+        save = box.addButton(self.tr("Overwrite"), QMessageBox.ButtonRole.DestructiveRole)
+        box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        box.finished.connect(lambda _: self._on_question_finished(box.clickedButton() is save, chosen.name))
+        box.open()
+
+    def _on_question_finished(self, agreed: bool, name: str) -> None:
+        self.question = None
+        if agreed:
+            self.saveRequested.emit(name)
+
+    def _tell(self, signal: pyqtBoundSignal) -> None:
+        if (chosen := self.chosen) is not None:
+            signal.emit(chosen.name)
+
+    def _enable(self, _: int = 0) -> None:
+        chosen = self.chosen
+        self.loadButton.setEnabled(chosen is not None)
+        self.saveButton.setEnabled(chosen is not None and chosen.savable)
+        self.startButton.setEnabled(chosen is not None and chosen.startable and not chosen.starts)
