@@ -1,3 +1,117 @@
-"""Tune GenICam cameras live, and share them on YARP and ROS 2 networks."""
+"""Open, tune and read GenICam cameras from Python.
 
-__version__ = "0.1.0"
+```python
+import grabbergui
+
+with grabbergui.open("gige:192.168.0.10") as camera:
+    camera.exposure_time = 20_000
+    picture = camera.grab().rgb()
+```
+
+The names in `__all__` are the public interface; nothing else is. Within a minor version (0.2.x) they keep
+their meaning. A name is deprecated for one minor version, with a `DeprecationWarning`, before it goes.
+
+Importing this module loads neither Qt nor any transport: each name is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from grabbergui.core.errors import (
+        AccessDeniedError,
+        DeviceLostError,
+        FeatureAccessError,
+        FeatureError,
+        FeatureNotFoundError,
+        FeatureValueError,
+        FrameTimeoutError,
+        GrabberError,
+        PixelFormatError,
+        SourceNotFoundError,
+        TransportError,
+        UsageError,
+    )
+    from grabbergui.core.features import Feature
+    from grabbergui.core.frame import Frame
+    from grabbergui.core.grabber import DeviceEvent, DeviceInfo, StreamStatistics
+    from grabbergui.library.camera import Camera
+    from grabbergui.library.live_view import live_view
+    from grabbergui.library.opening import CameraGroup, discover, open, open_all  # noqa: A004
+    from grabbergui.library.streaming import AsyncFrames, Frames, Recording
+
+__version__ = "0.2.0"
+
+_HOMES = {
+    "open": "library.opening",
+    "open_all": "library.opening",
+    "discover": "library.opening",
+    "live_view": "library.live_view",
+    "Camera": "library.camera",
+    "CameraGroup": "library.opening",
+    "Frames": "library.streaming",
+    "AsyncFrames": "library.streaming",
+    "Recording": "library.streaming",
+    "Frame": "core.frame",
+    "Feature": "core.features",
+    "DeviceInfo": "core.grabber",
+    "DeviceEvent": "core.grabber",
+    "StreamStatistics": "core.grabber",
+    "GrabberError": "core.errors",
+    "UsageError": "core.errors",
+    "SourceNotFoundError": "core.errors",
+    "AccessDeniedError": "core.errors",
+    "TransportError": "core.errors",
+    "DeviceLostError": "core.errors",
+    "FeatureError": "core.errors",
+    "FeatureNotFoundError": "core.errors",
+    "FeatureAccessError": "core.errors",
+    "FeatureValueError": "core.errors",
+    "FrameTimeoutError": "core.errors",
+    "PixelFormatError": "core.errors",
+}
+"""Public name to the module that defines it, below `grabbergui`."""
+
+__all__ = [
+    "AccessDeniedError",
+    "AsyncFrames",
+    "Camera",
+    "CameraGroup",
+    "DeviceEvent",
+    "DeviceInfo",
+    "DeviceLostError",
+    "Feature",
+    "FeatureAccessError",
+    "FeatureError",
+    "FeatureNotFoundError",
+    "FeatureValueError",
+    "Frame",
+    "FrameTimeoutError",
+    "Frames",
+    "GrabberError",
+    "PixelFormatError",
+    "Recording",
+    "SourceNotFoundError",
+    "StreamStatistics",
+    "TransportError",
+    "UsageError",
+    "__version__",
+    "discover",
+    "live_view",
+    "open",
+    "open_all",
+]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'grabbergui' has no attribute '{name}'")
+    value: object = getattr(importlib.import_module(f"grabbergui.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,321 @@
+"""A camera for programs: settings as attributes, frames as iterators, closed by `with`."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.features import FeatureValue
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.sfnc import Role
+from grabbergui.library.callbacks import Callbacks, Occasion
+from grabbergui.library.effect import Effects, SettingEffect
+from grabbergui.library.features import FeatureAccess
+from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
+from grabbergui.models.recording.recorder import RecordingLimits
+from grabbergui.models.settings import files
+from grabbergui.models.settings.feature_set import capture
+from grabbergui.models.settings.loading import LoadReport, load_onto
+
+TIMEOUT = 5.0
+"Seconds to wait for a frame besides its exposure time."
+RETRIGGER = 0.5
+"Seconds without a frame, besides a frame period, until the software trigger is fired again."
+
+
+class Camera(FeatureAccess):
+    """An open source of frames and features, local or remote.
+
+    Features are attributes in Python's spelling (`camera.exposure_time`, `camera.device_serial_number`) or
+    items by the camera's own name (`camera["ExposureTime"]`, `camera["Gain[GainSelector=Red]"]`). Values are
+    `int`, `float`, `bool` and `str`; a text may carry a unit (`"20ms"`).
+
+    Any thread may call; calls that reach the camera wait for each other. Errors are `GrabberError`s. A camera
+    that is lost is opened again when it is back and set as before; meanwhile calls raise `TransportError`.
+    """
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        """Wrap an open grabber; `grabbergui.open` is the usual way to get a camera."""
+        super().__init__(grabber)
+        self._busy_until = 0.0
+        "Moment of the monotonic clock until which triggers are lost."
+        self._effects = Effects(grabber, self.start)
+        self._callbacks = Callbacks(grabber)
+
+    # -- connection ------------------------------------------------------------------------------
+    @property
+    def grabber(self) -> FrameGrabber:
+        """The grabber underneath. Not part of the stable interface."""
+        return self._grabber
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Vendor, model, serial number, address and URI."""
+        return self._grabber.info
+
+    def close(self) -> None:
+        """Stop, and release the camera. May be called twice; never raises.
+
+        Chunk data that `grab` switched on are switched off again.
+        """
+        self._callbacks.close()
+        self._effects.undo()
+        self._grabber.close()
+
+    def __enter__(self) -> Camera:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    async def __aenter__(self) -> Camera:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        await asyncio.to_thread(self.close)
+
+    def __repr__(self) -> str:
+        state = (
+            f"streaming at {self.statistics.frame_rate:.1f} frames/s" if self.streaming else "not streaming"
+        )
+        return f"<grabbergui.Camera '{self.info.uri}' {self.info.title}, {state}>"
+
+    # -- frames ----------------------------------------------------------------------------------
+    @property
+    def streaming(self) -> bool:
+        """Whether the camera sends frames."""
+        return self._grabber.streaming
+
+    @property
+    def statistics(self) -> StreamStatistics:
+        """Counters of the stream: frames, losses, resent packets, rates."""
+        return self._grabber.statistics()
+
+    def start(self) -> None:
+        """Start streaming; `grab` and `frames` do so by themselves. Does nothing where it runs already.
+
+        The camera then runs free, unless this program has set its trigger.
+        """
+        self._grabber.start(keep_trigger=self._keep_trigger)
+
+    def stop(self) -> None:
+        """Stop streaming."""
+        self._grabber.stop()
+
+    def grab(self, timeout: float | None = None, **settings: FeatureValue) -> Frame:
+        """Return the next frame that is exposed from now on; with settings, one that was exposed with them.
+
+        `camera.grab(ExposureTime=5000, Gain=3)` writes the settings, then returns the first frame that was
+        really exposed so: by chunk data where the camera has them (they are switched on at the first such
+        call), else by counting frames after the acknowledge. How many to skip is measured at the first such
+        call, which takes about a second, and kept. The stream goes on afterwards; `stop` ends it.
+
+        `timeout` is in seconds, by default 5 plus the exposure time. Raises FrameTimeoutError, what `write`
+        raises, and DeviceLostError.
+        """
+        frames = self._grabber.open_queue(depth=4)
+        try:
+            names: list[str] = []
+            if settings:
+                names = [self._name_of(name) for name in settings]
+                self._effects.prepare(names, self._patience())
+            self.start()
+            written = time.monotonic()
+            values = {
+                self._name_of(name): self.write(self._name_of(name), value)
+                for name, value in settings.items()
+            }
+            acknowledged = time.monotonic()
+            effect = SettingEffect(values, written, acknowledged, self._effects.latency)
+            deadline = acknowledged + (self._patience() if timeout is None else timeout)
+            while True:
+                frame = self._get(frames, max(0.0, deadline - time.monotonic()))
+                if effect.accepts(frame):
+                    return frame
+                if time.monotonic() > deadline:
+                    raise FrameTimeoutError(f"{self.info.title}: no frame was exposed after the write")
+        finally:
+            frames.close()
+
+    def bracket(self, timeout: float | None = None, **settings: Sequence[FeatureValue]) -> list[Frame]:
+        """Return a frame for each value: `camera.bracket(ExposureTime=[1000, 4000, 16000])`.
+
+        Several settings are stepped together and need lists of one length. The settings stand as they stood
+        afterwards.
+        """
+        lengths = {len(values) for values in settings.values()}
+        if len(lengths) != 1:
+            raise UsageError(f"bracket: settings need lists of one length, not {sorted(lengths)}")
+        before = {self._name_of(name): self.read(self._name_of(name)) for name in settings}
+        steps = [dict(zip(settings, step, strict=True)) for step in zip(*settings.values(), strict=True)]
+        try:
+            return [self.grab(timeout, **step) for step in steps]
+        finally:
+            for name, value in before.items():
+                self.write(name, value)
+
+    def frames(self, count: int | None = None, *, timeout: float | None = None, depth: int = DEPTH) -> Frames:
+        """Iterate over the next `count` frames, or without end: `for frame in camera.frames(100)`.
+
+        Up to `depth` frames wait for a slow loop; what it was too slow for is counted by `dropped`.
+        """
+        return Frames(
+            self._grabber,
+            self.start,
+            self._get,
+            count,
+            self._patience() if timeout is None else timeout,
+            depth,
+        )
+
+    def trigger(self, timeout: float | None = None) -> Frame:
+        """Fire the software trigger and return the frame that it made.
+
+        The first call sets TriggerMode, TriggerSource and TriggerSelector for it. A camera loses triggers
+        that come while it is busy with the frame before: the call waits for that, and fires again if no
+        frame comes. Raises FrameTimeoutError.
+        """
+        self._set_software_trigger()
+        frames = self._grabber.open_queue(depth=4)
+        try:
+            self.start()
+            fired = time.monotonic()
+            deadline = fired + (self._patience() if timeout is None else timeout)
+            period = self._frame_period()
+            while True:
+                time.sleep(max(0.0, self._busy_until - time.monotonic()))
+                self.execute("TriggerSoftware")
+                self._busy_until = time.monotonic() + period
+                again = min(self._busy_until + RETRIGGER, deadline)
+                with contextlib.suppress(FrameTimeoutError):
+                    while True:
+                        frame = self._get(frames, max(0.0, again - time.monotonic()))
+                        if frame.complete and frame.captured >= fired:
+                            return frame
+                if time.monotonic() >= deadline:
+                    raise FrameTimeoutError(f"{self.info.title}: the software trigger made no frame")
+        finally:
+            frames.close()
+
+    def _frame_period(self) -> float:
+        """Seconds from one frame to the next that the camera can expose."""
+        names = ("AcquisitionResultingFrameRate", "ResultingFrameRateAbs", "ResultingFrameRate")
+        for name in (*names, *Role.FRAME_RATE.names):
+            if self._grabber.has_feature(name):
+                rate = self._grabber.feature(name).value
+                return 1 / float(rate) if isinstance(rate, int | float) and rate > 0 else 0.0
+        return 0.0
+
+    def _get(self, frames: FrameQueue, timeout: float) -> Frame:
+        try:
+            return frames.get(timeout)
+        except FrameTimeoutError as error:
+            if frames.closed:
+                raise GrabberError(f"{self.info.title} was closed while frames were waited for") from error
+            raise FrameTimeoutError(f"{self.info.title}: {error}{self._why_no_frame()}") from error
+
+    def _why_no_frame(self) -> str:
+        with contextlib.suppress(GrabberError):
+            if (
+                self._grabber.has_feature("TriggerMode")
+                and self._grabber.feature("TriggerMode").value == "On"
+            ):
+                return "; it waits for a trigger: use camera.trigger(), or set TriggerMode to Off"
+        return ""
+
+    def _patience(self) -> float:
+        """Seconds to wait for a frame: what the exposure takes comes on top."""
+        with contextlib.suppress(GrabberError):
+            name = Role.EXPOSURE.find(self._grabber.has_feature)
+            feature = self._grabber.feature(name) if name is not None else None
+            if feature is not None and feature.unit in ("us", "µs") and feature.value is not None:
+                return TIMEOUT + 3 * float(feature.value) / 1e6
+        return TIMEOUT
+
+    def _set_software_trigger(self) -> None:
+        names = {"TriggerSelector": "FrameStart", "TriggerSource": "Software", "TriggerMode": "On"}
+        for name, value in names.items():
+            if self._grabber.has_feature(name) and self._grabber.feature(name).value != value:
+                self.write(name, value)
+                # A frame that ran free may still be exposed.
+                self._busy_until = time.monotonic() + self._frame_period()
+
+    # -- asyncio ---------------------------------------------------------------------------------
+    async def agrab(self, timeout: float | None = None, **settings: FeatureValue) -> Frame:
+        """As `grab`, for asyncio."""
+        return await asyncio.to_thread(self.grab, timeout, **settings)
+
+    async def aread(self, name: str) -> FeatureValue:
+        """As `read`, for asyncio."""
+        return await asyncio.to_thread(self.read, name)
+
+    async def awrite(self, name: str, value: FeatureValue) -> FeatureValue:
+        """As `write`, for asyncio."""
+        return await asyncio.to_thread(self.write, name, value)
+
+    async def atrigger(self, timeout: float | None = None) -> Frame:
+        """As `trigger`, for asyncio."""
+        return await asyncio.to_thread(self.trigger, timeout)
+
+    def aframes(
+        self, count: int | None = None, *, timeout: float | None = None, depth: int = DEPTH
+    ) -> AsyncFrames:
+        """As `frames`, for asyncio: `async for frame in camera.aframes(100)`."""
+        return AsyncFrames(self.frames(count, timeout=timeout, depth=depth))
+
+    # -- what happens ----------------------------------------------------------------------------
+    def on(self, occasion: Occasion, callback: Callable[[Any], object]) -> Callable[[], None]:
+        """Have a function called when something happens; the returned function ends that.
+
+        - `"change"`: a `frozenset[str]` of features whose value, range or access may have changed
+        - `"event"`: a `DeviceEvent` that the camera sent; switch it on with EventNotification
+        - `"lost"` and `"back"`: a sentence; a lost camera is opened again and set as before by itself
+        - `"notice"`: a sentence about what hinders the stream
+
+        Callbacks run one after the other on a thread of the library and may use the camera.
+        """
+        return self._callbacks.add(occasion, callback)
+
+    # -- files -----------------------------------------------------------------------------------
+    def record(
+        self,
+        path: str | Path,
+        *,
+        frames: int | None = None,
+        seconds: float | None = None,
+        lossless: bool = False,
+    ) -> Recording:
+        """Record the stream: `.mp4` (with `lossless`, FFV1), `.mcap`, or a folder of PNG (no ending).
+
+        `camera.record("run.mcap", seconds=5).wait()`, or `with camera.record("run.mcap"): …`. Nothing is
+        overwritten. Raises GrabberError.
+        """
+        return Recording.begin(
+            self._grabber, path, RecordingLimits(frames, seconds), self.start, lossless=lossless
+        )
+
+    def save_settings(self, path: str | Path) -> None:
+        """Write every setting to a file: GenICam's feature stream, or YAML for `.yaml`."""
+        files.save(capture(self._grabber), Path(path))
+
+    def load_settings(self, path: str | Path, *, dry_run: bool = False) -> LoadReport:
+        """Set the camera as a file says and report what became of each setting; see `LoadReport.lines`.
+
+        With `dry_run` nothing is written. A setting that the camera refuses is reported and hinders no other.
+        """
+        features = files.load(Path(path), self._grabber.selectors.of)
+        report = load_onto(self._grabber, features, dry_run=dry_run)
+        self._keep_trigger |= not dry_run and any(key.name == "TriggerMode" for key in features.settings)
+        return report

@@ -1,0 +1,150 @@
+"""A camera's features as attributes and items of a Python object."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any, Generic, TypeVar, cast, overload
+
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError
+from grabbergui.core.features import Feature, FeatureKind, FeatureValue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey
+from grabbergui.core.sfnc import Role
+from grabbergui.models.features.text import typed_value
+
+Value = TypeVar("Value", float, str, int)
+
+
+class Setting(Generic[Value]):
+    """A camera's setting as an attribute, under whatever name this camera has for it."""
+
+    def __init__(self, role: Role, doc: str) -> None:
+        self._role = role
+        self.__doc__ = doc
+
+    @overload
+    def __get__(self, camera: None, owner: type) -> Setting[Value]: ...
+    @overload
+    def __get__(self, camera: FeatureAccess, owner: type) -> Value: ...
+    def __get__(self, camera: FeatureAccess | None, owner: type) -> Setting[Value] | Value:
+        return self if camera is None else cast(Value, camera.read(self._name(camera)))
+
+    def __set__(self, camera: FeatureAccess, value: Value) -> None:
+        camera.write(self._name(camera), value)
+
+    def _name(self, camera: FeatureAccess) -> str:
+        return self._role.find(camera.grabber.has_feature) or self._role.names[0]
+
+
+class FeatureAccess:
+    """Reads and writes the features of an open grabber; the base of `grabbergui.Camera`."""
+
+    exposure_time = Setting[float](Role.EXPOSURE, "Exposure time, in microseconds on most cameras.")
+    gain = Setting[float](Role.GAIN, "Analogue gain, in dB on most cameras.")
+    frame_rate = Setting[float](Role.FRAME_RATE, "Frames per second that the camera is asked for.")
+    pixel_format = Setting[str](Role.PIXEL_FORMAT, "The PFNC name of the pixel format, as `Mono8`.")
+    width = Setting[int](Role.WIDTH, "Width of the region of interest, in pixels.")
+    height = Setting[int](Role.HEIGHT, "Height of the region of interest, in pixels.")
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+        self._keep_trigger = False
+        "Whether this program has set a trigger, which `start` must then leave on."
+
+    def read(self, name: str) -> FeatureValue:
+        """Return a feature's value. `name` is the camera's own, with selectors where it has some.
+
+        Raises FeatureNotFoundError, FeatureAccessError if it cannot be read, TransportError.
+        """
+        feature = self.feature(name)
+        if feature.value is None:
+            raise FeatureAccessError(
+                f"{name} is a command; run it with camera.execute('{name}')"
+                if feature.kind is FeatureKind.COMMAND
+                else f"{name} cannot be read: it {feature.access_problem()}",
+                feature.name,
+            )
+        return feature.value
+
+    def write(self, name: str, value: FeatureValue) -> FeatureValue:
+        """Write a feature and return what the camera then reports, which it may have rounded.
+
+        A text is read as in the window: `"20ms"`, `"Continuous"`, `"on"`. An automatic mode of the feature is
+        switched off first; a stream that locks the feature pauses for a moment. Returns when the camera has
+        acknowledged; frames that are exposed with the value come a little later, see `grab`. Raises
+        FeatureNotFoundError, FeatureAccessError, FeatureValueError, TransportError.
+        """
+        key = SettingKey.parse(name)
+        if isinstance(value, str):
+            value = typed_value(value, self._grabber.read_setting(key))
+        if not isinstance(value, int | float | str):
+            value = cast(FeatureValue, value.item() if hasattr(value, "item") else str(value))
+        result = self._grabber.write_setting(key, value)
+        self._keep_trigger |= key.name.startswith("Trigger")
+        return value if result.feature.value is None else result.feature.value
+
+    def execute(self, name: str) -> None:
+        """Run a command feature and wait until the camera has done it."""
+        self._grabber.execute_setting(SettingKey.parse(name))
+
+    def feature(self, name: str) -> Feature:
+        """Return a feature with its value, range, unit, entries and access as they are now."""
+        return self._grabber.read_setting(SettingKey.parse(name))
+
+    def features(self) -> Iterator[Feature]:
+        """Every feature as it is now, in the camera's own order. May read hundreds of registers."""
+        return iter(self._grabber.features())
+
+    def __getitem__(self, name: str) -> FeatureValue:
+        return self.read(name)
+
+    def __setitem__(self, name: str, value: FeatureValue) -> None:
+        self.write(name, value)
+
+    def __contains__(self, name: str) -> bool:
+        return self._grabber.has_feature(SettingKey.parse(name).name)
+
+    def __getattr__(self, attribute: str) -> Any:
+        if attribute.startswith("_"):
+            raise AttributeError(f"a camera has no attribute '{attribute}'")
+        return self.read(self._feature_name(attribute))
+
+    def __setattr__(self, attribute: str, value: Any) -> None:
+        if attribute.startswith("_") or hasattr(type(self), attribute):
+            object.__setattr__(self, attribute, value)
+        else:
+            self.write(self._feature_name(attribute), value)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self._attributes()})
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self._attributes().values())
+
+    def _feature_name(self, attribute: str) -> str:
+        names = self._attributes()
+        if attribute not in names:
+            try:
+                self._grabber.feature("".join(part.capitalize() for part in attribute.split("_")))
+            except FeatureNotFoundError as error:
+                raise AttributeError(str(error)) from None
+        return names[attribute]
+
+    def _attributes(self) -> dict[str, str]:
+        """Features by their names in Python's spelling."""
+        names = [description.name for description in self._grabber.feature_tree().descriptions()]
+        return {attribute_name(name): name for name in reversed(names)}
+
+    def _name_of(self, name: str) -> str:
+        """A keyword's feature: `ExposureTime` or `exposure_time`."""
+        if self._grabber.has_feature(name):
+            return name
+        role = next((role for role in Role if attribute_name(role.names[0]) == name), None)
+        found = role.find(self._grabber.has_feature) if role is not None else None
+        return found or self._attributes().get(name, name)
+
+
+def attribute_name(feature: str) -> str:
+    """Return a feature's name in Python's spelling: `GevSCPSPacketSize` is `gev_scps_packet_size`."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", feature).lower()

@@ -1,0 +1,147 @@
+"""A live picture for scripts and notebooks, without the application's window.
+
+The headless OpenCV that this package needs has no `imshow`; Matplotlib shows frames in a script, and in
+Jupyter `ipywidgets` adds controls for exposure time and gain. Neither is a dependency.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import math
+import threading
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError
+from grabbergui.core.features import Feature
+from grabbergui.core.sfnc import Role
+from grabbergui.library.camera import Camera
+
+RATE = 15.0
+"Pictures shown per second, at most."
+WIDEST = 960
+"Pixels of a picture in a notebook; wider ones are scaled down, as each travels to the browser as JPEG."
+
+
+def live_view(camera: Camera) -> object:
+    """Show a camera's frames live: a panel in Jupyter if `ipywidgets` is installed, else a Matplotlib figure.
+
+    In a script, the figure stays until it is closed. In Jupyter the panel (a `NotebookPanel`) is returned and
+    shown; `close` ends it. Raises SourceUnavailableError if neither package is installed.
+    """
+    if _in_notebook():
+        with contextlib.suppress(ImportError):
+            return NotebookPanel(camera, importlib.import_module("ipywidgets"))
+    try:
+        pyplot = importlib.import_module("matplotlib.pyplot")
+        animation = importlib.import_module("matplotlib.animation")
+    except ImportError as error:
+        raise SourceUnavailableError(
+            "a live view needs Matplotlib (pip install matplotlib), or ipywidgets in Jupyter"
+        ) from error
+    return _show_figure(camera, pyplot, animation)
+
+
+def _in_notebook() -> bool:
+    try:
+        shell = importlib.import_module("IPython").get_ipython()
+    except ImportError:
+        return False
+    return shell is not None and "IPKernelApp" in shell.config
+
+
+def _show_figure(camera: Camera, pyplot: Any, animation: Any) -> object:
+    camera.start()
+    queue = camera.grabber.open_queue(depth=1)
+    figure, axes = pyplot.subplots(num=camera.info.title)
+    axes.set_axis_off()
+    shown = axes.imshow(queue.get(5.0).rgb())
+
+    def update(_: int) -> tuple[Any]:
+        with contextlib.suppress(FrameTimeoutError):
+            shown.set_data(queue.get(0.0).rgb())
+        return (shown,)
+
+    running = animation.FuncAnimation(
+        figure, update, interval=1000 / RATE, cache_frame_data=False, save_count=1
+    )
+    figure.canvas.mpl_connect("close_event", lambda _: queue.close())
+    pyplot.show()
+    return running
+
+
+class NotebookPanel:
+    """The picture of a camera with sliders for exposure time and gain, made of `ipywidgets`."""
+
+    def __init__(self, camera: Camera, widgets: Any) -> None:
+        self._camera = camera
+        self._picture = widgets.Image(format="jpeg")
+        self._status = widgets.Label()
+        sliders = [self._slider(widgets, role) for role in (Role.EXPOSURE, Role.GAIN)]
+        self.widget = widgets.VBox([self._picture, *filter(None, sliders), self._status])
+        "The panel itself, for a layout of one's own."
+        camera.start()
+        self._queue = camera.grabber.open_queue(depth=1)
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="notebook panel", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop updating. The camera goes on streaming."""
+        self._closed.set()
+        self._queue.close()
+        self._thread.join()
+
+    def _repr_mimebundle_(self, **options: Any) -> Any:
+        return self.widget._repr_mimebundle_(**options)
+
+    def _slider(self, widgets: Any, role: Role) -> Any:
+        name = role.find(self._camera.grabber.has_feature)
+        feature = self._camera.feature(name) if name is not None else None
+        if feature is None or not isinstance(feature.value, int | float) or feature.maximum is None:
+            return None
+        slider = _slider_of(widgets, feature)
+        slider.observe(lambda change: self._write(feature.name, change["new"]), "value")
+        return slider
+
+    def _write(self, name: str, value: float) -> None:
+        try:
+            self._status.value = f"{name} = {self._camera.write(name, value)}"
+        except GrabberError as error:
+            self._status.value = str(error)
+
+    def _run(self) -> None:
+        while not self._closed.wait(1 / RATE):
+            try:
+                picture = self._queue.get(0.5).rgb()
+            except FrameTimeoutError:
+                continue
+            except GrabberError as error:
+                self._status.value = str(error)
+                continue
+            self._picture.value = encode_jpeg(picture)
+
+
+def _slider_of(widgets: Any, feature: Feature) -> Any:
+    low, high = float(feature.minimum or 0), float(feature.maximum or 1)
+    text = f"{feature.title} [{feature.unit}]" if feature.unit else feature.title
+    common = {"value": feature.value, "description": text, "continuous_update": True}
+    if feature.logarithmic and low > 0:
+        return widgets.FloatLogSlider(min=math.log10(low), max=math.log10(high), **common)
+    return widgets.FloatSlider(min=low, max=high, step=(high - low) / 1000, **common)
+
+
+def encode_jpeg(picture: NDArray[np.uint8]) -> bytes:
+    """Encode an RGB picture (height, width, 3) as JPEG, at most `WIDEST` pixels wide."""
+    height, width = picture.shape[:2]
+    if width > WIDEST:
+        size = (WIDEST, max(1, height * WIDEST // width))
+        picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+    _, content = cv2.imencode(
+        ".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, 80]
+    )
+    return content.tobytes()

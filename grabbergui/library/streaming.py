@@ -1,0 +1,193 @@
+"""Frames as iterators, for `for` and `async for`, and recordings that run beside them."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Generator, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import TracebackType
+
+from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import Role
+from grabbergui.models.recording.recorder import Recorder, RecordingLimits, RecordingProgress
+from grabbergui.models.recording.writers import create_writer, kind_of
+
+DEPTH = 8
+"Frames that may wait for the loop; older ones are dropped and counted."
+
+Get = Callable[[FrameQueue, float], Frame]
+"Takes the next frame of a queue within a time-out, in seconds, or raises an error that says why none came."
+
+
+class Frames:
+    """The next frames of a camera, as an iterable: `for frame in camera.frames(100)`.
+
+    The stream runs while the loop does; if it was off before, it is switched off at the loop's end, also
+    after `break` or an error. A loop that is slower than the camera loses the oldest frames; `dropped` counts
+    them. Each `for` starts over.
+    """
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        start: Callable[[], None],
+        get: Get,
+        count: int | None,
+        timeout: float,
+        depth: int,
+    ) -> None:
+        if count is not None and count < 0:
+            raise UsageError(f"frames({count}): the number of frames is 0 or more, or None for no end")
+        self._grabber = grabber
+        self._start = start
+        self._get = get
+        self._count = count
+        self._timeout = timeout
+        self._depth = depth
+        self._queue: FrameQueue | None = None
+        self._dropped = 0
+
+    @property
+    def dropped(self) -> int:
+        """Frames that the loop was too slow for, so far or in the last loop."""
+        return self._queue.dropped if self._queue is not None else self._dropped
+
+    def __iter__(self) -> Generator[Frame]:
+        with self._streaming() as queue:
+            left = self._count
+            while left is None or left > 0:
+                yield self._get(queue, self._timeout)
+                left = None if left is None else left - 1
+
+    @contextlib.contextmanager
+    def _streaming(self) -> Iterator[FrameQueue]:
+        ours = not self._grabber.streaming
+        queue = self._queue = self._grabber.open_queue(self._depth)
+        try:
+            self._start()
+            yield queue
+        finally:
+            self._queue, self._dropped = None, queue.dropped
+            queue.close()
+            if ours:
+                with contextlib.suppress(GrabberError):  # it may be lost, or closed inside the loop
+                    self._grabber.stop()
+
+
+class AsyncFrames:
+    """The next frames of a camera for any asyncio loop: `async for frame in camera.aframes(100)`.
+
+    As `Frames`; the loop is never blocked. Waiting for frames, starting and stopping happen on a thread of
+    its own.
+    """
+
+    def __init__(self, frames: Frames) -> None:
+        self._frames = frames
+
+    @property
+    def dropped(self) -> int:
+        """Frames that the loop was too slow for, so far or in the last loop."""
+        return self._frames.dropped
+
+    def __aiter__(self) -> AsyncIterator[Frame]:
+        return self._iterate()
+
+    async def _iterate(self) -> AsyncGenerator[Frame]:
+        loop = asyncio.get_running_loop()
+        frames = iter(self._frames)
+        thread = ThreadPoolExecutor(1, "camera frames")
+        try:
+            while (frame := await loop.run_in_executor(thread, next, frames, None)) is not None:
+                yield frame
+        finally:
+            # A cancelled task leaves a `next` behind on the thread; closing queues up behind it.
+            thread.submit(frames.close)
+            thread.shutdown(wait=False)
+
+
+class Recording:
+    """A recording in progress: `with camera.record("run.mcap") as recording: …`, or `.wait()` for its limit.
+
+    The file is complete and can be read once `stop` or the `with` block has returned.
+    """
+
+    def __init__(self, recorder: Recorder, done: Callable[[], None]) -> None:
+        self._recorder = recorder
+        self._done = done
+
+    @classmethod
+    def begin(
+        cls,
+        grabber: FrameGrabber,
+        path: str | Path,
+        limits: RecordingLimits,
+        start: Callable[[], None],
+        *,
+        lossless: bool,
+    ) -> Recording:
+        """Start writing the frames that arrive from now on. Raises GrabberError where it cannot be made."""
+        path = Path(path)
+        writer = create_writer(kind_of(path, lossless=lossless), path, grabber.info, _frame_rate(grabber))
+        recorder = Recorder(grabber, writer, limits)
+        ours = not grabber.streaming
+        recorder.start()
+        try:
+            start()
+        except BaseException:
+            recorder.stop()
+            recorder.wait()
+            raise
+        return cls(recorder, grabber.stop if ours else lambda: None)
+
+    @property
+    def path(self) -> Path:
+        """The file or folder that is written."""
+        return self._recorder.writer.path
+
+    @property
+    def progress(self) -> RecordingProgress:
+        """Frames written and dropped, seconds, bytes, and why it ended if it did so by itself."""
+        return self._recorder.progress
+
+    def wait(self, timeout: float | None = None) -> RecordingProgress:
+        """Wait until the recording reaches its limit, at most `timeout` seconds, then finish it.
+
+        Raises GrabberError if it ended before for another reason: a full disk, a lost source.
+        """
+        self._recorder.wait(timeout)
+        return self.stop()
+
+    def stop(self) -> RecordingProgress:
+        """Finish the file. May be called twice. Raises GrabberError if the recording failed before."""
+        self._recorder.stop()
+        self._recorder.wait()
+        done, self._done = self._done, lambda: None
+        with contextlib.suppress(GrabberError):
+            done()
+        if self.progress.reason:
+            raise GrabberError(self.progress.reason)
+        return self.progress
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.stop()
+        else:
+            with contextlib.suppress(GrabberError):
+                self.stop()
+
+
+def _frame_rate(grabber: FrameGrabber) -> float:
+    """The camera's frames per second; 0 if it does not say."""
+    name = Role.FRAME_RATE.find(grabber.has_feature)
+    value = grabber.feature(name).value if name is not None else None
+    return float(value) if isinstance(value, int | float) else 0.0
