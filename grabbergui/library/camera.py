@@ -20,10 +20,10 @@ from grabbergui.library.callbacks import Callbacks, Occasion
 from grabbergui.library.effect import Effects, SettingEffect
 from grabbergui.library.features import FeatureAccess
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
-from grabbergui.models.recording.recorder import RecordingLimits
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
+from grabbergui.recording.recorder import RecordingLimits
 
 TIMEOUT = 5.0
 "Seconds to wait for a frame besides its exposure time."

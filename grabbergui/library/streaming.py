@@ -14,8 +14,8 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.models.recording.recorder import Recorder, RecordingLimits, RecordingProgress
-from grabbergui.models.recording.writers import create_writer, kind_of
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress
+from grabbergui.recording.writers import create_writer, kind_of
 
 DEPTH = 8
 "Frames that may wait for the loop; older ones are dropped and counted."

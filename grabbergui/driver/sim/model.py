@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -72,6 +73,8 @@ class CameraModel:
         self._changed = threading.Condition(threading.RLock())
         self._pending_events: list[tuple[Event, int, int]] = []
         self._sequencer = Sequencer()
+        self._latched: deque[FrameSettings] = deque()
+        "Settings as they were when the last frames were taken, oldest first."
         self._thermometers = (
             Thermometer(self._clock(), 16.0, 14.0),
             Thermometer(self._clock(), 12.0, 7.0),
@@ -157,7 +160,7 @@ class CameraModel:
             return None
         frame_id, start = taken
         self._device_clock.discipline()
-        settings, timestamp = settings_of(self.memory), self._device_clock.to_device(start)
+        settings, timestamp = self._obeyed_settings(), self._device_clock.to_device(start)
         values = {
             Chunk.FRAME_ID: frame_id,
             Chunk.TIMESTAMP: timestamp,
@@ -170,6 +173,14 @@ class CameraModel:
         self._queue_event(Event.FRAME_START, frame_id, timestamp)
         self._queue_event(Event.EXPOSURE_END, frame_id, timestamp + int(settings.exposure_us * 1000))
         return FramePlan(frame_id, timestamp, settings, chosen, self.memory.integer(reg.PAYLOAD_SIZE))
+
+    def _obeyed_settings(self) -> FrameSettings:
+        """Return what the sensor exposes with: as a real one, it latches settings some frames ahead."""
+        self._latched.append(settings_of(self.memory))
+        latency = 0 if any(self._timing().triggered) else self.memory.integer(reg.SETTING_LATENCY)
+        while len(self._latched) > latency + 1:
+            self._latched.popleft()
+        return self._latched[0]
 
     # -- cadence ---------------------------------------------------------------------------------
     def _asked_rate(self) -> float:
@@ -283,6 +294,7 @@ class CameraModel:
             reg.AcquisitionMode.MULTI_FRAME: self.memory.integer(reg.ACQUISITION_FRAME_COUNT),
         }.get(reg.AcquisitionMode(mode))
         self._sequencer.start(self._clock(), frames)
+        self._latched.clear()
         self.memory.set(reg.TL_PARAMS_LOCKED, 1)
         for thermometer in self._thermometers:
             thermometer.set_streaming(True, self._clock())

@@ -303,6 +303,7 @@ TRIGGER_DELAY = tuple(
     _float64(f"TriggerDelay{suffix}", at + 0x10, 0.0, 0.0, 1_000_000.0) for suffix, at in _TRIGGERS
 )
 BURST_FRAME_COUNT = _uint32("AcquisitionBurstFrameCount", 0x100380, 1, 1, 255)
+SETTING_LATENCY = _uint32("SettingLatency", 0x100384, 1, 1, 4)
 
 # -- AnalogControl -------------------------------------------------------------------------------
 GAIN_AUTO = _choice("GainAuto", 0x100400, Auto.OFF)

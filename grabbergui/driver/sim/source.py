@@ -98,6 +98,7 @@ _OPTIONS: dict[str, tuple[Register, Callable[[str], RegisterValue]]] = {
     "pixel_format": (reg.PIXEL_FORMAT, _pixel_format),
     "exposure": (reg.EXPOSURE_TIME, float),
     "gain": (reg.GAIN_RAW, lambda text: round(float(text) * 100)),
+    "setting_latency": (reg.SETTING_LATENCY, int),
     "test_pattern": (reg.TEST_PATTERN, lambda text: reg.TestPattern[_upper(text)]),
     "serial": (reg.DEVICE_SERIAL_NUMBER, str),
     "user_id": (reg.DEVICE_USER_ID, str),

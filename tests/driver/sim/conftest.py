@@ -61,6 +61,13 @@ class Bench:
         used = self.model.render(plan, out)
         return plan, out[:used]
 
+    def picture_with(self, register, value):
+        """The first frame's values that was exposed with a register set so."""
+        self.set(register, value)
+        for _ in range(self.get(reg.SETTING_LATENCY)):
+            self.plan()
+        return self.picture()
+
     def picture(self):
         """The next frame's values as floats, for formats that are not packed: 0 to 1."""
         plan, payload = self.payload()

@@ -47,10 +47,8 @@ def lit(make_bench, grey):
 @pytest.mark.parametrize("name", ["Mono8", "Mono12", "RGB8", "BayerRG16"])
 def test_twice_the_exposure_is_twice_the_brightness_until_white(lit, name):
     bench = lit(PIXEL_FORMAT=by_name(name).code, EXPOSURE_TIME=5000.0)
-    means = []
-    for exposure in (5000.0, 10_000.0, 20_000.0, 100_000.0):
-        bench.set(reg.EXPOSURE_TIME, exposure)
-        means.append(bench.picture().mean())
+    exposures = (5000.0, 10_000.0, 20_000.0, 100_000.0)
+    means = [bench.picture_with(reg.EXPOSURE_TIME, exposure).mean() for exposure in exposures]
     assert means[1] == pytest.approx(2 * means[0], abs=0.01)
     assert means[2] == pytest.approx(4 * means[0], abs=0.01)
     assert means[3] > 0.99
@@ -59,8 +57,26 @@ def test_twice_the_exposure_is_twice_the_brightness_until_white(lit, name):
 def test_six_decibels_double_the_brightness(lit):
     bench = lit()
     plain = bench.picture().mean()
-    bench.set(reg.GAIN_RAW, 602)
-    assert bench.picture().mean() == pytest.approx(2 * plain, abs=0.01)
+    assert bench.picture_with(reg.GAIN_RAW, 602).mean() == pytest.approx(2 * plain, abs=0.01)
+
+
+@pytest.mark.parametrize("latency", [1, 2, 4])
+def test_a_setting_takes_effect_some_frames_later(lit, latency):
+    bench = lit(EXPOSURE_TIME=5000.0, SETTING_LATENCY=latency)
+    before = bench.picture().mean()
+    bench.set(reg.EXPOSURE_TIME, 10_000.0)
+    exposures = [bench.plan().settings.exposure_us for _ in range(latency + 2)]
+    assert exposures == [5000.0] * latency + [10_000.0] * 2
+    assert bench.picture().mean() == pytest.approx(2 * before, abs=0.01)
+
+
+def test_a_triggered_frame_obeys_at_once(lit):
+    bench = lit(EXPOSURE_TIME=5000.0, SETTING_LATENCY=4)
+    bench.set(reg.TRIGGER_MODE[0], 1)
+    bench.set(reg.EXPOSURE_TIME, 10_000.0)
+    bench.clock.advance(0.1)
+    bench.set(reg.TRIGGER_SOFTWARE[0], 1)
+    assert bench.plan().settings.exposure_us == 10_000.0
 
 
 def test_black_level_is_added(lit):
@@ -72,16 +88,16 @@ def test_black_level_is_added(lit):
 def test_gamma_is_the_exponent(lit, gamma):
     bench = lit(PIXEL_FORMAT=by_name("Mono16").code)
     linear = bench.picture().mean()
-    bench.set(reg.GAMMA, gamma)
-    assert bench.picture().mean() == pytest.approx(linear**gamma, abs=0.01)
+    assert bench.picture_with(reg.GAMMA, gamma).mean() == pytest.approx(linear**gamma, abs=0.01)
 
 
 def test_balance_acts_on_its_colour(lit):
     bench = lit(PIXEL_FORMAT=by_name("RGB8").code)
     red, green, blue = bench.picture().mean((0, 1))
     assert red == pytest.approx(green, abs=0.01) and blue == pytest.approx(green, abs=0.01)
-    bench.set(reg.BALANCE_RATIO[0], 3.2)
-    assert bench.picture().mean((0, 1)) == pytest.approx([2 * red, green, blue], abs=0.01)
+    assert bench.picture_with(reg.BALANCE_RATIO[0], 3.2).mean((0, 1)) == pytest.approx(
+        [2 * red, green, blue], abs=0.01
+    )
 
 
 def test_noise_grows_with_gain_and_is_the_same_for_the_same_frame(make_bench, grey):
@@ -97,8 +113,9 @@ def test_noise_grows_with_gain_and_is_the_same_for_the_same_frame(make_bench, gr
 def test_binning_averages_or_sums(lit):
     bench = lit(BINNING_HORIZONTAL=2, BINNING_VERTICAL=2)
     averaged = bench.picture().mean()
-    bench.set(reg.BINNING_HORIZONTAL_MODE, reg.BinningMode.SUM)
-    assert bench.picture().mean() == pytest.approx(2 * averaged, abs=0.01)
+    assert bench.picture_with(reg.BINNING_HORIZONTAL_MODE, reg.BinningMode.SUM).mean() == pytest.approx(
+        2 * averaged, abs=0.01
+    )
 
 
 @pytest.fixture
@@ -201,5 +218,4 @@ def test_mono_formats_are_grey_whatever_the_balance(lit):
     assert by_name("Mono8").family is Family.MONO
     bench = lit()
     before = bench.picture().mean()
-    bench.set(reg.BALANCE_RATIO[0], 4.0)
-    assert bench.picture().mean() == pytest.approx(before, abs=0.005)
+    assert bench.picture_with(reg.BALANCE_RATIO[0], 4.0).mean() == pytest.approx(before, abs=0.005)

@@ -1,0 +1,329 @@
+"""`import grabbergui` as a program uses it, on the simulated camera and over the networks."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import grabbergui
+from grabbergui.core.errors import FeatureAccessError, UsageError
+from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.library.features import attribute_name
+from patience import PATIENCE, PROGRAM, until
+
+ADDRESS = "127.20.1.1"
+FAST = "sim:?width=64&height=48&fps=200&exposure=1000"
+
+
+@pytest.fixture
+def camera() -> Iterator[grabbergui.Camera]:
+    with grabbergui.open(FAST) as camera:
+        yield camera
+
+
+# -- the module --------------------------------------------------------------------------------------
+def test_every_public_name_is_there_and_documented() -> None:
+    for name in grabbergui.__all__:
+        value = getattr(grabbergui, name)
+        if name != "__version__":
+            assert inspect.getdoc(value), name
+            for member, method in vars(value).items() if inspect.isclass(value) else ():
+                if inspect.isfunction(method) and not member.startswith("_"):
+                    assert inspect.getdoc(getattr(value, member)), f"{name}.{member}"
+    assert set(dir(grabbergui)) == set(grabbergui.__all__)
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="opne"):
+        _ = grabbergui.opne
+
+
+def test_the_library_imports_no_qt() -> None:
+    script = f"import sys, grabbergui\nwith grabbergui.open('{FAST}') as c: c.grab()\n"
+    script += (
+        "print([name for name in sys.modules if name.split('.')[0] in ('PyQt5', 'pyqtgraph', 'superqt')])"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=PROGRAM)
+    assert (done.stdout, done.returncode) == ("[]\n", 0), done.stderr
+
+
+# -- features ----------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("feature", "attribute"),
+    [
+        ("ExposureTime", "exposure_time"),
+        ("GevSCPSPacketSize", "gev_scps_packet_size"),
+        ("OffsetX", "offset_x"),
+        ("LUTEnable", "lut_enable"),
+        ("DeviceID", "device_id"),
+        ("Gain", "gain"),
+        ("exposure_time", "exposure_time"),
+    ],
+)
+def test_names_in_pythons_spelling(feature: str, attribute: str) -> None:
+    assert attribute_name(feature) == attribute
+
+
+def test_features_are_attributes_and_items(camera: grabbergui.Camera) -> None:
+    camera.exposure_time = 2000
+    assert camera.exposure_time == camera["ExposureTime"] == camera.read("ExposureTime") == 2000.0
+    camera["Gain"] = 3
+    assert camera.gain == 3.0
+    camera.device_user_id = "left"
+    assert camera["DeviceUserID"] == "left"
+    assert "ExposureTime" in camera and "NoSuch" not in camera
+
+
+def test_values_may_be_text_with_a_unit_and_numpy_numbers(camera: grabbergui.Camera) -> None:
+    camera["ExposureTime"] = "2ms"
+    assert camera.exposure_time == 2000.0
+    camera.exposure_time = np.float32(1500)
+    assert camera.exposure_time == 1500.0
+    assert camera.write("ExposureTime", np.int64(1234)) == 1234.0  # type: ignore[arg-type]
+
+
+def test_a_setting_behind_a_selector(camera: grabbergui.Camera) -> None:
+    camera["TriggerDelay[TriggerSelector=FrameBurstStart]"] = 500
+    assert camera["TriggerDelay[TriggerSelector=FrameBurstStart]"] == 500.0
+    assert camera["TriggerSelector"] == "FrameStart"
+
+
+def test_completion_knows_the_features(camera: grabbergui.Camera) -> None:
+    assert {"exposure_time", "device_serial_number", "grab"} <= set(dir(camera))
+    assert "ExposureTime" in camera._ipython_key_completions_()
+
+
+def test_what_is_misspelled_is_named_with_what_was_meant(camera: grabbergui.Camera) -> None:
+    with pytest.raises(AttributeError, match="did you mean ExposureTime"):
+        _ = camera.exposure_tim
+    with pytest.raises(AttributeError, match="did you mean ExposureTime"):
+        camera.exposure_tim = 5
+    with pytest.raises(grabbergui.FeatureNotFoundError, match="did you mean"):
+        camera["ExposureTim"] = 5
+
+
+def test_wrong_values_say_what_is_allowed(camera: grabbergui.Camera) -> None:
+    with pytest.raises(grabbergui.FeatureValueError, match="allowed is 10"):
+        camera.exposure_time = -1
+    with pytest.raises(grabbergui.FeatureValueError, match="one of"):
+        camera.pixel_format = "Mono99"
+    with pytest.raises(FeatureAccessError, match=r"camera\.execute"):
+        _ = camera["TriggerSoftware"]
+
+
+# -- frames ------------------------------------------------------------------------------------------
+def test_grab_returns_a_frame_exposed_after_the_call(camera: grabbergui.Camera) -> None:
+    for _ in range(5):
+        called = time.monotonic()
+        frame = camera.grab()
+        assert frame.captured >= called and frame.raw().shape == (48, 64) and frame.rgb().shape == (48, 64, 3)
+    assert camera.streaming
+
+
+def test_frames_start_stop_and_end(camera: grabbergui.Camera) -> None:
+    frames = list(camera.frames(10))
+    assert len(frames) == 10 and not camera.streaming
+    ids = [frame.frame_id for frame in frames]
+    assert ids == sorted(set(ids))
+
+
+def test_leaving_the_loop_stops_the_stream(camera: grabbergui.Camera) -> None:
+    for frame in camera.frames():
+        assert frame.complete
+        break
+    assert not camera.streaming
+    with contextlib.suppress(ZeroDivisionError):
+        for _ in camera.frames():
+            raise ZeroDivisionError
+    until(lambda: not camera.streaming)
+
+
+def test_a_stream_that_ran_goes_on(camera: grabbergui.Camera) -> None:
+    camera.start()
+    assert len(list(camera.frames(2))) == 2
+    assert camera.streaming
+
+
+def test_a_slow_loop_counts_what_it_missed(camera: grabbergui.Camera) -> None:
+    frames = camera.frames(6, depth=2)
+    assert frames.dropped == 0
+    for _ in frames:
+        time.sleep(0.05)
+    assert frames.dropped > 0
+
+
+def test_no_frames_is_an_error_that_names_the_trigger(camera: grabbergui.Camera) -> None:
+    camera["TriggerMode"] = "On"
+    with pytest.raises(grabbergui.FrameTimeoutError, match=r"camera\.trigger\(\)"):
+        camera.grab(timeout=0.2)
+    assert camera["TriggerMode"] == "On"
+
+
+def test_each_software_trigger_makes_a_frame(camera: grabbergui.Camera) -> None:
+    ids = [camera.trigger().frame_id for _ in range(20)]
+    assert ids == sorted(set(ids))
+
+
+def test_closing_ends_a_wait(camera: grabbergui.Camera) -> None:
+    camera["TriggerMode"] = "On"
+    threading.Timer(0.2, camera.close).start()
+    with pytest.raises(grabbergui.GrabberError):
+        camera.grab(timeout=PATIENCE)
+
+
+@pytest.mark.parametrize("call", [lambda c: c.frames(-1), lambda c: c.bracket(ExposureTime=[1], Gain=[1, 2])])
+def test_senseless_arguments_are_refused(camera: grabbergui.Camera, call: Any) -> None:
+    with pytest.raises(UsageError):
+        call(camera)
+
+
+# -- asyncio -----------------------------------------------------------------------------------------
+def test_asyncio_reads_writes_and_iterates_without_blocking(camera: grabbergui.Camera) -> None:
+    async def main() -> tuple[int, int]:
+        beats = frames = 0
+
+        async def beat() -> None:
+            nonlocal beats
+            while True:
+                await asyncio.sleep(0.005)
+                beats += 1
+
+        beating = asyncio.create_task(beat())
+        async with camera:
+            assert await camera.awrite("ExposureTime", 1500) == 1500.0 == await camera.aread("ExposureTime")
+            assert (await camera.agrab(ExposureTime=2000)).chunks["ChunkExposureTime"] == 2000.0
+            camera.stop()
+            async for _ in camera.aframes(20):
+                frames += 1
+            assert (await camera.atrigger()).complete
+        beating.cancel()
+        return beats, frames
+
+    beats, frames = asyncio.run(main())
+    assert frames == 20 and beats > 5
+
+
+def test_a_cancelled_loop_stops_the_stream(camera: grabbergui.Camera) -> None:
+    async def endless() -> None:
+        async for _ in camera.aframes():
+            pass
+
+    async def main() -> None:
+        with pytest.raises(asyncio.TimeoutError):
+            await asyncio.wait_for(endless(), 0.3)
+
+    asyncio.run(main())
+    until(lambda: not camera.streaming)
+
+
+# -- what happens ------------------------------------------------------------------------------------
+def test_changes_reach_a_callback_that_may_use_the_camera(camera: grabbergui.Camera) -> None:
+    seen: list[tuple[frozenset[str], Any]] = []
+    end = camera.on("change", lambda names: seen.append((names, camera.exposure_time)))
+    camera.exposure_time = 3000
+    until(lambda: any("ExposureTime" in names and value == 3000.0 for names, value in seen))
+    end()
+    end()
+    seen.clear()
+    camera.exposure_time = 4000
+    with pytest.raises(UsageError, match="change, event, lost"):
+        camera.on("loss", print)  # type: ignore[arg-type]
+    assert not seen
+
+
+def test_events_reach_a_callback(camera: grabbergui.Camera) -> None:
+    seen: list[grabbergui.DeviceEvent] = []
+    camera.on("event", seen.append)
+    camera["EventNotification[EventSelector=Test]"] = "On"
+    camera.execute("TestEventGenerate")
+    assert until(lambda: seen)[0].name == "Test"
+
+
+def test_a_failing_callback_hinders_no_other(camera: grabbergui.Camera) -> None:
+    seen: list[object] = []
+    camera.on("change", lambda names: 1 / 0)
+    camera.on("change", seen.append)
+    camera.exposure_time = 3000
+    until(lambda: seen)
+
+
+def test_a_lost_camera_says_so_and_comes_back() -> None:
+    simulated = GigeCamera(ADDRESS)
+    try:
+        with grabbergui.open(f"gige:{ADDRESS}") as camera:
+            lost, back = threading.Event(), threading.Event()
+            camera.on("lost", lambda why: lost.set())
+            camera.on("back", lambda why: back.set())
+            camera.exposure_time = 3000
+            simulated.close()
+            assert lost.wait(PATIENCE)
+            simulated = GigeCamera(ADDRESS)
+            assert back.wait(PATIENCE)
+            assert camera.exposure_time == 3000.0
+    finally:
+        simulated.close()
+
+
+# -- files -------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("name", ["run.mcap", "run.mp4", "run"])
+def test_a_recording_holds_every_frame(camera: grabbergui.Camera, tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    done = camera.record(path, frames=10).wait(PATIENCE)
+    assert (done.frames, done.dropped) == (10, 0) and not camera.streaming
+    with grabbergui.open(f"file:{path}") as played:
+        assert len(list(played.frames(10))) == 10
+
+
+def test_a_recording_lasts_as_long_as_its_block(camera: grabbergui.Camera, tmp_path: Path) -> None:
+    with camera.record(tmp_path / "run.mcap") as recording:
+        until(lambda: recording.progress.frames >= 3)
+    assert recording.progress.ended and not camera.streaming
+    with pytest.raises(grabbergui.GrabberError, match="there already"):
+        camera.record(tmp_path / "run.mcap")
+
+
+@pytest.mark.parametrize("name", ["camera.yaml", "camera.txt"])
+def test_settings_are_saved_and_loaded(camera: grabbergui.Camera, tmp_path: Path, name: str) -> None:
+    camera.exposure_time, camera.gain = 3000, 6
+    camera.save_settings(tmp_path / name)
+    camera.exposure_time, camera.gain = 1000, 0
+    assert camera.load_settings(tmp_path / name, dry_run=True).count() == 0
+    report = camera.load_settings(tmp_path / name)
+    assert report.settled, report.lines()
+    assert (camera.exposure_time, camera.gain) == (3000.0, 6.0)
+
+
+# -- several -----------------------------------------------------------------------------------------
+def test_several_cameras_are_opened_read_and_closed_as_one() -> None:
+    with grabbergui.open_all([FAST, "sim:colour"]) as cameras:
+        assert len(cameras) == 2 and [frame.width for frame in cameras.grab()] == [64, 1224]
+        assert [len(frames) for frames in cameras.frames(3)] == [2, 2, 2]
+        cameras.start()
+        assert all(camera.streaming for camera in cameras)
+        cameras.stop()
+    with pytest.raises(grabbergui.GrabberError):
+        cameras[0].grab()
+
+
+def test_if_one_does_not_open_none_stays_open() -> None:
+    with pytest.raises(grabbergui.SourceNotFoundError):
+        grabbergui.open_all(["sim:", "sim:nosuch"])
+
+
+def test_discover_finds_what_open_opens() -> None:
+    infos = grabbergui.discover(0.2)
+    (simulated,) = [info for info in infos if info.uri == "sim:"]
+    with grabbergui.open(simulated) as camera:
+        assert camera.info.serial == "SIM001"
+        assert "SIM001" in repr(camera)
