@@ -12,10 +12,10 @@ from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.models.status import Tone
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.picture_view import PictureView
+from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.message_stack import MessageBar
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import reading_order
-from grabbergui.ui.widgets.task_stack import TaskStack
 
 
 @pytest.fixture

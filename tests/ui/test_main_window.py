@@ -16,8 +16,8 @@ from grabbergui.core.grabber import Access, DeviceInfo
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.source_list import ListedSource
 from grabbergui.ui import theme
+from grabbergui.ui.editors.feature_editor import ReadingLabel
 from grabbergui.ui.editors.number_editors import RangeEditor
-from grabbergui.ui.editors.simple_editors import ReadingLabel
 from grabbergui.ui.theme import DARK, LIGHT
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 from patience import PATIENCE, attempts

@@ -28,7 +28,7 @@ from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, CalibrationDialog
 from grabbergui.ui.views.servo_window import ServoWindow
-from grabbergui.ui.widgets.orbit import NEAR, Orbit
+from grabbergui.ui.widgets.robot_view import NEAR, Orbit
 from patience import PATIENCE, attempts
 
 TUNING = Tuning.of(Config())

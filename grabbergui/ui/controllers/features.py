@@ -14,7 +14,7 @@ from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.favourites import FavouritesStrip
 from grabbergui.ui.views.feature_panel import FeaturePanel
-from grabbergui.ui.widgets.pacer import Pacer
+from grabbergui.ui.widgets.section import Pacer
 
 
 class FeatureController(QObject):

@@ -17,7 +17,7 @@ from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.widgets.drawing_tool import Purpose
+from grabbergui.ui.widgets.drawing import Purpose
 from grabbergui.ui.widgets.picture_marks import Mark
 
 

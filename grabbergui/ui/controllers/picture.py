@@ -20,7 +20,7 @@ from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.widgets.pixel_values import LEGIBLE_ZOOM
+from grabbergui.ui.widgets.picture_items import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200
 "Between two readings of the pixel under the cursor: faster nobody reads."

@@ -19,7 +19,7 @@ from grabbergui.ui.controllers.recording import Confirm
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.gallery import CameraTile, Gallery
 from grabbergui.ui.views.source_list import SourceListView
-from grabbergui.ui.widgets.task_stack import TaskRow, TaskStack
+from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 
 log = logging.getLogger(__name__)
 

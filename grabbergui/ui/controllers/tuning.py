@@ -23,8 +23,8 @@ from grabbergui.models.tuning.white_balance import balance
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.camera_work import CameraAbility
 from grabbergui.ui.views.main_window import MainWindow
-from grabbergui.ui.widgets.drawing_tool import Purpose
-from grabbergui.ui.widgets.task_stack import TaskRow
+from grabbergui.ui.widgets.drawing import Purpose
+from grabbergui.ui.widgets.labels import TaskRow
 
 
 class TuningController(QObject):

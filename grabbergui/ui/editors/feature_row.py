@@ -1,23 +1,107 @@
-"""One feature on a line or two: its name, its editor, its automatic mode."""
+"""Rows of features: a name, its editor, its automatic mode; and all rows of a view."""
 
 from __future__ import annotations
 
 import logging
 
-from PyQt5.QtCore import QPoint, Qt, pyqtSignal
-from PyQt5.QtGui import QContextMenuEvent, QMouseEvent
-from PyQt5.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PyQt5.QtCore import QByteArray, QMimeData, QObject, QPoint, Qt, pyqtSignal
+from PyQt5.QtGui import QContextMenuEvent, QDrag, QDropEvent, QMouseEvent
+from PyQt5.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from grabbergui.core.companions import as_editable
-from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind
-from grabbergui.models.features.text import breakable, tooltip_html
-from grabbergui.ui.editors.auto_button import AutoButton
-from grabbergui.ui.editors.editor_choice import editor_class
-from grabbergui.ui.editors.feature_editor import FeatureEditor
-from grabbergui.ui.editors.row_drag import RowDrag
-from grabbergui.ui.editors.simple_editors import ReadingLabel
+from grabbergui.core.features import AccessMode, Feature, FeatureDescription, FeatureKind, Representation
+from grabbergui.models.features.scale import SliderScale
+from grabbergui.models.features.text import CODED, breakable, tooltip_html
+from grabbergui.ui.editors.choice_editor import AutoButton, ChoiceEditor
+from grabbergui.ui.editors.feature_editor import (
+    CodedNumberEditor,
+    CommandEditor,
+    FeatureEditor,
+    ReadingLabel,
+    SwitchEditor,
+    TextEditor,
+)
+from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
+
+FEATURE_MIME = "application/x-grabbergui-feature"
+"""What is dragged: the feature's name in UTF-8."""
+
+
+def dragged_feature(event: QDropEvent) -> str:
+    """The name of the feature that is dragged; empty where it is something else."""
+    data = event.mimeData()
+    if data is None or not data.hasFormat(FEATURE_MIME):
+        return ""
+    return bytes(data.data(FEATURE_MIME)).decode("utf-8", "replace")
+
+
+class RowDrag:
+    """Tells a drag from a click; the row passes on what the mouse does where no control takes it."""
+
+    def __init__(self, row: QWidget, name: str) -> None:
+        self._row = row
+        self._name = name
+        self._pressed: QPoint | None = None
+
+    def press(self, event: QMouseEvent) -> None:
+        """A button went down."""
+        self._pressed = event.pos() if event.button() == Qt.MouseButton.LeftButton else None
+
+    def move(self, event: QMouseEvent) -> None:
+        """The mouse moved with a button down; far enough, the row is dragged until it is let go."""
+        if self._pressed is None:
+            return
+        if (event.pos() - self._pressed).manhattanLength() >= QApplication.startDragDistance():
+            self._pressed = None
+            self._drag()
+
+    def _drag(self) -> None:
+        data = QMimeData()
+        data.setData(FEATURE_MIME, QByteArray(self._name.encode()))
+        drag = QDrag(self._row)
+        drag.setMimeData(data)
+        drag.setPixmap(self._row.grab())
+        drag.exec_(Qt.DropAction.CopyAction)
+
 
 log = logging.getLogger(__name__)
+
+_BY_KIND: dict[FeatureKind, type[FeatureEditor]] = {
+    FeatureKind.BOOLEAN: SwitchEditor,
+    FeatureKind.COMMAND: CommandEditor,
+    FeatureKind.ENUMERATION: ChoiceEditor,
+    FeatureKind.STRING: TextEditor,
+}
+
+_EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
+"""Shown by their control even where they cannot be used: it says the same and does not move."""
+
+
+def editor_class(feature: Feature, current: type[FeatureEditor] | None = None) -> type[FeatureEditor]:
+    """The class of editor for a feature that is shown by one of class `current`, if any.
+
+    What can only be read is a label, unless it had an editor: a control that is locked for a while turns
+    grey instead of going away.
+    """
+    if feature.problem:
+        return ReadingLabel
+    locked = not feature.access.writable and feature.kind not in _EDITABLE_LATER
+    if locked and current in (None, ReadingLabel):
+        return ReadingLabel
+    if locked and feature.access is not AccessMode.READ_ONLY and current is not None:
+        return current
+    return _editor_of_kind(feature)
+
+
+def _editor_of_kind(feature: Feature) -> type[FeatureEditor]:
+    if feature.kind in _BY_KIND:
+        return _BY_KIND[feature.kind]
+    if feature.representation is Representation.BOOLEAN:
+        return SwitchEditor
+    if feature.kind is FeatureKind.INTEGER and feature.representation in CODED:
+        return CodedNumberEditor
+    return NumberEditor if SliderScale.of(feature) is None else RangeEditor
+
 
 INDENT = 14
 """Pixels by which a feature stands below its selector."""
@@ -200,3 +284,71 @@ def _column_policy() -> QSizePolicy:
     policy = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     policy.setHeightForWidth(True)
     return policy
+
+
+class FeatureRows(QObject):
+    """Brings features to the rows that show them; a feature may have several rows, or none yet."""
+
+    edited = pyqtSignal(str, object)
+    executed = pyqtSignal(str)
+    held = pyqtSignal(str)
+    released = pyqtSignal(str)
+    menuRequested = pyqtSignal(str, QPoint)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._features: dict[str, Feature] = {}
+        self._rows: dict[str, list[FeatureRow]] = {}
+        self._by_auto: dict[str, list[FeatureRow]] = {}
+        self._lock = ""
+
+    def make(
+        self, description: FeatureDescription, parent: QWidget | None = None, *, indented: bool = False
+    ) -> FeatureRow:
+        """A new row, filled in where the feature is known."""
+        row = FeatureRow(description, parent, indented=indented)
+        row.edited.connect(self.edited)
+        row.executed.connect(self.executed)
+        row.held.connect(self.held)
+        row.released.connect(self.released)
+        row.menuRequested.connect(self.menuRequested)
+        row.setLocked(self._lock)
+        self._rows.setdefault(row.name, []).append(row)
+        if (feature := self._features.get(row.name)) is not None:
+            self._show(row, feature)
+        return row
+
+    def rows(self, name: str) -> list[FeatureRow]:
+        """The rows of a feature."""
+        return self._rows.get(name, [])
+
+    def setFeature(self, feature: Feature) -> None:
+        """Show a feature wherever it has a row, also as the automatic mode of another."""
+        self._features[feature.name] = feature
+        for row in self._rows.get(feature.name, ()):
+            self._show(row, feature)
+        for row in self._by_auto.get(feature.name, ()):
+            row.setAuto(feature)
+
+    def setLocked(self, reason: str) -> None:
+        """Lock every row, those to come too, and say why; with no reason, unlock them."""
+        self._lock = reason
+        for rows in self._rows.values():
+            for row in rows:
+                row.setLocked(reason)
+
+    def clear(self) -> None:
+        """Forget features and rows; who made the rows deletes them."""
+        self._features.clear()
+        self._rows.clear()
+        self._by_auto.clear()
+
+    def _show(self, row: FeatureRow, feature: Feature) -> None:
+        row.setFeature(feature)
+        if not feature.auto:
+            return
+        listeners = self._by_auto.setdefault(feature.auto, [])
+        if row not in listeners:
+            listeners.append(row)
+            if (auto := self._features.get(feature.auto)) is not None:
+                row.setAuto(auto)

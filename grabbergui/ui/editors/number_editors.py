@@ -1,16 +1,190 @@
-"""Editors for integers and fractions."""
+"""Editors of numbers: a field, with or without a slider."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from PyQt5.QtWidgets import QWidget
+from PyQt5.QtCore import QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QShowEvent, QValidator
+from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QToolTip, QWidget
 
 from grabbergui.core.features import Feature
-from grabbergui.models.features.scale import SliderScale
+from grabbergui.models.features.scale import Pace, SliderScale, nearest_allowed, stepped
+from grabbergui.models.features.text import (
+    DIGITS,
+    can_become_number,
+    parse_number,
+    quantity_text,
+    shown_unit,
+    without_shown_unit,
+)
 from grabbergui.ui.editors.feature_editor import FeatureEditor
-from grabbergui.ui.editors.number_field import NumberField
+from grabbergui.ui.editors.guards import ShortcutGuard, WheelGuard
 from grabbergui.ui.editors.value_slider import ValueSlider
+
+LEAST_DIGITS = 4
+"""Significant digits of a fraction that are shown however little room there is."""
+
+LINE_EDIT_PADDING = 6
+"""Pixels that a line edit keeps free beside its text."""
+
+
+class NumberField(QAbstractSpinBox):
+    """Shows a number feature with its unit; arrows and wheel step it, Enter or leaving takes what was typed.
+
+    A step is a tenth with Shift and ten times as far with Ctrl. QSpinBox ends at 32 bits and QDoubleSpinBox
+    rounds what it holds to what it shows; here the number stays Python's. Only what a number can be may be
+    typed; it is moved to the nearest number allowed. Escape and nonsense change nothing.
+    """
+
+    valueEdited = pyqtSignal(object)
+    typingStarted = pyqtSignal()
+    typingFinished = pyqtSignal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._feature: Feature | None = None
+        self._typing = False
+        self._shown_in = ""
+        "The unit of what is shown, which may be larger than the feature's own."
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setAccelerated(True)
+        self._wheel_guard = WheelGuard(self)
+        line = self.lineEdit()
+        assert line is not None
+        self._line = line
+        self._shortcut_guard = ShortcutGuard(self, lambda: self._typing)
+        self._line.textEdited.connect(self._on_line_edit_text_edited)
+        self.editingFinished.connect(self._take_typed)
+
+    def setFeature(self, feature: Feature) -> None:
+        """Show a number feature; what is being typed stays."""
+        self._feature = feature
+        if not self._typing:
+            self._show()
+
+    # -- Qt's part of a spin box -----------------------------------------------------------------
+    def stepBy(self, steps: int) -> None:
+        """Change the value by some steps, at once; ten times as many come with Ctrl, which is Qt's doing."""
+        self._take_typed()
+        if self._feature is not None and self._feature.access.writable:
+            fine = QApplication.keyboardModifiers() & Qt.KeyboardModifier.ShiftModifier
+            self._edit(stepped(self._feature, steps, Pace.FINE if fine else Pace.USUAL))
+            self.selectAll()
+
+    def stepEnabled(self) -> QAbstractSpinBox.StepEnabled:
+        """Which arrows lead anywhere."""
+        enabled = QAbstractSpinBox.StepEnabled(QAbstractSpinBox.StepEnabledFlag.StepNone)
+        feature = self._feature
+        if feature is None or not isinstance(feature.value, int | float) or not feature.access.writable:
+            return enabled
+        if feature.maximum is None or feature.value < feature.maximum:
+            enabled |= QAbstractSpinBox.StepEnabledFlag.StepUpEnabled
+        if feature.minimum is None or feature.value > feature.minimum:
+            enabled |= QAbstractSpinBox.StepEnabledFlag.StepDownEnabled
+        return enabled
+
+    def validate(self, text: str | None, position: int) -> tuple[QValidator.State, str, int]:
+        """Take only what a number can be, so that a letter cannot end up in it."""
+        feature, text = self._feature, text or ""
+        possible = feature is not None and can_become_number(text, feature.unit, self._shown_in)
+        return QValidator.State.Acceptable if possible else QValidator.State.Invalid, text, position
+
+    def sizeHint(self) -> QSize:
+        """Wide enough for twelve characters."""
+        hint = super().sizeHint()
+        return QSize(hint.width() + self.fontMetrics().horizontalAdvance("0" * 12), hint.height())
+
+    def keyPressEvent(self, event: QKeyEvent | None) -> None:
+        """Escape gives up what was typed; all that can be selected is the number."""
+        if event is not None and event.key() == Qt.Key.Key_Escape and self._typing:
+            self._stop_typing()
+            return
+        if event is not None and event.matches(QKeySequence.StandardKey.SelectAll):
+            self.selectAll()
+            return
+        super().keyPressEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent | None) -> None:
+        """Select the number, so that typing replaces it."""
+        super().focusInEvent(event)
+        self.selectAll()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Show as many digits as there is room for."""
+        super().resizeEvent(event)
+        if not self._typing:
+            self._show()
+
+    def showEvent(self, event: QShowEvent | None) -> None:
+        """Show as many digits as there is room for."""
+        super().showEvent(event)
+        if not self._typing:
+            self._show()
+
+    def selectAll(self) -> None:
+        """Select the number without its unit."""
+        self._line.setSelection(0, len(self.text().split(" ")[0]))
+
+    # -- ours ------------------------------------------------------------------------------------
+    def _show(self) -> None:
+        feature = self._feature
+        if feature is None or not isinstance(feature.value, int | float):
+            text = ""
+        else:
+            self._shown_in = shown_unit(feature.value, feature.unit)
+            text = self._fitting(feature.value, feature.unit)
+        if text != self._line.text():
+            self._line.setText(text)
+            # Twenty digits need the room of the arrows more than they need the arrows.
+            symbols = QAbstractSpinBox.ButtonSymbols
+            self.setButtonSymbols(symbols.UpDownArrows if len(text) < 14 else symbols.NoButtons)
+
+    def _fitting(self, number: int | float, unit: str) -> str:
+        """The number with its unit, with as many of its digits as there is room for."""
+        room = self._line.width() - LINE_EDIT_PADDING
+        text = ""
+        for digits in range(DIGITS, LEAST_DIGITS - 1, -1):
+            text = quantity_text(number, unit, digits)
+            if not self.isVisible() or self.fontMetrics().horizontalAdvance(text) <= room:
+                break
+        return text
+
+    def _edit(self, number: int | float) -> None:
+        assert self._feature is not None
+        if number != self._feature.value:
+            self.valueEdited.emit(number)
+        self._show()
+
+    def _on_line_edit_text_edited(self, text: str) -> None:
+        if not self._typing:
+            self._typing = True
+            self.typingStarted.emit()
+        # "25m ms": the unit that was shown gives way to the one that is being typed.
+        if (typed := without_shown_unit(text, self._shown_in)) != text:
+            cursor = self._line.cursorPosition()
+            self._line.setText(typed)
+            self._line.setCursorPosition(cursor)
+
+    def _take_typed(self) -> None:
+        if not self._typing or self._feature is None:
+            return
+        try:
+            number = nearest_allowed(self._feature, self._typed_number(self._feature))
+        except (ValueError, OverflowError):
+            below = self.mapToGlobal(self.rect().bottomLeft())
+            QToolTip.showText(below, self.tr("“{0}” is not a number").format(self._line.text()), self)
+        else:
+            self._edit(number)
+        self._stop_typing()
+
+    def _typed_number(self, feature: Feature) -> int | float:
+        return parse_number(self._line.text(), feature, self._shown_in)
+
+    def _stop_typing(self) -> None:
+        self._typing = False
+        self._show()
+        self.typingFinished.emit()
 
 
 class NumberEditor(FeatureEditor):

@@ -30,9 +30,8 @@ from grabbergui.models.calibrating import Look, Solution, verdict_text
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.coverage_item import CoverageItem
-from grabbergui.ui.widgets.coverage_view import CoverageView
-from grabbergui.ui.widgets.drawing_item import DrawingItem
+from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
+from grabbergui.ui.widgets.drawing import DrawingItem
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 

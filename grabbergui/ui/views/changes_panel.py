@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QComboBox, QMenu, QPushButton, QTableView, QWidget
 
 from grabbergui.models.changes.history import Change, Origin
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.change_table import ChangeTable
+from grabbergui.ui.widgets.tables import ChangeTable
 
 _WIDTHS = (76, 180, 90, 90, 80)
 """Of the columns at first."""

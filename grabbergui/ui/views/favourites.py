@@ -18,9 +18,7 @@ from PyQt5.QtGui import (
 from PyQt5.QtWidgets import QGridLayout, QLabel, QWidget
 
 from grabbergui.core.features import Feature, FeatureDescription
-from grabbergui.ui.editors.feature_row import FeatureRow
-from grabbergui.ui.editors.feature_rows import FeatureRows
-from grabbergui.ui.editors.row_drag import dragged_feature
+from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
 from grabbergui.ui.loader import load_form
 
 CARD_WIDTH = 160

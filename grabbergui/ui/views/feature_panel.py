@@ -10,11 +10,9 @@ from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
 from grabbergui.models.features.shown import visible_names
-from grabbergui.ui.editors.feature_row import FeatureRow
-from grabbergui.ui.editors.feature_rows import FeatureRows
+from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.pacer import Pacer
-from grabbergui.ui.widgets.section import Section
+from grabbergui.ui.widgets.section import Pacer, Section
 
 MOST_FOUND = 200
 """Rows that a search shows at most; who sees more than that types another letter."""

@@ -34,9 +34,9 @@ from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.views.values_panel import ValuesPanel
+from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import give_focus
-from grabbergui.ui.widgets.task_stack import TaskStack
 
 TITLE_BAR = 40
 "Pixels that a window manager may take of the screen's height for the window's title."

@@ -9,11 +9,10 @@ from PyQt5.QtWidgets import QLabel, QWidget
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.drawing_tool import DrawingTool, Purpose
-from grabbergui.ui.widgets.pause_bar import PauseBar
+from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
+from grabbergui.ui.widgets.message_stack import PictureNote
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.picture_note import PictureNote
-from grabbergui.ui.widgets.playback_bar import PlaybackBar
+from grabbergui.ui.widgets.playback_bar import PauseBar, PlaybackBar
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16

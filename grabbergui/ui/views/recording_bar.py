@@ -13,7 +13,7 @@ from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.recording.writers import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.elided_label import ElidedLabel
+from grabbergui.ui.widgets.labels import ElidedLabel
 
 _KINDS = {
     RecordingKind.MCAP: QT_TRANSLATE_NOOP("RecordingBar", "ROS 2 messages (MCAP)"),

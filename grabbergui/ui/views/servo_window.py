@@ -24,14 +24,14 @@ from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, st
 from grabbergui.servo.overlay import Drawing, colour_of
 from grabbergui.servo.state_machine import State
 from grabbergui.ui import icons
-from grabbergui.ui.editors.wheel_guard import WheelGuard
+from grabbergui.ui.editors.guards import WheelGuard
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.drawing_item import DrawingItem
+from grabbergui.ui.widgets.drawing import DrawingItem
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.plots import TimePlot
 from grabbergui.ui.widgets.robot_view import RobotView
-from grabbergui.ui.widgets.state_strip import StateStrip
-from grabbergui.ui.widgets.time_plot import TimePlot
+from grabbergui.ui.widgets.status_strip import StateStrip
 
 STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 

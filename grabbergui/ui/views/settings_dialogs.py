@@ -24,7 +24,7 @@ from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.checked_rows import TICK_WIDTH, checked_keys, make_checkable
+from grabbergui.ui.widgets.tables import TICK_WIDTH, checked_keys, make_checkable
 
 
 class SettingsReport(QDialog):

@@ -13,8 +13,7 @@ from PyQt5.QtWidgets import QCheckBox, QComboBox, QLabel, QPushButton, QScrollAr
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.value_watch import ValueHistory
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.channel_plot import ChannelPlot
-from grabbergui.ui.widgets.curve_row import CurveRow
+from grabbergui.ui.widgets.plots import ChannelPlot, CurveRow
 
 _SPANS = (10.0, 60.0, 600.0, 3600.0)
 """Seconds, as in the form's box."""

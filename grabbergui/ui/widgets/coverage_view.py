@@ -1,14 +1,50 @@
-"""Which tilts and distances of a board were seen."""
+"""Which parts of the image, tilts and distances a set of calibration views covers."""
 
 from __future__ import annotations
 
+import numpy as np
 from PyQt5.QtCore import QPointF, QRectF, QSize, Qt
 from PyQt5.QtGui import QColor, QPainter, QPaintEvent, QPalette, QPen, QPolygonF
-from PyQt5.QtWidgets import QSizePolicy, QWidget
+from PyQt5.QtWidgets import QSizePolicy, QStyleOptionGraphicsItem, QWidget
 
-from grabbergui.calibration.coverage import Coverage
+from grabbergui.calibration.coverage import GRID, Counts, Coverage
+from grabbergui.ui.widgets.picture_items import PictureOverlay
 
+ENOUGH = 12
+"Corners in a cell with which it has its full colour."
 _GREEN = QColor(60, 200, 90)
+
+
+class CoverageItem(PictureOverlay):
+    """Cells grow greener the more corners were seen in them; those without any are outlined."""
+
+    def __init__(self) -> None:
+        super().__init__(5)
+        self._cells = np.zeros(GRID[::-1], np.int64)
+
+    def setCells(self, cells: Counts, width: int, height: int) -> None:
+        """Show counts (rows, columns) over a picture of that size."""
+        self._cells = cells
+        self.cover(width, height)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
+    ) -> None:
+        """Draw the cells."""
+        rows, columns = self._cells.shape
+        width, height = self._bounds.width() / columns, self._bounds.height() / rows
+        outline = QPen(QColor(255, 255, 255, 50), 1)
+        outline.setCosmetic(True)
+        painter.setPen(outline)
+        for row in range(rows):
+            for column in range(columns):
+                count = min(int(self._cells[row, column]), ENOUGH)
+                fill = QColor(_GREEN)
+                fill.setAlpha(0 if not count else 24 + 48 * count // ENOUGH)
+                painter.setBrush(fill if count else Qt.BrushStyle.NoBrush)
+                painter.drawRect(QRectF(column * width, row * height, width, height))
+
+
 _CELL, _GAP = 46.0, 8.0
 _SKEW = 0.22
 "By how much the nearer edge of a tilted board is drawn longer."

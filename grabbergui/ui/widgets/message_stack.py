@@ -1,15 +1,120 @@
-"""Messages in full, one below the other, for windows that say little; and a list of them over any window."""
+"""Messages as lines, and notes over the image."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from PyQt5.QtCore import QTimer, pyqtSignal
+from PyQt5.QtCore import QCoreApplication, QPoint, Qt, QTimer, pyqtSignal
+from PyQt5.QtGui import QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout, QWidget
 
+from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, MessageModel, Offer, Severity
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
+from grabbergui.ui.widgets.labels import ElidedLabel, restyle
+
+LIST_WIDTH = 560
+"Pixels of the list of all messages."
+
+
+class MessageLine(QFrame):
+    """Shows the first of some messages; a button shows all of them, in full. Setters in, signals out."""
+
+    dismissed = pyqtSignal(Message)
+
+    iconLabel: QLabel
+    textLabel: ElidedLabel
+    offersLayout: QHBoxLayout
+    moreButton: QToolButton
+    closeButton: QToolButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("message_line", self)
+        self._messages: tuple[Message, ...] = ()
+        self._popup: QFrame | None = None
+        self.closeButton.clicked.connect(self._on_close_clicked)
+        self.moreButton.clicked.connect(self.showAll)
+        icons.apply(self)
+        self.setMessages(())
+
+    @property
+    def messages(self) -> list[str]:
+        """The texts of all messages, the newest first."""
+        return [message.text for message in self._messages]
+
+    @property
+    def fullWidth(self) -> int:
+        """Pixels that the first message takes with all of its text."""
+        text = self.textLabel.fontMetrics().horizontalAdvance(self.textLabel.text())
+        return self.sizeHint().width() - self.textLabel.sizeHint().width() + text
+
+    def setMessages(self, messages: Sequence[Message]) -> None:
+        """Show the first of these, and how many there are besides."""
+        before = self._messages[0] if self._messages else None
+        self._messages = tuple(messages)
+        first = self._messages[0] if self._messages else None
+        if first != before:
+            self._show(first)
+        for widget in (self.iconLabel, self.textLabel, self.closeButton):
+            widget.setVisible(first is not None)
+        self._show_more()
+
+    def showAll(self) -> None:
+        """Open the list of all messages above the line."""
+        popup = QFrame(self, Qt.WindowType.Popup)
+        popup.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        popup.setProperty("messages", True)
+        layout = QVBoxLayout(popup)
+        layout.setContentsMargins(1, 1, 1, 1)
+        listed = MessageList(popup)
+        listed.setMessages(self._messages)
+        listed.dismissed.connect(self.dismissed)
+        listed.dismissed.connect(self._on_list_dismissed)
+        layout.addWidget(listed)
+        popup.setFixedWidth(max(LIST_WIDTH, self.width()))
+        height = max(layout.heightForWidth(popup.width()), popup.sizeHint().height())
+        popup.setFixedHeight(height)
+        popup.move(self.mapToGlobal(QPoint(self.width() - popup.width(), -height - 2)))
+        popup.show()
+        self._popup = popup
+
+    def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
+        """A click on the text shows all of it."""
+        super().mouseReleaseEvent(event)
+        if self._messages:
+            self.showAll()
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """See whether the text still fits."""
+        super().resizeEvent(event)
+        self._show_more()
+
+    def _show(self, message: Message | None) -> None:
+        self.textLabel.setText(message.sentence if message is not None else "")
+        self.setAccessibleName(self.textLabel.text())
+        fill_offers(self.offersLayout, message.offers if message is not None else ())
+        if message is not None:
+            self.iconLabel.setPixmap(icons.pixmap(message_icon(message.severity), self, 18))
+        restyle(self, "message", message.severity.value if message is not None else "")
+
+    def _show_more(self) -> None:
+        others = len(self._messages) - 1
+        width = self.textLabel.fontMetrics().horizontalAdvance(self.textLabel.text())
+        elided = bool(self._messages) and width > self.textLabel.width()
+        self.moreButton.setText(self.tr("{0} more").format(others) if others > 0 else "…")
+        self.moreButton.setVisible(others > 0 or elided)
+
+    def _on_list_dismissed(self) -> None:
+        if self._popup is not None:
+            self._popup.close()
+            self._popup = None
+
+    def _on_close_clicked(self) -> None:
+        if self._messages:
+            self.dismissed.emit(self._messages[0])
+
 
 MOST = 4
 "Messages shown at once."
@@ -130,3 +235,53 @@ class MessageStack(MessageList):
             self._timer.start()
         elif not messages:
             self._timer.stop()
+
+
+translate = QCoreApplication.translate
+
+
+class PictureNote(QFrame):
+    """Says what hinders the picture, what to do, and how far it comes."""
+
+    summaryLabel: QLabel
+    adviceLabel: QLabel
+    stageLabel: QLabel
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("picture_note", self)
+        self.hide()
+
+    def setNote(self, summary: str, advice: str = "", stage: Stage | None = None) -> None:
+        """Show a note; with no summary, none. `stage` is where the picture's way ends."""
+        self.summaryLabel.setText(summary)
+        self.adviceLabel.setText(advice)
+        self.adviceLabel.setVisible(bool(advice))
+        self.stageLabel.setText(_way(stage) if stage is not None else "")
+        self.stageLabel.setVisible(stage is not None)
+        self.setAccessibleName(f"{summary} {advice}")
+        restyle(self, "tone", "info" if stage is None else "busy")
+        self.setVisible(bool(summary))
+
+
+def _name(stage: Stage) -> str:
+    names = {
+        Stage.CONTROL: translate("PictureNote", "control"),
+        Stage.PACKETS: translate("PictureNote", "packets"),
+        Stage.FRAMES: translate("PictureNote", "frames"),
+        Stage.CONVERSION: translate("PictureNote", "conversion"),
+        Stage.DISPLAY: translate("PictureNote", "display"),
+    }
+    return names[stage]
+
+
+def _way(end: Stage) -> str:
+    """The stages up to the one that fails, which is marked, and those it keeps from happening."""
+    stages = list(Stage)
+    parts = []
+    for index, stage in enumerate(stages):
+        before, at = index < stages.index(end), stage is end
+        mark = "✓" if before else "✗" if at else "·"
+        text = f"{mark} {_name(stage)}"
+        parts.append(f"<b>{text}</b>" if at else text)
+    return "&nbsp;&nbsp; ".join(parts)

@@ -11,10 +11,8 @@ from PyQt5.QtWidgets import QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
-from grabbergui.ui.widgets.picture_item import PictureItem
+from grabbergui.ui.widgets.picture_items import DIMMED, PictureItem, PixelValues
 from grabbergui.ui.widgets.picture_marks import PictureMarks
-from grabbergui.ui.widgets.pixel_values import PixelValues
-from grabbergui.ui.widgets.thumbnail import DIMMED
 
 MAXIMUM_ZOOM = 64.0
 "Screen pixels for one pixel of the frame."

@@ -1,9 +1,9 @@
-"""Plays a recording: on and off, step, wind, speed, loop."""
+"""Bars below the image: playing a recording, and stepping through paused frames."""
 
 from __future__ import annotations
 
 from PyQt5.QtCore import QSignalBlocker, pyqtSignal
-from PyQt5.QtWidgets import QComboBox, QLabel, QSlider, QToolButton, QWidget
+from PyQt5.QtWidgets import QComboBox, QLabel, QPushButton, QSlider, QToolButton, QWidget
 
 from grabbergui.models.language import localized
 from grabbergui.models.playback import PlaybackState
@@ -82,3 +82,29 @@ def _times(speed: float) -> str:
 def _clock(seconds: float) -> str:
     minutes, rest = divmod(max(0.0, seconds), 60)
     return localized(f"{int(minutes):02d}:{rest:04.1f}")
+
+
+class PauseBar(QWidget):
+    """Hidden while the picture is live."""
+
+    frameChosen = pyqtSignal(int)
+    """Which of the frames kept is to be shown; 0 is the oldest."""
+    liveRequested = pyqtSignal()
+
+    placeLabel: QLabel
+    slider: QSlider
+    liveButton: QPushButton
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("pause_bar", self)
+        self.slider.valueChanged.connect(self.frameChosen)
+        self.liveButton.clicked.connect(self.liveRequested)
+        self.hide()
+
+    def setPlace(self, index: int, count: int, age: float) -> None:
+        """Show which of `count` frames is seen, `age` seconds older than the newest of them."""
+        with QSignalBlocker(self.slider):
+            self.slider.setRange(0, max(0, count - 1))
+            self.slider.setValue(index)
+        self.placeLabel.setText(localized(self.tr("{0} of {1}   −{2:.2f} s").format(index + 1, count, age)))

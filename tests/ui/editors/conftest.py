@@ -2,7 +2,7 @@
 
 import pytest
 
-from grabbergui.ui.editors.editor_choice import editor_class
+from grabbergui.ui.editors.feature_row import editor_class
 
 
 class Hand:

@@ -8,7 +8,7 @@ from PyQt5.QtGui import QCursor
 from sample_features import AUTO, A, K, feature
 
 from grabbergui.core.features import EnumEntry
-from grabbergui.ui.editors.auto_button import AutoButton
+from grabbergui.ui.editors.choice_editor import AutoButton
 
 
 @pytest.fixture

@@ -21,10 +21,15 @@ from sample_features import (
 )
 
 from grabbergui.ui.editors.choice_editor import ChoiceEditor
-from grabbergui.ui.editors.editor_choice import editor_class
+from grabbergui.ui.editors.feature_editor import (
+    CodedNumberEditor,
+    CommandEditor,
+    ReadingLabel,
+    SwitchEditor,
+    TextEditor,
+)
+from grabbergui.ui.editors.feature_row import editor_class
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
-from grabbergui.ui.editors.simple_editors import CommandEditor, ReadingLabel, SwitchEditor
-from grabbergui.ui.editors.text_editors import CodedNumberEditor, TextEditor
 
 CHOICES = [
     (EXPOSURE, RangeEditor),

@@ -1,0 +1,128 @@
+"""Labels: elided where there is little room, styled by their state, and progress of tasks."""
+
+from __future__ import annotations
+
+from PyQt5.QtCore import QSize, Qt, pyqtSignal
+from PyQt5.QtGui import QPainter, QPaintEvent
+from PyQt5.QtWidgets import (
+    QFrame,
+    QLabel,
+    QProgressBar,
+    QPushButton,
+    QStyle,
+    QStyleOption,
+    QVBoxLayout,
+    QWidget,
+)
+
+from grabbergui.ui.loader import load_form
+
+
+def restyle(widget: QWidget, name: str, value: object) -> None:
+    """Set a property that the style sheet knows, such as `tone`, and apply the style sheet again."""
+    if widget.property(name) != value:
+        widget.setProperty(name, value)
+        # A style sheet looks at properties only when a widget is polished.
+        if (style := widget.style()) is not None:
+            style.unpolish(widget)
+            style.polish(widget)
+
+
+class ElidedLabel(QLabel):
+    """One line of plain text; the whole of it is in the tooltip.
+
+    Of a camera's name the middle is left out: the serial number at its end tells it from the others.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setMinimumWidth(24)
+        self.elide_mode = Qt.TextElideMode.ElideRight
+
+    def setText(self, text: str | None) -> None:
+        """Show a text."""
+        super().setText(text)
+        self.setToolTip(text or "")
+
+    def sizeHint(self) -> QSize:
+        """As wide as there is room."""
+        return QSize(24, super().sizeHint().height())
+
+    def paintEvent(self, event: QPaintEvent | None) -> None:
+        """Draw as much as fits, with dots where something is missing."""
+        painter, option = QPainter(self), QStyleOption()
+        option.initFrom(self)
+        text = self.fontMetrics().elidedText(self.text(), self.elide_mode, self.width())
+        style = self.style()
+        if style is not None:
+            enabled = bool(option.state & QStyle.StateFlag.State_Enabled)
+            flags = int(Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft)
+            style.drawItemText(
+                painter, self.rect(), flags, option.palette, enabled, text, self.foregroundRole()
+            )
+
+
+class TaskRow(QFrame):
+    """One piece of work."""
+
+    cancelRequested = pyqtSignal()
+
+    titleLabel: QLabel
+    textLabel: QLabel
+    bar: QProgressBar
+    cancelButton: QPushButton
+
+    def __init__(self, title: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("task_row", self)
+        self.titleLabel.setText(title)
+        self.setAccessibleName(title)
+        self.bar.setRange(0, 0)  # busy, until it is known how far it is
+        self.cancelButton.clicked.connect(self._on_cancel_clicked)
+
+    def setShare(self, share: float) -> None:
+        """How far it is, 0 … 1."""
+        self.bar.setRange(0, 1000)
+        self.bar.setValue(round(1000 * min(max(share, 0.0), 1.0)))
+
+    def setText(self, text: str) -> None:
+        """Where it stands."""
+        self.textLabel.setText(text)
+
+    def _on_cancel_clicked(self) -> None:
+        self.cancelButton.setEnabled(False)
+        self.cancelRequested.emit()
+
+
+class TaskStack(QWidget):
+    """All work under way, the newest below."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._rows: list[TaskRow] = []
+        self._layout = QVBoxLayout(self)
+        self._layout.setContentsMargins(0, 0, 0, 0)
+        self._layout.setSpacing(1)
+        self.hide()
+
+    @property
+    def rows(self) -> tuple[TaskRow, ...]:
+        """What is shown."""
+        return tuple(self._rows)
+
+    def begin(self, title: str) -> TaskRow:
+        """Show one more; `end` it."""
+        row = TaskRow(title, self)
+        self._rows.append(row)
+        self._layout.addWidget(row)
+        self.show()
+        return row
+
+    def end(self, row: TaskRow) -> None:
+        """It is done, or given up; does nothing where it is gone already."""
+        if row in self._rows:
+            self._rows.remove(row)
+            self._layout.removeWidget(row)
+            row.hide()
+            row.deleteLater()
+        self.setVisible(bool(self._rows))

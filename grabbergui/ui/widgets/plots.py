@@ -1,0 +1,247 @@
+"""Plots of one line a channel or a value, in the colours of the window."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PyQt5.QtCore import QEvent, pyqtSignal
+from PyQt5.QtGui import QColor, QPalette
+from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
+
+from grabbergui.core.features import FeatureDescription
+from grabbergui.models.features.text import breakable, number_text, unit_text
+from grabbergui.models.language import localized
+from grabbergui.servo.overlay import AXIS_COLOURS
+from grabbergui.ui import icons
+from grabbergui.ui.loader import load_form
+
+COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": "#e5484d"}
+"""Of the channels that have one; all others are drawn in the colour of text."""
+
+
+class _SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
+    """Says the unit with every value: a title of the axis would take a line of the plot."""
+
+    def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
+        """Seconds before now."""
+        return [localized(f"{value:g} s") if value else "0" for value in values]
+
+
+class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
+    """Setters only; neither zoomed nor moved by the mouse."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent, background=None)
+        self.setMouseEnabled(False, False)
+        self.setMenuEnabled(False)
+        self.hideButtons()
+        self._lines: dict[str, pg.PlotDataItem] = {}
+        self._filled: bool = False
+        self._colours: dict[str, str] = {}
+        "Of lines that are no channels of a picture."
+        self._dress()
+
+    def setFilled(self, filled: bool) -> None:
+        """Whether the areas below the lines are filled."""
+        self._filled = filled
+        self._dress()
+
+    def setLine(self, name: str, x: NDArray[Any], values: NDArray[Any], colour: str) -> None:
+        """Show one more line, which is broken where a value is NaN, in a colour of its own."""
+        self._colours[name] = colour
+        if name not in self._lines:
+            self._lines[name] = self.plot()
+        self._lines[name].setData(x, values, stepMode=None, connect="finite")
+        self._dress()
+
+    def removeLine(self, name: str) -> None:
+        """Show a line no longer; does nothing where it is not shown."""
+        if (line := self._lines.pop(name, None)) is not None:
+            self.removeItem(line)
+
+    def showSeconds(self) -> None:
+        """The lines are over time, in seconds."""
+        self.setAxisItems({"bottom": _SecondsAxis("bottom")})
+        self._dress()
+
+    def setChannels(
+        self, x: NDArray[Any], channels: dict[str, NDArray[Any]], *, broken: bool = False
+    ) -> None:
+        """Show these lines and no others. With one more `x` than values, they are steps.
+
+        A line leads over values that are NaN, unless it is to be `broken` there.
+        """
+        for name in self._lines.keys() - channels.keys():
+            self.removeItem(self._lines.pop(name))
+        for name, values in channels.items():
+            if name not in self._lines:
+                self._lines[name] = self.plot()
+                self._dress()
+            if len(x) > len(values):
+                self._lines[name].setData(x, values, stepMode="center")
+            elif broken:
+                self._lines[name].setData(x, values, stepMode=None, connect="finite")
+            else:
+                known = np.isfinite(values)
+                self._lines[name].setData(x[known], values[known], stepMode=None)
+
+    def clearChannels(self) -> None:
+        """Show no line."""
+        for line in self._lines.values():
+            self.removeItem(line)
+        self._lines.clear()
+
+    def values(self, name: str) -> NDArray[Any] | None:
+        """What is shown of a channel."""
+        return self._lines[name].yData if name in self._lines else None
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the window from light to dark."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "_lines"):
+            self._dress()
+
+    def _dress(self) -> None:
+        ink = self.palette().color(QPalette.ColorRole.PlaceholderText)
+        for side in ("left", "bottom"):
+            axis = self.getAxis(side)
+            axis.setPen(ink)
+            axis.setTextPen(ink)
+        text = self.palette().color(QPalette.ColorRole.WindowText)
+        for name, line in self._lines.items():
+            colour = QColor(self._colours.get(name) or COLOURS.get(name) or text)
+            line.setPen(pg.mkPen(colour, width=1))
+            colour.setAlphaF(0.25)
+            line.setFillLevel(0 if self._filled else None)
+            line.setBrush(colour if self._filled else None)
+
+
+class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
+    """Setters only; neither zoomed nor moved by the mouse. Gaps where a value is not finite."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent, background=None)
+        self.setMouseEnabled(False, False)
+        self.setMenuEnabled(False)
+        self.hideButtons()
+        self.setMinimumHeight(72)
+        self.showGrid(x=False, y=True, alpha=0.15)
+        self.getAxis("left").setWidth(44)
+        self._lines: list[pg.PlotDataItem] = []
+
+    def setUp(
+        self, title: str, names: Sequence[str], seconds: float, least: float, shows_time: bool = False
+    ) -> None:
+        """Say what is shown: a title with its unit, the curves' names (none where there is one), how long.
+
+        `least` is what the axis spans at least, so that noise about zero does not look like something.
+        """
+        self._title = title
+        self._names = tuple(names)
+        self._lines = [self.plot(connect="finite") for _ in names or ("",)]
+        self.setXRange(-seconds, 0, padding=0)
+        self.getViewBox().setLimits(minYRange=least)
+        # A curve, not an endless line: so zero is always in view.
+        self.plot([-seconds, 0], [0, 0], pen=pg.mkPen((128, 128, 128, 120), width=1))
+        if not shows_time:
+            self.getAxis("bottom").setStyle(showValues=False)
+        self.setAccessibleName(title)
+        self._dress()
+
+    def setCurves(self, times: NDArray[Any], values: NDArray[Any]) -> None:
+        """Times (n,) in seconds before now, values (n, curves)."""
+        for line, column in zip(self._lines, values.T, strict=True):
+            line.setData(times, column)
+
+    def values(self, curve: int = 0) -> NDArray[Any] | None:
+        """What is shown of a curve."""
+        values: NDArray[Any] | None = self._lines[curve].yData
+        return values
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow the window from light to dark."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and getattr(self, "_lines", None):
+            self._dress()
+
+    def _dress(self) -> None:
+        palette = self.palette()
+        ink = palette.color(QPalette.ColorRole.PlaceholderText)
+        for side in ("left", "bottom"):
+            self.getAxis(side).setPen(ink)
+            self.getAxis(side).setTextPen(ink)
+        colours = AXIS_COLOURS if self._names else (palette.color(QPalette.ColorRole.Highlight).getRgb()[:3],)
+        for line, colour in zip(self._lines, colours, strict=False):
+            line.setPen(pg.mkPen(colour, width=1.5))
+        key = "".join(
+            f' &nbsp;<span style="color: rgb{colour}">{name}</span>'
+            for name, colour in zip(self._names, colours, strict=False)
+        )
+        text = palette.color(QPalette.ColorRole.WindowText).name()
+        self.setTitle(f'<span style="color: {text}">{self._title}</span>{key}', size="9pt", justify="left")
+
+
+AXIS_WIDTH = 56
+"""The same for all, so that the curves of several rows stand below each other."""
+
+RANGE_DIGITS = 5
+
+
+class CurveRow(QWidget):
+    """Setters for the samples; a signal where nobody wants to see them any more."""
+
+    removed = pyqtSignal(str)
+
+    titleLabel: QLabel
+    valueLabel: QLabel
+    rangeLabel: QLabel
+    removeButton: QToolButton
+    plot: ChannelPlot
+
+    def __init__(self, description: FeatureDescription, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        load_form("curve_row", self)
+        self.name = description.name
+        self._unit = ""
+        self.titleLabel.setText(breakable(description.title))
+        self.titleLabel.setToolTip(description.name)
+        self.plot.setAccessibleName(self.tr("{0} over time").format(description.title))
+        self.plot.showSeconds()
+        self.plot.getAxis("left").setWidth(AXIS_WIDTH)
+        self.plot.setDownsampling(auto=True, mode="peak")
+        self.plot.setClipToView(True)
+        self.removeButton.clicked.connect(lambda: self.removed.emit(self.name))
+        icons.apply(self)
+
+    def setUnit(self, unit: str) -> None:
+        """Say what the value is in; shown with the next samples."""
+        self._unit = unit_text(unit)
+
+    def setOverlaid(self, colour: str) -> None:
+        """Be the legend, in that colour, of a curve that another plot shows; empty: show it here."""
+        self.plot.setVisible(not colour)
+        self.titleLabel.setStyleSheet(f"color: {colour};" if colour else "")
+
+    def setSamples(self, times: NDArray[np.float64], values: NDArray[np.float64], span: float) -> None:
+        """Show samples with their times in seconds before now (negative), over the last `span` seconds."""
+        self.plot.setXRange(-span, 0, padding=0)
+        self.plot.setChannels(times, {self.name: values}, broken=True)
+        finite = values[np.isfinite(values)]
+        if len(finite) == 0:
+            self.valueLabel.setText("–")
+            self.rangeLabel.clear()
+            return
+        last = float(values[-1])
+        self.valueLabel.setText(f"{number_text(last)} {self._unit}".rstrip() if np.isfinite(last) else "–")
+        low, high = (number_text(float(end), RANGE_DIGITS) for end in (finite.min(), finite.max()))
+        self.rangeLabel.setText(f"{low} … {high}")
+
+    def clear(self) -> None:
+        """Nothing was read."""
+        self.plot.clearChannels()
+        self.valueLabel.setText("–")
+        self.rangeLabel.clear()
