@@ -12,8 +12,8 @@ from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.history import Change, Origin
 from grabbergui.models.changes.journal import MOST_CHANGES
 from grabbergui.ui.views.help_views import ShortcutsDialog
-from grabbergui.ui.widgets.tables import ChangeTable
 from grabbergui.ui.widgets.drawing import Purpose
+from grabbergui.ui.widgets.tables import ChangeTable
 
 
 @pytest.fixture

@@ -10,8 +10,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.labels import ElidedLabel
-from grabbergui.ui.widgets.labels import restyle
+from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.picture_items import Thumbnail
 
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)

@@ -15,8 +15,8 @@ from grabbergui.models.language import localized
 from grabbergui.models.measuring.channels import Histogram, Line
 from grabbergui.models.measuring.measurement import HISTORY_SECONDS
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.plots import ChannelPlot
 from grabbergui.ui.widgets.labels import ElidedLabel
+from grabbergui.ui.widgets.plots import ChannelPlot
 
 HEADROOM = 1.1
 "Of the plot, over the highest count between its ends."
