@@ -51,8 +51,8 @@ class Conditions:
 
 def serve(conditions: Conditions) -> None:
     """Be the camera until standard input ends, then print when each block's last packet left."""
-    from grabbergui.driver.sim.gige.faults import Faults
     from grabbergui.driver.sim.gige.server import GigeCamera
+    from grabbergui.driver.sim.gige.stream import Faults
 
     sent: dict[int, float] = {}
     camera = GigeCamera(

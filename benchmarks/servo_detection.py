@@ -21,7 +21,7 @@ from benchmarks._document import markdown
 from benchmarks._results import Chart, Goal, Section, Table, machine
 from grabbergui.calibration.markers import ArucoFinder
 from grabbergui.core.calibration import Calibration
-from grabbergui.driver.sim.rendered import textures
+from grabbergui.driver.sim.rendered import world
 from grabbergui.servo.desk import single_threaded
 from grabbergui.servo.heads import CascadeFinder
 
@@ -135,7 +135,7 @@ def busy_picture(width: int, height: int) -> tuple[NDArray[np.uint8], dict[int, 
         corners[FIRST_ID + index] = lay_marker(picture, FIRST_ID + index, side, middle, random.uniform(-8, 8))
     size = width // 7
     place = slice(height - size, height), slice(width // 40, width // 40 + size)
-    face = cv2.resize(textures.face(256), (size, size))
+    face = cv2.resize(world.face(256), (size, size))
     picture[place] += face[..., 3] * (255 * face[..., 1] - picture[place])
     noisy = cv2.GaussianBlur(picture, (0, 0), 0.8) + random.normal(0, 3, (height, width))
     return np.clip(noisy, 0, 255).astype(np.uint8), corners

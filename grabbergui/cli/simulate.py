@@ -86,8 +86,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _serve_gige(options: argparse.Namespace, camera: SourceUri) -> Callable[..., None]:
-    from grabbergui.driver.sim.gige.faults import Faults
     from grabbergui.driver.sim.gige.server import serve
+    from grabbergui.driver.sim.gige.stream import Faults
     from grabbergui.driver.sim.source import power_on_values
 
     faults = Faults(

@@ -19,8 +19,7 @@ from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
-from grabbergui.driver.sim.rendered.board import MOVE_S, REST_S, BoardScene, holds
-from grabbergui.driver.sim.rendered.scene import pinhole
+from grabbergui.driver.sim.rendered.scene import MOVE_S, REST_S, BoardScene, holds, pinhole
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.models import calibrating
 from grabbergui.models.calibrating import Look, camera_name

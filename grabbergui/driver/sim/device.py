@@ -18,10 +18,10 @@ from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige.gvcp_messages import Event as Message
-from grabbergui.driver.sim import chunks
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel, FramePlan
+from grabbergui.driver.sim.payload import CHUNK_FEATURE
 from grabbergui.driver.sim.registers import EVENT_ID_BASE, Event
 
 log = logging.getLogger(__name__)
@@ -159,7 +159,7 @@ class SimulatedDevice(Device):
             received_ns=time.time_ns() - (self.model.timestamp() - plan.timestamp_ns),
             offset_x=settings.offset_x,
             offset_y=settings.offset_y,
-            chunks={chunks.FEATURE[chunk]: value for chunk, value in plan.chunk_values.items()},
+            chunks={CHUNK_FEATURE[chunk]: value for chunk, value in plan.chunk_values.items()},
         )
 
     def _tell_event(self, event: Event, frame_id: int, timestamp: int) -> None:

@@ -11,9 +11,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.driver.sim import chunks, geometry, regulation
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.clock import DeviceClock
+from grabbergui.driver.sim.auto import regulate
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -21,13 +20,20 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
+from grabbergui.driver.sim.payload import append_chunks
 from grabbergui.driver.sim.registers import Chunk, Event, TriggerActivation, TriggerSource
 from grabbergui.driver.sim.scene import Scene
 from grabbergui.driver.sim.sensor import Sensor
-from grabbergui.driver.sim.sequencer import Sequencer, Timing
-from grabbergui.driver.sim.settings import FrameSettings, settings_of
-from grabbergui.driver.sim.temperature import Thermometer
-from grabbergui.driver.sim.user_sets import UserSets
+from grabbergui.driver.sim.settings import (
+    DECIDING,
+    FrameSettings,
+    UserSets,
+    active_chunks,
+    fastest_rate,
+    settings_of,
+    update_geometry,
+)
+from grabbergui.driver.sim.timing import DeviceClock, Sequencer, Thermometer, Timing
 
 
 @dataclass(frozen=True)
@@ -82,7 +88,7 @@ class CameraModel:
         self.memory = RegisterMemory(reg.ALL)
         for register, value in (power_on or {}).items():
             self.memory.set(register, value)
-        geometry.update(self.memory)
+        update_geometry(self.memory)
         self._user_sets = UserSets(self.memory)
         self._install_hooks()
 
@@ -148,11 +154,11 @@ class CameraModel:
         """Write a frame's payload into `out`, let the automatic modes see it; returns its length."""
         values = self.sensor.render(plan.settings, plan.frame_id, plan.timestamp_ns, out)
         with self._changed:
-            regulation.regulate(self.memory, plan.settings, values)
+            regulate(self.memory, plan.settings, values)
         if not plan.chunk_values:
             return plan.settings.image_bytes
         little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
-        return chunks.append(out, plan.settings.image_bytes, plan.chunk_values, little_endian=little)
+        return append_chunks(out, plan.settings.image_bytes, plan.chunk_values, little_endian=little)
 
     def _take(self, now: int) -> FramePlan | None:
         taken = self._sequencer.take(self._timing(), now)
@@ -167,7 +173,7 @@ class CameraModel:
             Chunk.EXPOSURE_TIME: settings.exposure_us,
             Chunk.GAIN: settings.gain_db,
         }
-        chosen = {chunk: values[chunk] for chunk in geometry.active_chunks(self.memory)}
+        chosen = {chunk: values[chunk] for chunk in active_chunks(self.memory)}
         if self._sequencer.finished:
             self._stop()
         self._queue_event(Event.FRAME_START, frame_id, timestamp)
@@ -184,24 +190,24 @@ class CameraModel:
 
     # -- cadence ---------------------------------------------------------------------------------
     def _asked_rate(self) -> float:
-        return min(float(self.memory.stored(reg.FRAME_RATE)), geometry.fastest_rate(self.memory))
+        return min(float(self.memory.stored(reg.FRAME_RATE)), fastest_rate(self.memory))
 
     def _resulting_rate(self) -> float:
         enabled = self.memory.integer(reg.FRAME_RATE_ENABLE)
-        return self._asked_rate() if enabled else geometry.fastest_rate(self.memory)
+        return self._asked_rate() if enabled else fastest_rate(self.memory)
 
     def _timing(self) -> Timing:
         frame, burst = (bool(self.memory.integer(mode)) for mode in reg.TRIGGER_MODE)
         # A trigger sets the pace itself; only the sensor bounds it.
-        rate = geometry.fastest_rate(self.memory) if frame else self._resulting_rate()
+        rate = fastest_rate(self.memory) if frame else self._resulting_rate()
         return Timing(int(1e9 / rate), (frame, burst), self.memory.integer(reg.BURST_FRAME_COUNT))
 
     # -- what registers do -----------------------------------------------------------------------
     def _install_hooks(self) -> None:
         memory = self.memory
-        for register in geometry.DECIDING:
+        for register in DECIDING:
             memory.on_check(register, self._check_unlocked(register))
-            memory.on_written(register, partial(geometry.update, memory))
+            memory.on_written(register, partial(update_geometry, memory))
         memory.on_check(reg.OFFSET_X, self._check_offset(reg.OFFSET_X, reg.WIDTH, reg.WIDTH_MAX))
         memory.on_check(reg.OFFSET_Y, self._check_offset(reg.OFFSET_Y, reg.HEIGHT, reg.HEIGHT_MAX))
         for which, register in enumerate(reg.DEVICE_TEMPERATURE):
@@ -272,7 +278,7 @@ class CameraModel:
         return check
 
     def _check_frame_rate(self, value: RegisterValue) -> None:
-        if float(value) > geometry.fastest_rate(self.memory) * (1 + 1e-9):
+        if float(value) > fastest_rate(self.memory) * (1 + 1e-9):
             raise RegisterRefusedError(Refusal.INVALID_PARAMETER, f"frame rate of {value} Hz is too fast")
 
     def _check_manual(self, register: Register, automatic: Register) -> Callable[[RegisterValue], None]:
@@ -341,7 +347,7 @@ class CameraModel:
         if self.streaming:
             raise RegisterRefusedError(Refusal.ACCESS_DENIED, "user sets cannot be loaded while streaming")
         self._user_sets.apply(reg.USER_SET_SELECTOR)
-        geometry.update(self.memory)
+        update_geometry(self.memory)
 
     def _follow_ptp(self) -> None:
         on = bool(self.memory.integer(reg.PTP_ENABLE))
@@ -359,7 +365,7 @@ class CameraModel:
     def _reset(self) -> None:
         self._stop()
         self._user_sets.apply(reg.USER_SET_DEFAULT)
-        geometry.update(self.memory)
+        update_geometry(self.memory)
         for register in reg.EVENT_NOTIFICATION:
             self.memory.set(register, 0)
         self.memory.set(reg.PTP_ENABLE, 0)

@@ -1,9 +1,13 @@
 """Light to pixels: exposure, gain, noise, black level and gamma, as fast as the memory allows.
 
-The order of things on the chip is: radiance × exposure × gain, balanced, clipped at white, to the power of
-gamma, plus black level and noise. A power of a product is the product of powers, so everything that does not
-change from frame to frame (binning, mirroring, balance, gamma, Bayer pattern) goes into a prepared picture,
+The order on the chip is: radiance × exposure × gain, balanced, clipped at white, to the power of gamma,
+plus black level and noise. A power of a product is the product of powers, so everything that does not
+change from frame to frame (binning, mirroring, balance, gamma, Bayer pattern) goes into a prepared image,
 and a frame is one multiplication of a window of it. Work goes in strips that stay in the processor's cache.
+
+Test patterns are made digitally behind the sensor: neither exposure nor gain changes them. A ramp rises by
+one 8-bit value a pixel and begins again at 0 after 255; deeper pixels have zeros in their low bits. Moving
+ramps move one pixel a frame. Colour bars are seen through the Bayer pattern.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.driver.sim import packing, patterns
+from grabbergui.driver.sim.payload import pack, pack_colour
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import UNIT, UNIT_EXPOSURE_US, Scene, SceneView, StudioScene
 from grabbergui.driver.sim.settings import FrameSettings, Optics
@@ -53,7 +57,7 @@ class Sensor:
         direct = out.reshape(settings.height, settings.width) if _is_plain(pixel_format) else None
         values = self._expose(settings, frame_id, time_ns, direct)
         if pattern is TestPattern.FRAME_COUNTER:
-            patterns.stamp(values, frame_id, (1 << pixel_format.depth) - 1)
+            stamp(values, frame_id, (1 << pixel_format.depth) - 1)
         if direct is None:
             _pack(values, pixel_format, out)
         return values
@@ -62,8 +66,8 @@ class Sensor:
         """Patterns that stand still are drawn once, so that a benchmark's source costs one copy a frame."""
         pattern, pixel_format = settings.test_pattern, settings.pixel_format
         key = (pattern, pixel_format.code, settings.width, settings.height)
-        if pattern in patterns.MOVING or key != self._still_key:
-            values = patterns.draw(pattern, settings.width, settings.height, frame_id, pixel_format)
+        if pattern in MOVING or key != self._still_key:
+            values = draw_pattern(pattern, settings.width, settings.height, frame_id, pixel_format)
             self._still = np.empty(settings.image_bytes, np.uint8)
             self._still_values = values
             self._still_key = key
@@ -120,9 +124,9 @@ def _is_plain(pixel_format: PixelFormat) -> bool:
 
 def _pack(values: NDArray[Any], pixel_format: PixelFormat, out: NDArray[np.uint8]) -> None:
     if pixel_format.family in (Family.RGB, Family.YUV):
-        packing.pack_colour(values, pixel_format, out)
+        pack_colour(values, pixel_format, out)
     else:
-        packing.pack(values, pixel_format, out)
+        pack(values, pixel_format, out)
 
 
 class _Prepared:
@@ -169,7 +173,7 @@ def _prepare(picture: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[
     colours = _LUMINANCE if kind == Family.MONO.value else np.diag(optics.ratios).astype(np.float32)
     prepared: NDArray[Any] = cv2.transform(np.ascontiguousarray(picture), colours)
     if prepared.ndim == 3 and kind != Family.RGB.value:
-        prepared = patterns.mosaic(prepared, kind)
+        prepared = mosaic(prepared, kind)
     if optics.gamma == 1.0:
         return prepared
     curve = (np.arange(65536) / UNIT) ** optics.gamma * UNIT
@@ -211,3 +215,88 @@ class _Noise:
         self._position += 982_451_653 % _NOISE_VALUES
         part = slice(start, start + count)
         return self._bright[part].reshape(shape), self._dark[part].reshape(shape)
+
+
+MOVING = frozenset((TestPattern.GREY_HORIZONTAL_RAMP_MOVING, TestPattern.GREY_VERTICAL_RAMP_MOVING))
+"Patterns that differ from frame to frame."
+
+_BARS = np.array(
+    [(1, 1, 1), (1, 1, 0), (0, 1, 1), (0, 1, 0), (1, 0, 1), (1, 0, 0), (0, 0, 1), (0, 0, 0)], np.uint8
+)
+"White, yellow, cyan, green, magenta, red, blue, black."
+
+
+def draw_pattern(
+    pattern: TestPattern, width: int, height: int, frame_id: int, pixel_format: PixelFormat
+) -> NDArray[Any]:
+    """Values of the format's depth: (height, width) for mono and Bayer, (height, width, 3) for colour."""
+    colour = pixel_format.family in (Family.RGB, Family.YUV)
+    if pattern is TestPattern.COLOR_BAR:
+        rgb = _bars(width, height)
+        if colour:
+            return rgb
+        values = (
+            mosaic(rgb, pixel_format.order) if pixel_format.order else cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
+        )
+    else:
+        values = _grey(pattern, width, height, frame_id)
+        if colour:
+            return np.repeat(values[:, :, None], 3, axis=2)
+    if pixel_format.depth == 8:
+        return values
+    deep = values.astype(np.uint16) << (pixel_format.depth - 8)
+    if pattern is TestPattern.WHITE:
+        deep |= (1 << (pixel_format.depth - 8)) - 1
+    return deep
+
+
+def _grey(pattern: TestPattern, width: int, height: int, frame_id: int) -> NDArray[np.uint8]:
+    if pattern is TestPattern.BLACK:
+        return np.zeros((height, width), np.uint8)
+    if pattern is TestPattern.WHITE:
+        return np.full((height, width), 255, np.uint8)
+    shift = frame_id if pattern in MOVING else 0
+    if pattern in (TestPattern.GREY_HORIZONTAL_RAMP, TestPattern.GREY_HORIZONTAL_RAMP_MOVING):
+        line = ((np.arange(width) + shift) & 0xFF).astype(np.uint8)
+        return np.tile(line, (height, 1))
+    column = ((np.arange(height) + shift) & 0xFF).astype(np.uint8)
+    return np.repeat(column[:, None], width, axis=1)
+
+
+def _bars(width: int, height: int) -> NDArray[np.uint8]:
+    line = _BARS[np.arange(width) * len(_BARS) // width] * np.uint8(255)
+    return np.tile(line, (height, 1, 1))
+
+
+_CHANNEL_AT = {
+    "RG": ((0, 1), (1, 2)),
+    "GR": ((1, 0), (2, 1)),
+    "GB": ((1, 2), (0, 1)),
+    "BG": ((2, 1), (1, 0)),
+}
+"Bayer order to the channel (R 0, G 1, B 2) of each pixel of the 2×2 pattern, row by row."
+
+
+def mosaic(rgb: NDArray[Any], order: str) -> NDArray[Any]:
+    """What a sensor behind a Bayer filter sees of a picture (rows, columns, 3): (rows, columns)."""
+    raw = np.empty(rgb.shape[:2], rgb.dtype)
+    for row, channels in enumerate(_CHANNEL_AT[order]):
+        for column, channel in enumerate(channels):
+            raw[row::2, column::2] = rgb[row::2, column::2, channel]
+    return raw
+
+
+def stamp(values: NDArray[Any], frame_id: int, white: int) -> None:
+    """Draw a frame's number into the lower left corner, white on black, a twelfth of the height high."""
+    height, width = values.shape[:2]
+    text = f"{frame_id:08d}"
+    scale = max(min(height / 360, width / 180), 0.2)
+    (text_width, text_height), baseline = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)
+    margin = max(int(4 * scale), 1)
+    box = values[max(height - text_height - baseline - 2 * margin, 0) :, : text_width + 2 * margin]
+    box[...] = 0
+    thickness = max(round(scale * 1.5), 1)
+    plain = np.zeros(box.shape[:2], np.uint8)
+    place = (margin, box.shape[0] - baseline - margin)
+    cv2.putText(plain, text, place, cv2.FONT_HERSHEY_SIMPLEX, scale, 255, thickness)
+    box[plain > 127] = white

@@ -1,4 +1,4 @@
-"""What decides how one frame looks: a snapshot of the camera's registers."""
+"""Settings as registers: what decides how a frame looks, what follows from it, and what user sets keep."""
 
 from __future__ import annotations
 
@@ -7,8 +7,15 @@ from typing import NamedTuple
 
 from grabbergui.core.pfnc import Family, PixelFormat, by_code
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.memory import RegisterMemory
-from grabbergui.driver.sim.registers import BinningMode, TestPattern
+from grabbergui.driver.sim.memory import (
+    Refusal,
+    Register,
+    RegisterMemory,
+    RegisterRefusedError,
+    RegisterValue,
+)
+from grabbergui.driver.sim.payload import chunk_bytes
+from grabbergui.driver.sim.registers import BinningMode, Chunk, TestPattern
 
 
 class Optics(NamedTuple):
@@ -84,3 +91,82 @@ def settings_of(memory: RegisterMemory) -> FrameSettings:
         TestPattern(memory.integer(reg.TEST_PATTERN)),
         (BinningMode(memory.integer(horizontal)), BinningMode(memory.integer(vertical))),
     )
+
+
+DECIDING = (
+    reg.WIDTH,
+    reg.HEIGHT,
+    reg.BINNING_HORIZONTAL,
+    reg.BINNING_VERTICAL,
+    reg.PIXEL_FORMAT,
+    reg.CHUNK_MODE_ACTIVE,
+    *reg.CHUNK_ENABLE,
+)
+"What decides the payload's size, locked while streaming."
+
+_AXES = (
+    (reg.SENSOR_WIDTH, reg.BINNING_HORIZONTAL, reg.WIDTH_MAX, reg.WIDTH, reg.OFFSET_X),
+    (reg.SENSOR_HEIGHT, reg.BINNING_VERTICAL, reg.HEIGHT_MAX, reg.HEIGHT, reg.OFFSET_Y),
+)
+
+
+def update_geometry(memory: RegisterMemory) -> None:
+    """Recompute everything that depends on the `DECIDING` registers."""
+    for sensor, binning, limit, size, offset in _AXES:
+        most = sensor // memory.integer(binning)
+        most -= (most - int(size.minimum or 0)) % size.step
+        memory.set(limit, most)
+        memory.set(size, min(memory.integer(size), most))
+        # An offset gives way to a larger picture.
+        room = most - memory.integer(size)
+        memory.set(offset, min(memory.integer(offset), room - room % reg.OFFSET_STEP))
+    pixel_format = by_code(memory.integer(reg.PIXEL_FORMAT))
+    memory.set(reg.IS_COLOR, int(pixel_format.family is not Family.MONO))
+    colour_filter = reg.ColorFilter.NONE
+    if pixel_format.family is Family.BAYER:
+        colour_filter = reg.ColorFilter[f"BAYER_{pixel_format.order}"]
+    memory.set(reg.PIXEL_COLOR_FILTER, colour_filter)
+    image = pixel_format.image_bytes(memory.integer(reg.WIDTH), memory.integer(reg.HEIGHT))
+    memory.set(reg.PAYLOAD_SIZE, image + chunk_bytes(active_chunks(memory)))
+
+
+def active_chunks(memory: RegisterMemory) -> tuple[Chunk, ...]:
+    """The chunks that follow a picture just now."""
+    if not memory.integer(reg.CHUNK_MODE_ACTIVE):
+        return ()
+    enabled = (chunk for chunk in Chunk if memory.integer(reg.CHUNK_ENABLE[chunk]))
+    return tuple(chunk for chunk in enabled if chunk is not Chunk.IMAGE)
+
+
+def fastest_rate(memory: RegisterMemory) -> float:
+    """Frames per second that exposure, readout and link allow; the XML has the same formula."""
+    exposed = memory.number(reg.EXPOSURE_TIME) + reg.EXPOSURE_OVERHEAD_US
+    lines = memory.integer(reg.HEIGHT) * memory.integer(reg.BINNING_VERTICAL)
+    slowest = max(exposed, lines * reg.LINE_TIME_US + reg.FRAME_OVERHEAD_US)
+    if memory.integer(reg.LINK_THROUGHPUT_LIMIT_MODE):
+        payload = memory.integer(reg.PAYLOAD_SIZE)
+        slowest = max(slowest, payload * 1e6 / memory.integer(reg.LINK_THROUGHPUT_LIMIT))
+    return min(1e6 / slowest, reg.FASTEST_RATE)
+
+
+class UserSets:
+    """What UserSetSave stored, by set. Kept as long as the camera lives, resets included."""
+
+    def __init__(self, memory: RegisterMemory) -> None:
+        self._memory = memory
+        self._sets = {user_set: self._present() for user_set in reg.UserSet}
+
+    def save(self) -> None:
+        """Keep the present settings in the selected set. Raises RegisterRefusedError for the factory's."""
+        selected = reg.UserSet(self._memory.integer(reg.USER_SET_SELECTOR))
+        if selected is reg.UserSet.DEFAULT:
+            raise RegisterRefusedError(Refusal.ACCESS_DENIED, "the factory's user set cannot be overwritten")
+        self._sets[selected] = self._present()
+
+    def apply(self, which: Register) -> None:
+        """Take over the set that a register names."""
+        for register, value in self._sets[reg.UserSet(self._memory.integer(which))].items():
+            self._memory.set(register, value)
+
+    def _present(self) -> dict[Register, RegisterValue]:
+        return {register: self._memory.stored(register) for register in reg.ALL if register.saved}

@@ -18,8 +18,7 @@ from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.memory import Register, RegisterRefusedError, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.rendered.board import BoardScene
-from grabbergui.driver.sim.rendered.scene import RenderedScene
+from grabbergui.driver.sim.rendered.scene import BoardScene, RenderedScene
 from grabbergui.driver.sim.scene import Scene
 
 SCENE_NAME = "scene"

@@ -27,8 +27,8 @@ from grabbergui.driver.gige.device import GigeDevice
 from grabbergui.driver.gige.gvcp import Ack, CommandCode, encode_command
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.driver.sim.gige.stream import Faults
 from patience import PATIENCE, until
 
 _numbers = itertools.count(1)

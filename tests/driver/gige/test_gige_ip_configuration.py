@@ -22,8 +22,8 @@ from grabbergui.driver.gige.discovery.ip_configuration import (
     read_configuration,
 )
 from grabbergui.driver.sim.gige import registers as gev
-from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.driver.sim.gige.stream import Faults
 
 NET = f"127.86.{os.getpid() % 250 + 1}"
 

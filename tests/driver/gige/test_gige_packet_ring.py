@@ -15,8 +15,8 @@ from grabbergui import sources
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.driver.gige.stream import packet_ring
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.driver.sim.gige.stream import Faults
 from patience import PATIENCE
 
 ADDRESS = "127.16.7.1"

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.clock import DeviceClock
 from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.timing import DeviceClock
 
 MASTER_AHEAD = 1_700_000_000_000_000_000
 "How far the network's time is ahead of the manual clock, in nanoseconds."

@@ -7,10 +7,10 @@ import pytest
 from genicam import genapi
 
 from grabbergui.driver.gige.gvcp_messages import Event
-from grabbergui.driver.sim import chunks
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.payload import append_chunks, chunk_bytes
 
 
 class Port(genapi.AbstractPort):
@@ -62,8 +62,8 @@ def test_chunk_data_becomes_features(node_map):
         reg.Chunk.EXPOSURE_TIME: 1234.5,
         reg.Chunk.GAIN: 6.25,
     }
-    payload = np.zeros(100 + chunks.extra_bytes(tuple(values)), np.uint8)
-    assert chunks.append(payload, 100, values) == len(payload)
+    payload = np.zeros(100 + chunk_bytes(tuple(values)), np.uint8)
+    assert append_chunks(payload, 100, values) == len(payload)
     buffer = payload.tobytes()
     adapter = genapi.ChunkAdapterGEV(node_map)
     adapter.attach_buffer(buffer, len(buffer))

@@ -9,10 +9,9 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.pfnc import by_name
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Trailer
-from grabbergui.driver.sim.datagram_batch import DatagramBatch
-from grabbergui.driver.sim.gige.block import Block, test_packet, unavailable
-from grabbergui.driver.sim.gige.faults import Faults, PacketFaults
+from grabbergui.driver.sim.gige.packets import Block, DatagramBatch, test_packet, unavailable
 from grabbergui.driver.sim.gige.server import counted
+from grabbergui.driver.sim.gige.stream import Faults, PacketFaults
 from grabbergui.driver.sim.model import FramePlan
 from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.settings import FrameSettings, Optics
@@ -89,7 +88,7 @@ def test_test_packets_have_their_size():
 @pytest.mark.parametrize("supported", [True, False], ids=["here", "elsewhere"])
 def test_a_batch_delivers_every_packet_as_it_is(segmentation, packet_size, supported, monkeypatch):
     if not supported:
-        monkeypatch.setattr("grabbergui.driver.sim.datagram_batch.SUPPORTED", False)
+        monkeypatch.setattr("grabbergui.driver.sim.gige.packets.SUPPORTED", False)
     block = make_block(60_001, packet_size)
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,

@@ -25,8 +25,8 @@ from grabbergui.driver.gige.gvcp import (
 from grabbergui.driver.gige.gvcp_messages import Action, ForceIp, Identity, encode_discovery
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.gige.faults import Faults
 from grabbergui.driver.sim.gige.server import GigeCamera, serve
+from grabbergui.driver.sim.gige.stream import Faults
 from grabbergui.driver.sim.registers import TestPattern
 from patience import PATIENCE, until
 

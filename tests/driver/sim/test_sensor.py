@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
-from grabbergui.driver.sim import patterns
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import ILLUMINANT, UNIT, StillScene
+from grabbergui.driver.sim.sensor import draw_pattern
 
 SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.OFFSET_X: 0, reg.OFFSET_Y: 0, reg.BLACK_LEVEL: 0.0}
 
@@ -177,20 +177,20 @@ def test_the_default_scene_moves(make_bench):
 
 
 def test_ramps_rise_by_one_and_move_with_the_frame():
-    still = patterns.draw(TestPattern.GREY_HORIZONTAL_RAMP, 300, 2, 7, by_name("Mono8"))
+    still = draw_pattern(TestPattern.GREY_HORIZONTAL_RAMP, 300, 2, 7, by_name("Mono8"))
     assert still[0, :3].tolist() == [0, 1, 2] and still[1, 256] == 0
-    moving = patterns.draw(TestPattern.GREY_VERTICAL_RAMP_MOVING, 2, 4, 7, by_name("Mono12"))
+    moving = draw_pattern(TestPattern.GREY_VERTICAL_RAMP_MOVING, 2, 4, 7, by_name("Mono12"))
     assert moving[:, 0].tolist() == [7 << 4, 8 << 4, 9 << 4, 10 << 4]
 
 
 def test_white_is_the_highest_value_of_each_depth():
     for name, value in (("Mono8", 255), ("Mono10", 1023), ("Mono12", 4095), ("BayerRG16", 65535)):
-        picture = patterns.draw(TestPattern.WHITE, 4, 4, 1, by_name(name))
+        picture = draw_pattern(TestPattern.WHITE, 4, 4, 1, by_name(name))
         assert picture.min() == picture.max() == value
 
 
 def test_colour_bars_are_colours():
-    bars = patterns.draw(TestPattern.COLOR_BAR, 80, 2, 1, by_name("RGB8"))
+    bars = draw_pattern(TestPattern.COLOR_BAR, 80, 2, 1, by_name("RGB8"))
     assert [tuple(map(int, bars[0, x])) for x in (5, 15, 55, 75)] == [
         (255, 255, 255),
         (255, 255, 0),

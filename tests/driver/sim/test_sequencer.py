@@ -1,6 +1,6 @@
 """Cadence, modes and triggers, with time as an argument."""
 
-from grabbergui.driver.sim.sequencer import BURST_START, FRAME_START, Sequencer, Timing
+from grabbergui.driver.sim.timing import BURST_START, FRAME_START, Sequencer, Timing
 
 FREE = Timing(100, (False, False))
 PER_FRAME = Timing(100, (True, False))

@@ -18,8 +18,7 @@ from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing
-from grabbergui.driver.sim.gige.faults import REBOOT_S, Faults
-from grabbergui.driver.sim.gige.stream import StreamSender, StreamSettings
+from grabbergui.driver.sim.gige.stream import REBOOT_S, Faults, StreamSender, StreamSettings
 from grabbergui.driver.sim.memory import Register, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.scene import Scene

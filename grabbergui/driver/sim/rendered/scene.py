@@ -1,7 +1,10 @@
-"""`sim:scene`: a room with a person who holds a board with a marker, as a camera in it sees them.
+"""Scenes in perspective: `sim:scene`, a person who holds a marker, and `sim:board`, one who shows a board.
 
-The camera may sit on something that moves (`mount`): a robot's head. What it sees is drawn anew for every
-frame with a pinhole of `FOCAL_LENGTH`, so that exposure, gain, binning and regions act as on any scene.
+The camera may be mounted on something that moves (`mount`), as on a robot's head. Every frame is drawn for
+itself by a pinhole of `FOCAL_LENGTH`, so that exposure, gain, binning and regions act as on any scene.
+
+The ChArUco board moves from pose to pose and rests at each: in every part of the image, near and far,
+tilted. The lens is perfect, so a good calibration finds no distortion, and the focal length of `pinhole`.
 """
 
 from __future__ import annotations
@@ -9,15 +12,16 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
+from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
-from grabbergui.driver.sim.rendered import textures
-from grabbergui.driver.sim.rendered.world import Matrix, Panel, draw
+from grabbergui.driver.sim.rendered import world
+from grabbergui.driver.sim.rendered.world import Matrix, Panel, Texture, draw
 from grabbergui.driver.sim.scene import Scene, SceneView
 from grabbergui.driver.sim.settings import FrameSettings
 
@@ -143,12 +147,12 @@ class RenderedScene(Scene):
         panels = []
         face, board = self.things.face(seconds), self.things.board(seconds)
         if face is not None:
-            panels.append(Panel(face, 0.24, 0.24, textures.face(), fine=True))
+            panels.append(Panel(face, 0.24, 0.24, world.face(), fine=True))
             below = face @ _shift(0.0, -0.33, -0.03)
-            panels.append(Panel(below, 0.52, 0.52, textures.torso(), fine=True))
+            panels.append(Panel(below, 0.52, 0.52, world.torso(), fine=True))
         if board is not None:
             marker = self.things.marker
-            drawing = textures.marker_board(marker.dictionary, marker.marker_id)
+            drawing = world.marker_board(marker.dictionary, marker.marker_id)
             panels.append(Panel(board, marker.size * 1.6, marker.size * 1.6, drawing, fine=True))
         return panels
 
@@ -163,15 +167,119 @@ def _room() -> list[Panel]:
     """Floor, ceiling and four walls, 5.2 m long, 5 m wide, 2.7 m high around the robot."""
     front, back, side, floor, ceiling = 3.2, -2.0, 2.5, -0.95, 1.75
     middle_x, middle_z, high, long = (front + back) / 2, (floor + ceiling) / 2, ceiling - floor, front - back
-    wall = textures.plaster((0.52, 0.54, 0.50), 1)
+    wall = world.plaster((0.52, 0.54, 0.50), 1)
     lying, hanging = at(middle_x, 0, floor), at(middle_x, 0, ceiling)
     lying[:3, :3] = [[0, 1.0, 0], [-1.0, 0, 0], [0, 0, 1.0]]
     hanging[:3, :3] = [[0, -1.0, 0], [-1.0, 0, 0], [0, 0, -1.0]]
     return [
-        Panel(lying, 2 * side, long, textures.planks()),
-        Panel(hanging, 2 * side, long, textures.plaster((0.62, 0.62, 0.60), 3)),
+        Panel(lying, 2 * side, long, world.planks()),
+        Panel(hanging, 2 * side, long, world.plaster((0.62, 0.62, 0.60), 3)),
         Panel(at(front, 0, middle_z), 2 * side, high, wall),
         Panel(at(back, 0, middle_z, yaw=180), 2 * side, high, wall),
-        Panel(at(middle_x, side, middle_z, yaw=90), long, high, textures.plaster((0.50, 0.46, 0.40), 2)),
-        Panel(at(middle_x, -side, middle_z, yaw=-90), long, high, textures.plaster((0.42, 0.47, 0.52), 4)),
+        Panel(at(middle_x, side, middle_z, yaw=90), long, high, world.plaster((0.50, 0.46, 0.40), 2)),
+        Panel(at(middle_x, -side, middle_z, yaw=-90), long, high, world.plaster((0.42, 0.47, 0.52), 4)),
     ]
+
+
+COLUMNS, ROWS, SQUARE, MARKER = 8, 6, 0.030, 0.022
+"Fields across and down, edges of a field and of a marker in metres."
+DICTIONARY = cv2.aruco.DICT_5X5_100
+BORDER = 0.015
+"Metres of white around."
+MOVE_S, REST_S = 0.5, 0.9
+"How long it takes from pose to pose, and stays."
+
+_CAMERA = np.array([[0, 0, 1.0, 0.1], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.75], [0, 0, 0, 1.0]])
+"It looks straight ahead."
+_HALF_X, _HALF_Y = 0.625, 0.525
+"What half of the picture spans at a metre's distance, with the sensor's middle as after power-on."
+
+
+@dataclass(frozen=True)
+class Hold:
+    """How the board is held."""
+
+    across: float
+    "−1 to 1: as far to the left or right as it can be seen whole, or nearly."
+    down: float
+    distance: float
+    "Metres."
+    yaw: float = 0.0
+    "Degrees; its left edge comes nearer."
+    pitch: float = 0.0
+    "Degrees; its upper edge comes nearer."
+    roll: float = 0.0
+
+    def towards(self, other: Hold, part: float) -> Hold:
+        """On the way to another."""
+        smooth = part * part * (3 - 2 * part)
+        return Hold(*(a + (b - a) * smooth for a, b in zip(astuple(self), astuple(other), strict=True)))
+
+    @property
+    def pose(self) -> Matrix:
+        """In the camera's frame; the board's x to its right, y up, z out of its face."""
+        yaw, pitch, roll = (math.radians(angle) for angle in (self.yaw, self.pitch, self.roll))
+        rotation, _ = cv2.Rodrigues(np.array([0.0, yaw, 0.0]))
+        tipped, _ = cv2.Rodrigues(np.array([pitch, 0.0, 0.0]))
+        turned, _ = cv2.Rodrigues(np.array([0.0, 0.0, roll]))
+        reach_x = 0.95 * _HALF_X * self.distance - SQUARE * (COLUMNS / 2 - 1)
+        reach_y = 0.95 * _HALF_Y * self.distance - SQUARE * (ROWS / 2 - 1)
+        pose = np.eye(4)
+        pose[:3, :3] = rotation @ tipped @ turned @ np.diag([1.0, -1.0, -1.0])
+        pose[:3, 3] = (self.across * reach_x, self.down * reach_y, self.distance)
+        return pose
+
+
+def holds() -> list[Hold]:
+    """One round: parts of the picture and tilts in turn, so that few views cover much."""
+    places = [
+        Hold(across, down, 0.48, yaw, pitch)
+        for across, down, yaw, pitch in (
+            (0, 0, 0, 0), (-1, -1, 8, -8), (1, -1, -8, -8), (1, 1, -8, 8), (-1, 1, 8, 8),
+            (0, -1, 0, -10), (0, 1, 0, 10), (-1, 0, 10, 0), (1, 0, -10, 0),
+        )
+    ]  # fmt: skip
+    tilts = [
+        Hold(0.2, 0.0, 0.45, 33), Hold(-0.2, 0.1, 0.45, -33), Hold(0.1, -0.1, 0.45, 0, 33),
+        Hold(0.0, 0.2, 0.45, 0, -33), Hold(-0.3, -0.2, 0.5, 28, 24), Hold(0.3, 0.2, 0.5, -28, -24),
+        Hold(0.0, 0.0, 0.28, 12, -6), Hold(0.0, 0.0, 0.29, -10, 10, 6),
+        Hold(-0.6, 0.4, 0.75, -20, 12), Hold(0.7, -0.5, 0.8, 25, -10, -8), Hold(0.0, 0.6, 0.7, 18, -25),
+        Hold(-0.8, -0.7, 0.5, 30, 10), Hold(0.8, 0.7, 0.5, -30, -12), Hold(0.5, -0.8, 0.42, 15, 28),
+    ]  # fmt: skip
+    both = [hold for pair in zip(places, tilts, strict=False) for hold in pair]
+    return [*both, *tilts[len(places) :]]
+
+
+class BoardScene(RenderedScene):
+    """The room with a person who shows the board."""
+
+    def __init__(self) -> None:
+        super().__init__(Things(face=swaying(z=0.7), board=lambda seconds: None))
+        self._holds = holds()
+        self.mount(lambda time_ns: _CAMERA)
+
+    def hold_at(self, seconds: float) -> Hold:
+        """How the board is held at a time on the device's clock."""
+        turn, since = divmod(seconds, MOVE_S + REST_S)
+        here = self._holds[int(turn) % len(self._holds)]
+        if since <= REST_S:
+            return here
+        return here.towards(self._holds[(int(turn) + 1) % len(self._holds)], (since - REST_S) / MOVE_S)
+
+    def _standing(self, seconds: float) -> list[Panel]:
+        pose = _CAMERA @ self.hold_at(seconds).pose
+        width, height = COLUMNS * SQUARE + 2 * BORDER, ROWS * SQUARE + 2 * BORDER
+        return [*super()._standing(seconds), Panel(pose, width, height, _texture(), fine=True)]
+
+
+@cache
+def _texture(pixels: int = 3600) -> Texture:
+    """The board as it is printed, `pixels` per metre."""
+    board = cv2.aruco.CharucoBoard(
+        (COLUMNS, ROWS), SQUARE, MARKER, cv2.aruco.getPredefinedDictionary(DICTIONARY)
+    )
+    field, border = round(SQUARE * pixels), round(BORDER * pixels)
+    drawn = board.generateImage((COLUMNS * field, ROWS * field))
+    drawn = cv2.copyMakeBorder(drawn, border, border, border, border, cv2.BORDER_CONSTANT, value=255)
+    grey = np.float32(0.04) + np.float32(0.86 / 255) * drawn.astype(np.float32)
+    return np.dstack((grey, grey, grey, np.ones_like(grey)))

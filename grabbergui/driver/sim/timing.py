@@ -1,12 +1,64 @@
-"""When frames are exposed: acquisition modes, triggers, cadence. Decides, never waits.
+"""The camera in time: its clock, when frames are exposed, how warm it gets. Nothing here waits.
 
-Times are nanoseconds on whatever clock the caller uses.
+Times are nanoseconds.
 """
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
+
+Clock = Callable[[], int]
+
+
+class DeviceClock:
+    """Turns the host's monotonic time into the device's and back. All in nanoseconds."""
+
+    def __init__(self, monotonic: Clock = time.monotonic_ns, master: Clock = time.time_ns) -> None:
+        """`master` is the network's time, which PTP follows."""
+        self.monotonic = monotonic
+        self._master = master
+        self._epoch = monotonic()
+        self._following = False
+
+    @property
+    def following(self) -> bool:
+        """Whether PTP sets the clock."""
+        return self._following
+
+    def follow(self, on: bool) -> None:
+        """Switch PTP on or off; the clock goes on from where it is."""
+        self._following = on
+        self.discipline()
+
+    def discipline(self) -> None:
+        """Set the clock by its master once more, where it has one."""
+        if self._following:
+            self._epoch = self.monotonic() - self._master()
+
+    def reset(self) -> None:
+        """Start from zero."""
+        self._epoch = self.monotonic()
+
+    def now(self) -> int:
+        """The device's time."""
+        return self.monotonic() - self._epoch
+
+    def offset_from_master(self) -> int:
+        """How far the clock is ahead of its master; 0 without one."""
+        return self.now() - self._master() if self._following else 0
+
+    def to_device(self, monotonic: int) -> int:
+        """A moment of the host's monotonic time on the device's clock."""
+        return monotonic - self._epoch
+
+    def to_monotonic(self, device: int) -> int:
+        """The moment at which the device's clock shows a time."""
+        return device + self._epoch
+
 
 FRAME_START, BURST_START = 0, 1
 "Indices of the triggers, as in TriggerSelector."
@@ -97,3 +149,35 @@ class Sequencer:
         if self._left is not None:
             self._left -= 1
         return self.frames_taken, start
+
+
+_AMBIENT = 24.0
+_TIME_CONSTANT_S = 90.0
+
+
+class Thermometer:
+    """One place in the camera. Times in nanoseconds on any one clock."""
+
+    def __init__(self, now: int, idle: float, streaming: float) -> None:
+        self._idle = idle
+        "Degrees above the surroundings at rest."
+        self._streaming = streaming
+        "Degrees more while streaming."
+        self._rise = 0.7 * idle
+        self._since = now
+        self._load = 0.0
+
+    def set_streaming(self, streaming: bool, now: int) -> None:
+        """Tell it that the load changes."""
+        self._rise = self._now(now)
+        self._since = now
+        self._load = 1.0 if streaming else 0.0
+
+    def read(self, now: int) -> float:
+        """Degrees Celsius."""
+        return round(_AMBIENT + self._now(now), 2)
+
+    def _now(self, now: int) -> float:
+        goal = self._idle + self._load * self._streaming
+        decay = math.exp(-(now - self._since) * 1e-9 / _TIME_CONSTANT_S)
+        return goal + (self._rise - goal) * decay

@@ -1,11 +1,15 @@
-"""Pixels to the bytes of a payload: the inverse of what `core.pixels` does, written apart from it.
+"""The bytes of a payload: pixels packed as in PFNC, and chunk data behind the image.
 
-All packers take whole values (the value in the low bits) in the order of the lines and fill a byte array.
-Packed formats go on over the end of a line; a last incomplete group is filled up with zeros.
+Packing is the inverse of `core.pixels`, written independently. All packers take whole values (the value in
+the low bits) in the order of the lines and fill a byte array. Packed formats continue across the end of a
+line; the last incomplete group is filled with zeros. Each chunk is its data, its id and its length; GigE
+Vision writes id and length big-endian, USB3 Vision little-endian; the values are as the XML describes them.
 """
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Mapping
 from typing import Any
 
 import cv2
@@ -13,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Layout, PixelFormat
+from grabbergui.driver.sim.registers import CHUNK_ID_BASE, Chunk
 
 Bytes = NDArray[np.uint8]
 
@@ -105,3 +110,41 @@ def _pack_yuv422(rgb: NDArray[np.uint8], order: str, out: NDArray[np.uint8]) -> 
     red, blue = ((ycc[:, 0::2, index].astype(np.uint16) + ycc[:, 1::2, index] + 1) >> 1 for index in (1, 2))
     out[:, 0::2, chroma] = blue
     out[:, 1::2, chroma] = red
+
+
+_VALUE = {
+    Chunk.FRAME_ID: struct.Struct(">q"),
+    Chunk.TIMESTAMP: struct.Struct(">q"),
+    Chunk.EXPOSURE_TIME: struct.Struct(">d"),
+    Chunk.GAIN: struct.Struct(">d"),
+}
+_TAG_BYTES = 8
+CHUNK_FEATURE = {
+    Chunk.FRAME_ID: "ChunkFrameID",
+    Chunk.TIMESTAMP: "ChunkTimestamp",
+    Chunk.EXPOSURE_TIME: "ChunkExposureTime",
+    Chunk.GAIN: "ChunkGain",
+}
+"The feature that shows each chunk's value."
+
+
+def chunk_bytes(chunks: tuple[Chunk, ...]) -> int:
+    """By how much these chunks lengthen a payload; the picture itself becomes a chunk too."""
+    return _TAG_BYTES + sum(_VALUE[chunk].size + _TAG_BYTES for chunk in chunks) if chunks else 0
+
+
+def append_chunks(
+    out: NDArray[np.uint8], image_bytes: int, values: Mapping[Chunk, float], *, little_endian: bool = False
+) -> int:
+    """Write chunks behind the picture in `out`; returns the payload's length."""
+    tag = struct.Struct("<II" if little_endian else ">II")
+    position = image_bytes
+    tag.pack_into(out.data, position, CHUNK_ID_BASE + Chunk.IMAGE, image_bytes)
+    position += _TAG_BYTES
+    for chunk, value in values.items():
+        layout = _VALUE[chunk]
+        layout.pack_into(out.data, position, value)
+        position += layout.size
+        tag.pack_into(out.data, position, CHUNK_ID_BASE + chunk, layout.size)
+        position += _TAG_BYTES
+    return position

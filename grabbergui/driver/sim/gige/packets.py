@@ -1,0 +1,259 @@
+"""Frames as GVSP datagrams: a block's packets, and many of them in few system calls.
+
+`sendmmsg` sends them, and the kernel cuts them out of larger sends where it can. A block's packets are
+described once, by arrays laid out as the kernel's structures; a header and a piece of the payload stay where
+they are. On Linux with 64 bits only; elsewhere each packet takes one `sendto`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import socket
+import struct
+import sys
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.driver.gige.gvcp import Status
+from grabbergui.driver.gige.gvsp import (
+    CHUNK_BIT,
+    FLAG_RESEND,
+    Leader,
+    PacketFormat,
+    PacketHeader,
+    PayloadKind,
+    Trailer,
+    payload_stride,
+)
+from grabbergui.driver.sim.model import FramePlan
+
+
+@dataclass
+class Block:
+    """A frame cut into packets: 0 is the leader, 1 to n the payload, n + 1 the trailer."""
+
+    plan: FramePlan
+    payload: NDArray[np.uint8]
+    "The frame's bytes."
+    packet_size: int
+    "As SCPS counts."
+    extended: bool = False
+    "64-bit block ids."
+    sent: int = 0
+    "Packets that left already, or were lost on purpose: what is after them cannot be sent again yet."
+
+    @property
+    def block_id(self) -> int:
+        """The frame's id on the wire."""
+        return self.plan.frame_id if self.extended else (self.plan.frame_id - 1) % 0xFFFF + 1
+
+    @property
+    def stride(self) -> int:
+        """Payload bytes of a full packet."""
+        return payload_stride(self.packet_size, extended=self.extended)
+
+    @property
+    def payload_packets(self) -> int:
+        """How many packets carry payload."""
+        return -(-len(self.payload) // self.stride)
+
+    @property
+    def trailer_id(self) -> int:
+        """The last packet's id."""
+        return self.payload_packets + 1
+
+    @cached_property
+    def headers(self) -> NDArray[np.uint8]:
+        """(n, 8 or 20): the headers of the payload packets."""
+        first = PacketHeader(PacketFormat.PAYLOAD, self.block_id, 1, extended=self.extended).encode()
+        headers = np.tile(np.frombuffer(first, np.uint8), (self.payload_packets, 1))
+        # The packet id is the last three bytes, or four of which 24 bits are always enough.
+        ids = np.arange(1, self.payload_packets + 1, dtype=np.uint32)
+        headers[:, -3] = ids >> 16
+        headers[:, -2] = ids >> 8 & 0xFF
+        headers[:, -1] = ids & 0xFF
+        return headers
+
+    @cached_property
+    def starts(self) -> NDArray[np.int64]:
+        """Where each payload packet's bytes begin."""
+        return np.arange(self.payload_packets, dtype=np.int64) * self.stride
+
+    @cached_property
+    def sizes(self) -> NDArray[np.int64]:
+        """How many payload bytes each packet has: full ones, but the last."""
+        return np.minimum(len(self.payload) - self.starts, self.stride)
+
+    def leader(self) -> bytes:
+        """The leader's datagram."""
+        settings = self.plan.settings
+        body = Leader(
+            self._payload_type,
+            self.plan.timestamp_ns,
+            settings.pixel_format.code,
+            settings.width,
+            settings.height,
+            settings.offset_x,
+            settings.offset_y,
+        )
+        return self._header(PacketFormat.LEADER, 0) + body.encode()
+
+    def trailer(self) -> bytes:
+        """The trailer's datagram."""
+        size = len(self.payload) if self.plan.chunk_values else None
+        body = Trailer(self._payload_type, self.plan.settings.height, size)
+        return self._header(PacketFormat.TRAILER, self.trailer_id) + body.encode()
+
+    def packet(self, packet_id: int) -> bytes:
+        """Any packet's datagram, marked as sent again."""
+        if packet_id == 0:
+            return self._marked(self.leader())
+        if packet_id == self.trailer_id:
+            return self._marked(self.trailer())
+        start = (packet_id - 1) * self.stride
+        header = self.headers[packet_id - 1].tobytes()
+        return self._marked(header + self.payload[start : start + self.stride].tobytes())
+
+    @property
+    def _payload_type(self) -> int:
+        return PayloadKind.IMAGE | (CHUNK_BIT if self.plan.chunk_values else 0)
+
+    def _header(self, packet_format: PacketFormat, packet_id: int) -> bytes:
+        return PacketHeader(packet_format, self.block_id, packet_id, extended=self.extended).encode()
+
+    def _marked(self, datagram: bytes) -> bytes:
+        marked = bytearray(datagram)
+        marked[0:2] = int(Status.PACKET_RESEND).to_bytes(2, "big")
+        if self.extended:
+            marked[3] |= FLAG_RESEND
+        return bytes(marked)
+
+
+def unavailable(block_id: int, packet_id: int, extended: bool, status: Status) -> bytes:
+    """The datagram that says that a packet cannot be sent again, or not yet."""
+    return PacketHeader(PacketFormat.PAYLOAD, block_id, packet_id, status, extended).encode()
+
+
+def test_packet(size: int) -> bytes:
+    """A datagram for trying a packet size: block id 0, zeros to fill it up."""
+    header = PacketHeader(PacketFormat.PAYLOAD, 0, 0).encode()
+    return header.ljust(size - 28, b"\0")
+
+
+_UDP_SEGMENT = 103
+_MOST_SEGMENTS = 64
+_MOST_BYTES = 65_000
+"Of one segmented send: what a UDP datagram may have."
+_MESSAGES_A_CALL = 32
+
+_IOVEC = np.dtype([("base", np.uint64), ("length", np.uint64)])
+_MMSGHDR = np.dtype(
+    {
+        "names": ["name", "name_length", "vectors", "vector_count"],
+        "formats": [np.uint64, np.uint32, np.uint64, np.uint64],
+        "offsets": [0, 8, 16, 24],
+        "itemsize": 64,
+    }
+)
+"`struct mmsghdr` on 64-bit Linux; what is left out stays zero."
+
+SUPPORTED = sys.platform == "linux" and struct.calcsize("P") == 8
+
+
+class DatagramBatch:
+    """Sends packets of (header, data) to one destination from one socket."""
+
+    def __init__(self, sender: socket.socket, to: tuple[str, int], *, segmentation: bool) -> None:
+        self._socket = sender
+        self._to = to
+        self._segment = 0
+        self._segmentation = segmentation and SUPPORTED
+        if SUPPORTED:
+            self._libc = ctypes.CDLL(None, use_errno=True)
+            family_port = struct.pack("=H", socket.AF_INET) + struct.pack(">H", to[1])
+            self._name = np.frombuffer(family_port + socket.inet_aton(to[0]) + bytes(8), np.uint8).copy()
+
+    def send(
+        self,
+        headers: NDArray[np.uint8],
+        payload: NDArray[np.uint8],
+        starts: NDArray[np.int64],
+        sizes: NDArray[np.int64],
+    ) -> None:
+        """Send packet i as `headers[i]` and `sizes[i]` bytes of `payload` from `starts[i]` on.
+
+        Waits while the socket's buffer is full. Packets that the network refuses are lost, as on any network.
+        """
+        if not SUPPORTED:
+            self._send_singly(headers, payload, starts, sizes)
+            return
+        vectors = np.empty((len(sizes), 2), _IOVEC)
+        vectors["base"][:, 0] = headers.ctypes.data + np.arange(len(sizes)) * headers.shape[1]
+        vectors["length"][:, 0] = headers.shape[1]
+        vectors["base"][:, 1] = payload.ctypes.data + starts
+        vectors["length"][:, 1] = sizes
+        segment = headers.shape[1] + int(sizes[0])
+        # Only equal packets can be cut out of one send; the last of it may be shorter.
+        uniform = self._segmentation and len(sizes) > 1 and bool((sizes[:-1] == sizes[0]).all())
+        grouped = uniform and int(sizes[-1]) <= int(sizes[0]) and self._set_segment(segment)
+        if not grouped:
+            self._set_segment(0)
+        group = min(_MOST_SEGMENTS, max(_MOST_BYTES // segment, 1)) if grouped else 1
+        self._send_vectors(vectors, group)
+
+    def _send_vectors(self, vectors: NDArray[np.void], group: int) -> None:
+        first = np.arange(0, len(vectors), group)
+        messages = np.zeros(len(first), _MMSGHDR)
+        messages["name"] = self._name.ctypes.data
+        messages["name_length"] = self._name.size
+        messages["vectors"] = vectors.ctypes.data + first * (2 * _IOVEC.itemsize)
+        messages["vector_count"] = 2 * np.minimum(group, len(vectors) - first)
+        done = 0
+        while done < len(messages):
+            count = min(len(messages) - done, _MESSAGES_A_CALL)
+            at = messages.ctypes.data + done * _MMSGHDR.itemsize
+            sent = self._libc.sendmmsg(self._socket.fileno(), ctypes.c_void_p(at), count, 0)
+            if sent > 0:
+                done += sent
+                continue
+            code = ctypes.get_errno()
+            if code in (errno.EINTR, errno.EAGAIN, errno.ENOBUFS):
+                continue
+            if group > 1 and code in (errno.EIO, errno.EINVAL, errno.EMSGSIZE):
+                # This route cannot segment; from here on one packet a message.
+                self._segmentation = False
+                self._set_segment(0)
+                self._send_vectors(vectors[done * group :], 1)
+                return
+            if code not in (errno.ECONNREFUSED, errno.EPERM, errno.EMSGSIZE):
+                raise OSError(code, os.strerror(code))
+            done += 1
+
+    def _set_segment(self, size: int) -> bool:
+        if size != self._segment:
+            try:
+                self._socket.setsockopt(socket.SOL_UDP, _UDP_SEGMENT, size)
+            except OSError:
+                self._segmentation = False
+                return False
+            self._segment = size
+        return True
+
+    def _send_singly(
+        self,
+        headers: NDArray[np.uint8],
+        payload: NDArray[np.uint8],
+        starts: NDArray[np.int64],
+        sizes: NDArray[np.int64],
+    ) -> None:
+        for header, start, size in zip(headers, starts, sizes, strict=True):
+            try:
+                self._socket.sendto(header.tobytes() + payload[start : start + size].tobytes(), self._to)
+            except OSError as error:
+                if error.errno not in (errno.ECONNREFUSED, errno.EPERM, errno.ENOBUFS, errno.EMSGSIZE):
+                    raise
