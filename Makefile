@@ -45,7 +45,7 @@ lint: setup
 ROOM ?=
 test: setup
 	scripts/system-packages tests
-	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal tests/$(ROOM)
+	$(BIN)/python tests/run_tests.py tests/$(ROOM)
 
 # The pictures in docs/, made by the program itself.
 screenshots: setup

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import isolation
+import slowest
 
 # No test looks for cameras beyond this machine, or needs a display.
 os.environ["GRABBERGUI_INTERFACES"] = "lo"
@@ -25,6 +26,11 @@ if isolation.WORKER:
     isolation.enter_own_namespaces()
 else:
     isolation.begin_run()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the slow tests first: whichever worker is free takes the next."""
+    items[:] = slowest.first(items)
 
 
 def pytest_unconfigure() -> None:

@@ -1,0 +1,50 @@
+"""What `make test` makes of failures."""
+
+import json
+
+import pytest
+
+import run_tests
+import slowest
+
+
+@pytest.fixture
+def outcome(tmp_path, monkeypatch):
+    """The folder in which a run leaves what failed."""
+    monkeypatch.setattr(run_tests, "OUTCOME", tmp_path)
+    return tmp_path
+
+
+def fail(outcome, count):
+    folder = outcome / "cache" / "v" / "cache"
+    folder.mkdir(parents=True)
+    (folder / "lastfailed").write_text(json.dumps({f"tests/test_a.py::test_{n}": True for n in range(count)}))
+
+
+@pytest.mark.parametrize(("alone", "said"), [(0, "PASSED ALONE:\n    tests/test_a.py::test_0"), (1, "")])
+def test_failures_run_once_more_alone(outcome, monkeypatch, capsys, alone, said):
+    runs = []
+    monkeypatch.setattr(run_tests, "pytest", lambda *options, workers: runs.append(workers) or alone)
+    fail(outcome, run_tests.REPEATED)
+    assert run_tests.repeat_failures() == alone
+    assert runs == [1]
+    printed = capsys.readouterr().out
+    assert said in printed and ("PASSED ALONE" in printed) == (alone == 0)
+
+
+@pytest.mark.parametrize("count", [0, run_tests.REPEATED + 1])
+def test_none_or_too_many_to_repeat_stays_a_failure(outcome, monkeypatch, count):
+    monkeypatch.setattr(run_tests, "pytest", lambda *options, **more: pytest.fail("repeated"))
+    if count:
+        fail(outcome, count)
+    assert run_tests.repeat_failures() == run_tests.TESTS_FAILED
+
+
+def test_slow_tests_are_remembered_wherever_they_stand(tmp_path, monkeypatch):
+    monkeypatch.setattr(slowest, "REMEMBERED", tmp_path / "slowest.txt")
+    (tmp_path / "run.xml").write_text(
+        "<testsuites><testsuite><testcase classname='tests.net.test_a' name='test_long[a b]' time='9.25'/>"
+        "<testcase classname='tests.test_b' name='test_short' time='0.01'/></testsuite></testsuites>"
+    )
+    slowest.record(run_tests.durations(tmp_path / "run.xml"))
+    assert slowest.remembered() == {"test_a::test_long[a b]": 9.2}
