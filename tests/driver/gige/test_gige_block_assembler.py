@@ -16,7 +16,8 @@ from grabbergui.core.buffers import BufferPool
 from grabbergui.driver.gige.gvcp import PacketResend, Status
 from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, PayloadKind, Trailer
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
-from grabbergui.driver.gige.stream.block import FinishedBlock, distance
+from grabbergui.driver.gige.stream.block import Block
+from grabbergui.driver.gige.stream.block_history import distance
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 STRIDE = 100
@@ -74,22 +75,22 @@ class Bench:
         "Seconds, as on a machine that has been up for a day."
         self.requests: list[PacketResend] = []
 
-    def feed(self, datagrams: Iterable[bytes], period: float = 1e-5) -> list[FinishedBlock]:
-        done: list[FinishedBlock] = []
+    def feed(self, datagrams: Iterable[bytes], period: float = 1e-5) -> list[Block]:
+        done: list[Block] = []
         for datagram in datagrams:
             self.assembler.receive(datagram, self.now)
             self.now += period
             done += self.tick()
         return done
 
-    def tick(self) -> list[FinishedBlock]:
+    def tick(self) -> list[Block]:
         self.assembler.handle_timer(self.now)
         self.requests += self.assembler.resend_requests()
         return list(self.assembler.finished())
 
     def wait(
         self, seconds: float, answer: Callable[[PacketResend], Iterable[bytes]] | None = None
-    ) -> list[FinishedBlock]:
+    ) -> list[Block]:
         """Let time pass; `answer` makes a device's datagrams for each request."""
         end = self.now + seconds
         done = self.tick()
@@ -103,11 +104,11 @@ class Bench:
             done += self.tick()
 
 
-def ids(done: Iterable[FinishedBlock]) -> list[int]:
+def ids(done: Iterable[Block]) -> list[int]:
     return [each.block_id for each in done]
 
 
-def is_picture(done: FinishedBlock) -> bool:
+def is_picture(done: Block) -> bool:
     return done.complete and done.payload.tobytes() == picture(done.block_id)
 
 
@@ -344,19 +345,21 @@ def test_a_device_that_sends_other_sizes_than_it_says_is_followed() -> None:
 def test_how_many_packets_are_still_to_come() -> None:
     bench = Bench()
     sent = block(1)
-    assert bench.assembler.expected() == 0 and not bench.assembler.block_under_way, "nothing is known yet"
+    assert bench.assembler.expected() == 0 and not bench.assembler.block_in_progress, "nothing is known yet"
     bench.feed(sent[:1])
-    assert bench.assembler.expected() == LAST - 1 and bench.assembler.block_under_way
+    assert bench.assembler.expected() == LAST - 1 and bench.assembler.block_in_progress
     bench.feed(sent[1:6])
     assert bench.assembler.expected() == LAST - 1 - 5
     bench.feed(sent[6:-1])
-    assert bench.assembler.expected() == LAST - 1 and not bench.assembler.block_under_way, "of the next block"
+    assert bench.assembler.expected() == LAST - 1 and not bench.assembler.block_in_progress, (
+        "of the next block"
+    )
 
 
 def test_a_block_that_waits_for_what_it_lost_ends_at_any_moment() -> None:
     bench = Bench()
     bench.feed(datagram for index, datagram in enumerate(block(1)) if index != 5)
-    assert bench.assembler.expected() == 0 and not bench.assembler.block_under_way
+    assert bench.assembler.expected() == 0 and not bench.assembler.block_in_progress
 
 
 def test_a_block_with_chunks_is_expected_to_be_as_long_as_the_last() -> None:
@@ -367,7 +370,7 @@ def test_a_block_with_chunks_is_expected_to_be_as_long_as_the_last() -> None:
     assert bench.assembler.expected() == 0, "only the trailer tells"
     bench.feed(first[3:])
     bench.feed(second[:3])
-    assert bench.assembler.expected() == len(second) - 2 - 2 and bench.assembler.block_under_way
+    assert bench.assembler.expected() == len(second) - 2 - 2 and bench.assembler.block_in_progress
 
 
 def test_chunks_stay_at_the_end_of_the_payload() -> None:

@@ -47,7 +47,7 @@ def test_a_run_is_of_one_block_and_one_kind(extended: bool) -> None:
     runs = list(packet_runs(rows_of(packets)))
     assert [(run.begin, run.end) for run in runs] == [(0, 6), (6, 8), (8, 9), (9, 10)]
     assert [run.ids.tolist() for run in runs] == [[1, 2, 5, 3, 6, 6], [7, 8], [9], [10]]
-    assert [int(run.marked.sum()) for run in runs] == [1, 1, 0, 0]
+    assert [int(run.resent.sum()) for run in runs] == [1, 1, 0, 0]
     assert bounds(packets[:1]) == [(0, 1)] and bounds(packets[:3]) == [(0, 3)]
 
 
@@ -56,7 +56,7 @@ def test_extended_headers_are_marked_by_a_flag_and_blocks_told_by_64_bits() -> N
         return PacketHeader(PacketFormat.PAYLOAD, block_id, 4, 0, True, flags).encode()
 
     first, second = packet_runs(rows_of([header(1), header(1, flags=1), header(1 << 40 | 1)]))
-    assert (first.begin, first.end) == (0, 2) and first.marked.tolist() == [False, True]
+    assert (first.begin, first.end) == (0, 2) and first.resent.tolist() == [False, True]
     assert (second.begin, second.end) == (2, 3)
 
 

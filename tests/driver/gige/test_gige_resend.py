@@ -200,13 +200,13 @@ def test_a_long_gap_is_asked_for_in_pieces() -> None:
 
 def test_the_window_opens_with_answers_and_with_time() -> None:
     window = AnswerWindow(10)
-    window.asked(6, 1.0)
-    window.asked(4, 2.0)
+    window.requested(6, 1.0)
+    window.requested(4, 2.0)
     assert window.room(0.5) == 0
-    window.came(3)
+    window.received(3)
     assert window.room(0.5) == 3
     assert window.room(1.0) == 6, "three of the first six count as lost"
-    window.came(9)
+    window.received(9)
     assert window.room(1.0) == window.room(5.0) == 10
 
 

@@ -1,4 +1,4 @@
-"""Finished blocks: what the id of a packet means for which no block is open."""
+"""Finished blocks: the meaning of a packet for which no block is open."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.gige.gvsp import PacketFormat, PacketHeader
-from grabbergui.driver.gige.stream.block import Block, distance
+from grabbergui.driver.gige.stream.block import Block
 
 RESTART_DISTANCE = 100
-"A block id that jumps back so far, or this far times a hundred ahead, belongs to a new stream."
+"A block id that jumps back so far, or a hundred times as far ahead, belongs to a new stream."
 REMEMBERED = 64
 "Finished blocks whose late packets are still recognised."
 
@@ -22,7 +21,7 @@ class Meaning(Enum):
     """Of a packet for which no block is open."""
 
     NEXT = "begins a block"
-    LATE = "of a block that is finished"
+    LATE = "of a finished block"
     STALE = "of a block from long ago"
     RESTART = "begins the first block of a new stream"
 
@@ -30,18 +29,15 @@ class Meaning(Enum):
 class BlockHistory:
     """The finished blocks of one stream."""
 
-    def __init__(self, statistics: StreamStatistics) -> None:
-        """Counts lost blocks and late packets."""
-        self._statistics = statistics
+    def __init__(self) -> None:
         self._recent: OrderedDict[int, NDArray[np.uint8]] = OrderedDict()
-        "Block id to which packets came."
+        "By block id, which packets were received."
         self._last: int | None = None
         self._late_leader: int | None = None
 
     def meaning(self, header: PacketHeader) -> Meaning:
-        """What the packet is; a late one is counted."""
+        """Classify a packet."""
         if header.block_id in self._recent:
-            self._note_late(self._recent[header.block_id], header)
             return Meaning.LATE
         if self._last is None:
             return Meaning.NEXT
@@ -50,30 +46,35 @@ class BlockHistory:
             return Meaning.RESTART
         return Meaning.NEXT if steps > 0 else Meaning.STALE
 
-    def add(self, block: Block) -> None:
-        """A block is finished; blocks are finished in the order of their ids."""
-        if self._last is not None and (steps := distance(self._last, block.block_id, block.extended)) > 1:
-            self._statistics.lost += steps - 1
+    def note_late(self, header: PacketHeader) -> bool:
+        """Note a late packet; return whether it is a duplicate, and not the first of its id, or a refusal."""
+        received = self._recent[header.block_id]
+        if header.packet_id >= len(received) or header.failed:
+            return False
+        duplicate = bool(received[header.packet_id])
+        received[header.packet_id] = 1
+        return duplicate
+
+    def add(self, block: Block) -> int:
+        """Add a finished block; return how many blocks before it were lost.
+
+        Blocks are finished in the order of their ids.
+        """
+        steps = 1 if self._last is None else distance(self._last, block.block_id, block.extended)
         self._last = block.block_id
         self._late_leader = None
         self._recent[block.block_id] = block.received
         while len(self._recent) > REMEMBERED:
             self._recent.popitem(last=False)
+        return max(steps - 1, 0)
 
-    def forget(self) -> None:
-        """A new stream begins."""
+    def clear(self) -> None:
+        """Forget all: a new stream begins."""
         self._recent.clear()
         self._last = self._late_leader = None
 
-    def _note_late(self, received: NDArray[np.uint8], header: PacketHeader) -> None:
-        """Its block's trailer, a duplicate, or too late."""
-        self._statistics.packets += 1
-        if header.packet_id < len(received) and not header.failed:
-            self._statistics.packets_duplicate += int(received[header.packet_id])
-            received[header.packet_id] = 1
-
     def _restarted(self, header: PacketHeader, steps: int) -> bool:
-        """Whether ids began anew not far back: two leaders in a row say so."""
+        """Whether ids restarted a short way back: two leaders in a row show it."""
         if header.format not in (PacketFormat.LEADER, PacketFormat.ALL_IN):
             return False
         if steps > 0:
@@ -81,3 +82,14 @@ class BlockHistory:
             return False
         previous, self._late_leader = self._late_leader, header.block_id
         return previous is not None and distance(previous, header.block_id, header.extended) == 1
+
+
+def distance(older: int, newer: int, extended: bool) -> int:
+    """Return how many blocks `newer` is after `older`; negative if before.
+
+    Standard ids go from 65535 to 1, so there are 65535 of them.
+    """
+    if extended:
+        return newer - older
+    steps = (newer - older) % 0xFFFF
+    return steps - 0xFFFF if steps > 0x7FFF else steps

@@ -6,7 +6,7 @@ from collections import deque
 
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
-from grabbergui.driver.gige.stream.block import FinishedBlock
+from grabbergui.driver.gige.stream.block import Block
 
 
 class FrameBuilder:
@@ -19,10 +19,11 @@ class FrameBuilder:
         self._clock = ClockMapper()
         self._formats: dict[int, pfnc.PixelFormat] = {}
 
-    def build(self, block: FinishedBlock) -> Frame:
+    def build(self, block: Block) -> Frame:
         """A frame that looks into the block's buffer."""
         leader = block.leader
-        arrival_ns = int(block.began * 1e9)
+        assert leader is not None, "every finished block has one"
+        arrival_ns = int(block.first_packet_at * 1e9)
         timestamp_ns = ticks_to_ns(leader.timestamp, self._tick_frequency)
         captured_ns = self._clock.map(timestamp_ns, arrival_ns) if timestamp_ns else arrival_ns
         return Frame(

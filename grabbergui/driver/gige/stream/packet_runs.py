@@ -1,4 +1,4 @@
-"""Many packets at once: which of them belong together, told by comparing their headers with numpy."""
+"""Runs of packets: numpy compares the headers of many packets, so that these are handled by the run."""
 
 from __future__ import annotations
 
@@ -11,34 +11,93 @@ from numpy.typing import NDArray
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import EXTENDED_BIT, FLAG_RESEND, PacketHeader
 
+Ids = slice | NDArray[np.intp]
+"Packet ids, or rows: a `slice` of consecutive ones is faster."
+
 _WORD = slice(0, 8)
 "Standard: status, block id, format, packet id. Extended: status, flags, format, parts and no id."
 _BLOCK_ID = slice(8, 16)
 _PACKET_ID = slice(16, 20)
+_STANDARD_ID = slice(5, 8)
 _ID_BITS = np.uint64(24)
 _ID_MASK = np.uint64((1 << 24) - 1)
 _EXTENDED = np.uint64(EXTENDED_BIT << 24)
-_MARK = np.uint64(Status.PACKET_RESEND << 48)
+_RESENT = np.uint64(Status.PACKET_RESEND << 48)
 "The status of a packet that is sent again."
-_EXTENDED_MARK = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
+_EXTENDED_RESENT = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
 "The same, or the flag that says it."
 
 
 class PacketRun(NamedTuple):
-    """Neighbouring rows whose headers differ in the packet id and the mark of what is sent again only."""
+    """Neighbouring rows whose headers differ only in the packet id and in being resent."""
 
     begin: int
     end: int
     ids: NDArray[np.intp]
-    "Packet ids, in the order in which they came."
-    marked: NDArray[np.bool_]
-    "Which of them the device says that it sent again."
+    "Packet ids in the order of arrival."
+    resent: NDArray[np.bool_]
+    "Which of them the device flags as sent again."
+    lowest: int
+    highest: int
+    increasing: bool
+    "Whether each id is higher than the one before."
+
+    @classmethod
+    def of(cls, begin: int, end: int, ids: NDArray[np.intp], resent: NDArray[np.bool_]) -> PacketRun:
+        """Make a run of any ids."""
+        if (ids[1:] > ids[:-1]).all():
+            return cls(begin, end, ids, resent, int(ids[0]), int(ids[-1]), True)
+        return cls(begin, end, ids, resent, int(ids.min()), int(ids.max()), False)
+
+    @property
+    def consecutive(self) -> bool:
+        """Whether each id is one more than the one before."""
+        return self.increasing and self.highest - self.lowest + 1 == len(self.ids)
+
+    def places(self) -> Ids:
+        """Return the ids as an index, a slice where they are consecutive."""
+        return slice(self.lowest, self.highest + 1) if self.consecutive else self.ids
+
+    def chosen(self, which: NDArray[np.bool_] | slice) -> PacketRun:
+        """Return the run with some of the packets only."""
+        return PacketRun.of(self.begin, self.end, self.ids[which], self.resent[which])
+
+    def first_occurrences(self) -> NDArray[np.bool_]:
+        """Return which packets are not duplicates of earlier ones in the run."""
+        first = np.zeros(len(self.ids), np.bool_)
+        first[np.unique(self.ids, return_index=True)[1]] = True
+        return first
 
 
-def in_turn(rows: NDArray[np.uint8]) -> bool:
-    """Whether rows, as in `packet_runs`, differ in their packet id only, each by one more than the last."""
+def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
+    """Divide rows (n, length), which begin with a standard header at least, into runs."""
     words = _numbers(rows[:, _WORD], ">u8")
+    if _in_order(rows, words):
+        id_bytes = rows[0, _PACKET_ID] if words[0] & _EXTENDED else rows[0, _STANDARD_ID]
+        first = int.from_bytes(id_bytes.tobytes(), "big")
+        end = first + len(rows)
+        yield PacketRun(
+            0, len(rows), np.arange(first, end), np.zeros(len(rows), np.bool_), first, end - 1, True
+        )
+        return
+    extended = (words & _EXTENDED).astype(bool)
+    if extended.any():
+        numbers, flags, differs = _extended(rows, words, extended)
+    else:
+        numbers, flags = words & _ID_MASK, words & _RESENT
+        kinds = (words ^ flags) >> _ID_BITS
+        differs = kinds[1:] != kinds[:-1]
+    ids, resent = numbers.astype(np.intp), flags.astype(bool)
+    breaks = (differs.nonzero()[0] + 1).tolist()
+    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
+        yield PacketRun.of(begin, end, ids[begin:end], resent[begin:end])
+
+
+def _in_order(rows: NDArray[np.uint8], words: NDArray[np.uint64]) -> bool:
+    """Whether packets follow each other and none is flagged as resent, as nearly all on a good network."""
     extended = bool(words[0] & _EXTENDED)
+    if words[0] & (_EXTENDED_RESENT if extended else _RESENT):
+        return False
     if (words[1:] - words[:-1] != (0 if extended else 1)).any():
         return False
     if not extended:
@@ -50,39 +109,39 @@ def in_turn(rows: NDArray[np.uint8]) -> bool:
     )
 
 
-def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
-    """All rows, run by run.
-
-    `rows` (n, length) begin with the headers of stream packets of equal length, standard ones at least.
-    """
-    words = _numbers(rows[:, _WORD], ">u8")
-    extended = (words & _EXTENDED).astype(bool)
-    if extended.any():
-        ids, marks, differs = _extended(rows, words, extended)
-    else:
-        ids, marks = words & _ID_MASK, words & _MARK
-        kinds = (words ^ marks) >> _ID_BITS
-        differs = kinds[1:] != kinds[:-1]
-    packet_ids, marked = ids.astype(np.intp), marks.astype(bool)
-    breaks = (differs.nonzero()[0] + 1).tolist()
-    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
-        yield PacketRun(begin, end, packet_ids[begin:end], marked[begin:end])
-
-
 def _extended(
     rows: NDArray[np.uint8], words: NDArray[np.uint64], extended: NDArray[np.bool_]
 ) -> tuple[NDArray[np.uint64], NDArray[np.uint64], NDArray[np.bool_]]:
-    """Packet ids, marks, and which rows differ from the one before, where some have extended headers."""
-    marks = words & np.where(extended, _EXTENDED_MARK, _MARK)
-    kinds = (words ^ marks) >> _ID_BITS
+    """Return packet ids, resend flags, and which rows differ from the one before. Some are extended."""
+    flags = words & np.where(extended, _EXTENDED_RESENT, _RESENT)
+    kinds = (words ^ flags) >> _ID_BITS
     differs = kinds[1:] != kinds[:-1]
     if rows.shape[1] < PacketHeader.EXTENDED.size:
-        return words & _ID_MASK, marks, differs | extended[1:]
+        return words & _ID_MASK, flags, differs | extended[1:]
     ids = np.where(extended, _numbers(rows[:, _PACKET_ID], ">u4"), words & _ID_MASK)
     other_block = np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")) != 0
-    return ids, marks, differs | (extended[1:] & other_block)
+    return ids, flags, differs | (extended[1:] & other_block)
 
 
 def _numbers(columns: NDArray[np.uint8], kind: str) -> NDArray[np.uint64]:
     """A big-endian number from each row."""
     return columns.view(kind)[:, 0].astype(np.uint64)
+
+
+# -- runs of packet ids ------------------------------------------------------------------------------
+def id_runs(ids: NDArray[np.intp]) -> Iterator[tuple[int, int]]:
+    """Yield (first, last) of each run of consecutive ids among sorted ones."""
+    if len(ids):
+        breaks = np.flatnonzero(np.diff(ids) != 1)
+        firsts = ids[np.concatenate([[0], breaks + 1])]
+        lasts = ids[np.concatenate([breaks, [len(ids) - 1]])]
+        yield from zip(firsts.tolist(), lasts.tolist(), strict=True)
+
+
+def run_ends(ids: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return for each of sorted ids the first id after its run."""
+    breaks = (ids[1:] - ids[:-1] != 1).nonzero()[0]
+    if len(breaks) == len(ids) - 1:  # as mostly
+        return ids + 1
+    lasts = np.append(breaks, len(ids) - 1)
+    return np.repeat(ids[lasts] + 1, np.diff(lasts, prepend=-1))

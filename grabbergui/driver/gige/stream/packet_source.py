@@ -51,7 +51,7 @@ class PlainSource(DatagramSource):
             if source == device_ip:
                 assembler.receive(scratch[:size], time.monotonic())
             else:
-                assembler.statistics.packets_ignored += 1
+                assembler.ignore(1)
 
 
 log = logging.getLogger(__name__)
@@ -94,7 +94,7 @@ class PacedSource(DatagramSource):
         """See DatagramSource."""
         before = assembler.statistics.packets
         if self._overrun(assembler.statistics):
-            assembler.statistics.overruns += 1
+            assembler.note_overrun()
             self._skip()
         paused = self._drained and self._flowing and self._gather(assembler, timeout)
         wait = timeout if self._drained and not paused else 0.0
@@ -102,7 +102,7 @@ class PacedSource(DatagramSource):
         now = self._take_all(assembler, wait)
         packets = assembler.statistics.packets - before
         self._flowing = packets > 0
-        self._pace.took(packets, now, more=assembler.block_under_way)
+        self._pace.took(packets, now, more=assembler.block_in_progress)
 
     def _overrun(self, statistics: StreamStatistics) -> bool:
         """Whether packets come faster than they can be taken. By CPU time: others may have had the rest."""

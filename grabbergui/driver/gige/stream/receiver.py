@@ -85,12 +85,9 @@ class StreamReceiver:
             self._next_req_id = self._next_req_id % 0xFFFF + 1
 
     def _hand_over(self) -> None:
-        statistics = self._assembler.statistics
         for block in self._assembler.finished():
             frame = self._builder.build(block)
             if block.complete:
-                statistics.frames += 1
-                statistics.bytes += len(block.payload)
                 self._rate.add(len(block.payload))
             try:
                 self._deliver(frame)

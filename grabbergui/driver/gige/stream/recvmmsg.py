@@ -297,7 +297,7 @@ class BatchSource(PacedSource):
         """Give a batch to the assembler, stretches of equally long datagrams at once."""
         for stretch in self._slots.stretches(received):
             if stretch.length == FOREIGN:
-                assembler.statistics.packets_ignored += stretch.end - stretch.begin
+                assembler.ignore(stretch.end - stretch.begin)
                 continue
             rows = self._slots.rows(stretch)
             if rows is not None:

@@ -1,9 +1,9 @@
-"""When to ask for lost packets, and when to stop: part of the machine that puts blocks together, without I/O.
+"""When to request lost packets again, and when to stop: part of the sans-I/O stream protocol.
 
-A packet that others overtook comes by itself: how late such packets are is learned, and so long a gap waits.
-A device answers as fast as it can, and a busy or distant one is slow. So the time to wait before a packet is
-asked for again is learned from the answers, as TCP learns it, and doubles with each try; and only so many
-requests are unanswered at once. Asking a slow device more often would make it slower still.
+A packet that others overtook arrives by itself: the usual delay of such packets is learned, and a gap is left
+alone for that long. A device answers as fast as it can, and a busy or distant one is slow. So the wait before
+a packet is requested once more is learned from the answers, as TCP learns it, and doubles with each try; and
+the number of unanswered requests is limited. Asking a slow device more often would make it slower still.
 """
 
 from __future__ import annotations
@@ -11,61 +11,104 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.driver.gige.gvcp import PacketResend
-from grabbergui.driver.gige.stream.block import NEVER, Block, Ids, ends, runs
+from grabbergui.driver.gige.stream.packet_runs import Ids, id_runs, run_ends
+
+if TYPE_CHECKING:
+    from grabbergui.driver.gige.stream.block import Block
+
+NEVER = float("inf")
 
 
 @dataclass(frozen=True)
 class ResendPolicy:
-    """When to ask for lost packets, and when to stop."""
+    """When to request lost packets, and when to stop."""
 
     enabled: bool = True
     "Off where the device cannot resend: it is then never asked."
     initial_wait: float = 0.001
-    "Seconds from noticing a gap to asking, at least: the packet may only have been overtaken."
+    "Seconds from noticing a gap to the request, at least: the packet may only have been overtaken."
     longest_initial_wait: float = 0.02
-    "The same at most, where packets were seen to be overtaken and to come late."
+    "The same at most, where packets were overtaken and arrived late."
     look_again: float = 0.005
-    """Seconds between two looks at what a block misses, at least, while the rest of it comes: what shows
-    meanwhile is asked for together, and the picture is there no later."""
+    """Seconds between two checks of what a block misses, at least, while the rest of it arrives: gaps that
+    open meanwhile are requested together, and the frame is complete no later."""
     first_answer_wait: float = 0.02
     "Seconds to wait for the answer to a request, before any answer showed how long it takes."
     shortest_answer_wait: float = 0.005
     longest_answer_wait: float = 0.1
-    "Bounds of what is learned, before it is doubled from try to try."
+    "Bounds of the learned wait, before it is doubled from try to try."
     tail_wait: float = 0.03
     "Seconds of silence after which the end of a block counts as lost too."
     max_tries: int = 6
     "Requests for one packet."
     max_unanswered: int = 512
-    "Packets asked for at once. They come in one burst, which the socket's buffer must hold."
+    "Packets requested at once. They arrive in one burst, which the socket's buffer must hold."
     max_ratio: float = 0.5
-    "A block that misses more than this share of its packets is not worth asking for."
+    "A block that misses more than this share of its packets is not worth a request."
     always_worth: int = 16
-    "So many missing packets are asked for, however small the block."
+    "So many missing packets are requested, however small the block."
     give_up: float = 0.5
     "Seconds of silence after which a block is finished as it is."
     reorder_wait: float = 0.01
-    "The same, once a later block has begun and nothing more is asked for."
+    "The same, once a later block has begun and nothing more is requested."
     max_blocks: int = 32
-    "Blocks under way at once; the oldest is finished when one more begins."
+    "Blocks that may be incomplete at once; the oldest is finished when one more begins."
+
+
+class RequestLog:
+    """Which packets of a block were requested, and when. Empty, and free of cost, where none was."""
+
+    def __init__(self) -> None:
+        self.tries = np.zeros(0, np.uint8)
+        "Requests for each packet, by packet id."
+        self.missed_at = np.zeros(0)
+        "When its successor arrived without it; minus infinity where that was not noticed."
+        self.first_at = np.zeros(0)
+        "Time of the first request."
+        self.again_at = np.zeros(0)
+        "Time of the next request."
+        self.next_check = NEVER
+        "When the first packet is due for a request, the first or a further one."
+        self.checked_at = -NEVER
+        "When packets due were last looked for."
+        self.tail_checked = -NEVER
+        "The block's `last_packet_at` when its end was last checked."
+
+    def make_room(self, packets: int) -> None:
+        """Cover at least so many packets."""
+        if len(self.tries) < packets:
+            known = len(self.tries)
+            self.tries = grown(self.tries, packets)
+            self.missed_at = grown(self.missed_at, packets)
+            self.missed_at[known:] = -NEVER
+            self.first_at = grown(self.first_at, packets)
+            self.again_at = grown(self.again_at, packets)
+
+    def note_requested(self, ids: NDArray[np.intp], now: float, wait: float) -> None:
+        """Note requests; each try waits twice as long as the one before."""
+        tries = self.tries[ids]
+        self.first_at[ids] = np.where(tries == 0, now, self.first_at[ids])
+        self.again_at[ids] = now + np.ldexp(wait, tries)
+        self.tries[ids] = tries + 1
 
 
 class LearnedWait:
-    """How long to wait for something, from how long it took before."""
+    """How long to wait for an event, learned from how long it took before."""
 
     def __init__(self, first: float, shortest: float, longest: float) -> None:
-        """Seconds: to wait before anything is known, and the bounds of what is learned."""
+        """Seconds: the wait before anything is known, and the bounds of the learned one."""
         self._first, self._shortest, self._longest = first, shortest, longest
         self._mean: float | None = None
         self._deviation = 0.0
 
     def learn(self, seconds: float) -> None:
-        """It came after so long."""
+        """Take a duration into account."""
         if self._mean is None:
             self._mean, self._deviation = seconds, seconds / 2
             return
@@ -74,7 +117,7 @@ class LearnedWait:
 
     @property
     def wait(self) -> float:
-        """Seconds after which it counts as lost."""
+        """Seconds after which the event counts as missed."""
         if self._mean is None:
             return self._first
         # Twice the deviation and not four times as TCP: times here include answers that were lost, and with
@@ -83,38 +126,38 @@ class LearnedWait:
 
 
 class AnswerWindow:
-    """How many packets are asked for and neither came nor count as lost; so many and no more at once."""
+    """Limits how many packets are requested and neither received nor given up."""
 
-    def __init__(self, most: int) -> None:
-        self._most = most
-        self._asked: deque[tuple[float, int]] = deque()
-        "Of each request when it counts as lost and how many of its packets are awaited, the oldest first."
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._requests: deque[tuple[float, int]] = deque()
+        "When each request is given up and how many of its packets are awaited, the oldest first."
         self._awaited = 0
 
     def room(self, now: float) -> int:
-        """How many more may be asked for."""
-        while self._asked and self._asked[0][0] <= now:
-            self._awaited -= self._asked.popleft()[1]
-        return self._most - self._awaited
+        """Return how many more may be requested."""
+        while self._requests and self._requests[0][0] <= now:
+            self._awaited -= self._requests.popleft()[1]
+        return self._limit - self._awaited
 
-    def asked(self, packets: int, until: float) -> None:
-        """So many are asked for, and count as lost at `until`."""
-        self._asked.append((until, packets))
+    def requested(self, packets: int, until: float) -> None:
+        """Note a request for so many packets, which is given up at `until`."""
+        self._requests.append((until, packets))
         self._awaited += packets
 
-    def came(self, packets: int) -> None:
-        """So many came; answers come in the order of the requests, or nearly."""
-        while packets and self._asked:
-            until, awaited = self._asked.popleft()
+    def received(self, packets: int) -> None:
+        """Note answers; they arrive in the order of the requests, or nearly."""
+        while packets and self._requests:
+            until, awaited = self._requests.popleft()
             if awaited > packets:
-                self._asked.appendleft((until, awaited - packets))
+                self._requests.appendleft((until, awaited - packets))
             settled = min(awaited, packets)
             packets -= settled
             self._awaited -= settled
 
 
 class Resender:
-    """Asks for the missing packets of one stream's blocks."""
+    """Requests the missing packets of one stream's blocks."""
 
     def __init__(self, policy: ResendPolicy) -> None:
         self.policy = policy
@@ -122,91 +165,102 @@ class Resender:
             policy.first_answer_wait, policy.shortest_answer_wait, policy.longest_answer_wait
         )
         self._overtaken = LearnedWait(policy.initial_wait, policy.initial_wait, policy.longest_initial_wait)
-        "How late packets come that others overtook."
-        self._marks = False
-        "Whether the device marks what it sends again."
+        "Delay of packets that others overtook."
+        self._flags = False
+        "Whether the device flags what it sends again."
         self._window = AnswerWindow(policy.max_unanswered)
         self._requests: deque[PacketResend] = deque()
 
     @property
     def initial_wait(self) -> float:
-        """Seconds from noticing a gap to asking."""
+        """Seconds from noticing a gap to the request."""
         return self._overtaken.wait
 
-    def missed(self, block: Block, ids: NDArray[np.intp], now: float) -> None:
-        """Note that packets did not come in their turn."""
-        block.asked.make_room(len(block.received))
-        # Packets gather before they are looked at, so a gap showed before: by the mean rate, when the packet
-        # behind it came.
-        since = now - (block.highest - ends(ids)) * block.packet_period(now)
-        block.asked.missed_at[ids] = since
-        block.asked.again_at[ids] = since + self.initial_wait
-        block.asked.next_check = min(block.asked.next_check, float(since[0]) + self.initial_wait)
+    def note_missing(self, block: Block, ids: NDArray[np.intp], now: float) -> None:
+        """Note packets whose successors arrived without them."""
+        log = block.requests
+        log.make_room(len(block.received))
+        # Packets gather before they are looked at, so the gap opened earlier: by the mean rate, when the
+        # packet behind it arrived.
+        since = now - (block.highest - run_ends(ids)) * block.packet_period(now)
+        log.missed_at[ids] = since
+        log.again_at[ids] = since + self.initial_wait
+        log.next_check = min(log.next_check, float(since[0]) + self.initial_wait)
 
-    def came(self, block: Block, ids: Ids, now: float, marked: NDArray[np.bool_] | bool) -> int:
-        """Note that packets arrived; how many of them had been asked for, or are marked.
+    def note_received(self, block: Block, ids: Ids, now: float, flagged: NDArray[np.bool_] | bool) -> int:
+        """Note packets received; return how many of them had been requested, or are flagged.
 
-        `marked`: the device says that it sent them again.
+        `flagged`: which of them the device says that it sent again.
         """
-        count = int(np.count_nonzero(marked))
-        self._marks = self._marks or count > 0
-        asked = block.asked
-        if not len(asked.tries):
+        count = int(np.count_nonzero(flagged))
+        self._flags = self._flags or count > 0
+        log = block.requests
+        if not len(log.tries):
             return count
-        asked.make_room(len(block.received))
-        answers = asked.tries[ids] > 0
-        missed_at = asked.missed_at[ids]
+        log.make_room(len(block.received))
+        answers = log.tries[ids] > 0
+        missed_at = log.missed_at[ids]
         overtaken = missed_at > -NEVER
         if answers.any():
-            self._window.came(int(np.count_nonzero(answers)))
-            count = int(np.count_nonzero(answers | marked))
-            # Which of several requests was answered cannot be told. Taken as the first, a device that is
-            # slower than we thought is found out.
-            surely = answers & marked if self._marks else answers
-            for asked_at in asked.first_at[ids][surely].tolist():
-                self._answer.learn(now - asked_at)
+            self._window.received(int(np.count_nonzero(answers)))
+            count = int(np.count_nonzero(answers | flagged))
+            # An answer does not say which of several requests it is for. The first is assumed, so that the
+            # wait adapts to a device that is slower than expected.
+            certain = answers & flagged if self._flags else answers
+            for requested_at in log.first_at[ids][certain].tolist():
+                self._answer.learn(now - requested_at)
                 self._overtaken.learn(0.0)
-            overtaken &= ~surely
-        for turn in missed_at[overtaken].tolist():
-            self._overtaken.learn(now - turn)
+            overtaken &= ~certain
+        for missed in missed_at[overtaken].tolist():
+            self._overtaken.learn(now - missed)
         return count
 
-    def doubled(self, block: Block, packet_id: int) -> None:
-        """A packet came twice: if it was asked for, then too soon. By how much, only marks tell."""
-        asked = block.asked
-        if not self._marks and packet_id < len(asked.tries) and asked.tries[packet_id]:
+    def note_duplicate(self, block: Block, packet_id: int) -> None:
+        """Record a duplicate. If it was requested, we asked too early, so learn a longer wait.
+
+        Only flagged resends show how much longer, and are learned from as they arrive.
+        """
+        tries = block.requests.tries
+        if not self._flags and packet_id < len(tries) and tries[packet_id]:
             self._overtaken.learn(2 * self.initial_wait)
 
-    def refused(self, block: Block, packet_id: int) -> None:
-        """The device no longer has this packet: it is not asked for again."""
-        asked = block.asked
-        if packet_id < len(asked.tries):
-            asked.tries[packet_id] = self.policy.max_tries
-            asked.again_at[packet_id] = -NEVER
+    def note_unavailable(self, block: Block, packet_id: int) -> None:
+        """Note that the device no longer has a packet: it is not requested again."""
+        log = block.requests
+        if packet_id < len(log.tries):
+            log.tries[packet_id] = self.policy.max_tries
+            log.again_at[packet_id] = -NEVER
 
-    def ask(self, block: Block, missing: NDArray[np.intp], now: float) -> None:
-        """Ask for those of the missing packets whose time has come; sets when to look at the block again."""
-        policy, asked = self.policy, block.asked
-        asked.checked, asked.next_check = now, NEVER
+    def request_due(self, block: Block, missing: NDArray[np.intp], now: float) -> None:
+        """Request those of the missing packets that are due, and set when to check the block again."""
+        policy, log = self.policy, block.requests
+        log.checked_at, log.next_check = now, NEVER
         if len(missing) > max(policy.always_worth, policy.max_ratio * len(block.received)):
             return
-        asked.make_room(len(block.received))
-        due = missing[(asked.tries[missing] < policy.max_tries) & (asked.again_at[missing] <= now)]
+        log.make_room(len(block.received))
+        due = missing[(log.tries[missing] < policy.max_tries) & (log.again_at[missing] <= now)]
         room = self._window.room(now)
         if len(due) > room:
             due = due[: max(room, 0)]
-            asked.next_check = now + policy.shortest_answer_wait
+            log.next_check = now + policy.shortest_answer_wait
         if len(due):
             wait = self._answer.wait
-            asked.note(due, now, wait)
-            self._window.asked(len(due), now + wait)
-            for first, last in runs(due):
+            log.note_requested(due, now, wait)
+            self._window.requested(len(due), now + wait)
+            for first, last in id_runs(due):
                 self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
-        waiting = asked.again_at[missing]
-        next_turn = float(waiting[waiting > now].min(initial=NEVER))
-        asked.next_check = min(asked.next_check, max(next_turn, now + policy.initial_wait))
+        waiting = log.again_at[missing]
+        next_due = float(waiting[waiting > now].min(initial=NEVER))
+        log.next_check = min(log.next_check, max(next_due, now + policy.initial_wait))
 
     def requests(self) -> Iterator[PacketResend]:
-        """Commands to send, each once."""
+        """Yield commands to send, each once."""
         while self._requests:
             yield self._requests.popleft()
+
+
+def grown(array: NDArray[Any], length: int) -> NDArray[Any]:
+    """Return a copy of at least that length, at least twice as long as before, filled up with zeros."""
+    larger = np.zeros(max(length, 2 * len(array)), array.dtype)
+    larger[: len(array)] = array
+    return larger
