@@ -30,7 +30,7 @@ from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.recording.recorder import Recorder, RecordingProgress
-from grabbergui.recording.writers import RecordingKind, create_writer
+from grabbergui.recording.writer import RecordingKind, create_writer
 
 METHOD = """Pictures of the simulated sensor with its noise (BayerRG8), written as fast as each kind of
 recording takes them into a folder {where}. CPU is of the whole process, all threads. Then the simulated
@@ -40,8 +40,9 @@ READING = [
     "MCAP and TIFF are bounded by the disk: 8.8 MP at 21 frames a second are 186 MB/s.",
     "PNG is compressed on up to four cores, since one takes 8.8 MP some 55 ms; with fewer than two cores to "
     "spare it does not keep up with 8.8 MP at 21 frames a second. A Bayer pattern is kept as it is.",
-    "A movie is of RGB: 8.8 MP take some 45 ms of CPU, of which MPEG-4's 33 are on one thread whatever the "
-    "machine: 8.8 MP at 21 frames a second is its limit. FFV1 (lossless) is for small pictures; record MCAP.",
+    "A movie of a Bayer camera is of its colours, which are computed first. "
+    "Lossless H.264 keeps each frame by itself, which is faster than differences. HEVC, AV1 and FFV1 make "
+    "smaller files and are for smaller frames or lower rates.",
     "What is too slow loses frames at the recorder's queue, which counts and shows them; the camera and the "
     "picture do not notice.",
 ]
@@ -49,15 +50,21 @@ NAMES = {
     RecordingKind.MCAP: "x.mcap",
     RecordingKind.TIFF: "tiff",
     RecordingKind.PNG: "png",
-    RecordingKind.MP4: "x.mp4",
+    RecordingKind.H264: "h264.mp4",
+    RecordingKind.HEVC: "hevc.mp4",
+    RecordingKind.AV1: "av1.mp4",
     RecordingKind.LOSSLESS: "lossless.mp4",
+    RecordingKind.FFV1: "ffv1.mp4",
 }
 KIND_NAMES = {
     RecordingKind.MCAP: "MCAP",
     RecordingKind.TIFF: "folder of TIFF",
     RecordingKind.PNG: "folder of PNG",
-    RecordingKind.MP4: "movie, MPEG-4",
-    RecordingKind.LOSSLESS: "movie, FFV1",
+    RecordingKind.H264: "movie, H.264",
+    RecordingKind.HEVC: "movie, HEVC",
+    RecordingKind.AV1: "movie, AV1",
+    RecordingKind.LOSSLESS: "movie, H.264 lossless",
+    RecordingKind.FFV1: "movie, FFV1",
 }
 SIZES = (("3 MP", 2048, 1536), ("8.8 MP", SENSOR_WIDTH, SENSOR_HEIGHT))
 CAMERA_RATE = 21.0

@@ -16,8 +16,8 @@ from grabbergui.core import picture_files
 from grabbergui.core.calibration import Calibration
 from grabbergui.recording import ros_image
 from grabbergui.recording.mcap_file import McapRecording
+from grabbergui.recording.recording import FrameNote, read_notes, rebuilt
 from grabbergui.recording.ros_image import RosImage
-from grabbergui.recording.stored import FrameNote, read_notes, rebuilt
 
 FILE = Path(tempfile.gettempdir()) / f"grabbergui-fuzz-{id(object()):x}"
 

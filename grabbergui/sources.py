@@ -27,7 +27,7 @@ _KINDS: dict[str, str] = {
     "aravis": "grabbergui.driver.aravis.source",
     "yarp": "grabbergui.net.yarp.source",
     "ros2": "grabbergui.net.ros2.source",
-    "file": "grabbergui.recording.source",
+    "file": "grabbergui.recording.playback",
 }
 """Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
 

@@ -16,8 +16,12 @@ from grabbergui.core.errors import FeatureError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.recording.recorder import Recorder, RecordingLimits
-from grabbergui.recording.writers import RecordingKind, create_writer, kind_of
+from grabbergui.recording.writer import RecordingKind, create_writer, kind_of
 
+_CODECS = {
+    kind.value: kind
+    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
+}
 _POLL = 0.1
 "Seconds between looks at whether it shall end."
 
@@ -36,7 +40,12 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after so many")
     parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument("--size", type=positive, metavar="MB", help="end once so many megabytes are written")
-    parser.add_argument("--lossless", action="store_true", help="of a movie: FFV1, larger")
+    parser.add_argument(
+        "--lossless", action="store_true", help="a movie without losses, larger: H.264 or FFV1"
+    )
+    parser.add_argument(
+        "--codec", choices=_CODECS, help="of a movie: h264 (usual), hevc, av1 (smaller); ffv1 (lossless)"
+    )
     parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_record)
@@ -44,12 +53,7 @@ def add_commands(commands: Any) -> None:
 
 def _record(options: argparse.Namespace) -> int:
     check_folder_of(options.out)
-    kind = kind_of(options.out, lossless=options.lossless)
-    if options.tiff and kind is not RecordingKind.PNG:
-        raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
-    if options.lossless and kind is not RecordingKind.LOSSLESS:
-        raise UsageError(f"--lossless is for a movie, not for {options.out.name}")
-    kind = RecordingKind.TIFF if options.tiff else kind
+    kind = _kind(options)
     with streaming.frame_source(options) as source, stop_on_signals() as stop:
         grabber = source.grabber
         writer = create_writer(kind, options.out, grabber.info, frame_rate(grabber))
@@ -81,6 +85,20 @@ def _record(options: argparse.Namespace) -> int:
     if progress.reason:
         raise GrabberError(progress.reason)
     return 0
+
+
+def _kind(options: argparse.Namespace) -> RecordingKind:
+    movie = _CODECS[options.codec or "h264"]
+    if options.lossless and movie is not RecordingKind.FFV1:
+        if options.codec not in (None, "h264"):
+            raise UsageError(f"--lossless is h264's or ffv1's, not {options.codec}'s")
+        movie = RecordingKind.LOSSLESS
+    kind = kind_of(options.out, movie=movie)
+    if options.tiff and kind is not RecordingKind.PNG:
+        raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
+    if (options.lossless or options.codec) and kind is not movie:
+        raise UsageError(f"--lossless and --codec are for a movie, not for {options.out.name}")
+    return RecordingKind.TIFF if options.tiff else kind
 
 
 def _limits(options: argparse.Namespace) -> RecordingLimits:

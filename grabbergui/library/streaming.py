@@ -15,7 +15,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress
-from grabbergui.recording.writers import create_writer, kind_of
+from grabbergui.recording.writer import RecordingKind, create_writer, kind_of
 
 DEPTH = 8
 "Frames that may wait for the loop; older ones are dropped and counted."
@@ -132,7 +132,8 @@ class Recording:
     ) -> Recording:
         """Start writing the frames that arrive from now on. Raises GrabberError where it cannot be made."""
         path = Path(path)
-        writer = create_writer(kind_of(path, lossless=lossless), path, grabber.info, _frame_rate(grabber))
+        kind = kind_of(path, movie=RecordingKind.LOSSLESS if lossless else RecordingKind.H264)
+        writer = create_writer(kind, path, grabber.info, _frame_rate(grabber))
         recorder = Recorder(grabber, writer, limits)
         ours = not grabber.streaming
         recorder.start()

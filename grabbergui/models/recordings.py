@@ -18,16 +18,8 @@ from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import OpenSource
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress
-from grabbergui.recording.stored import DiskFullError, SourceClosedError, UnfinishedFileError
-from grabbergui.recording.writers import RecordingKind, create_writer
-
-_SUFFIX = {
-    RecordingKind.MCAP: ".mcap",
-    RecordingKind.MP4: ".mp4",
-    RecordingKind.LOSSLESS: ".mp4",
-    RecordingKind.PNG: "",
-    RecordingKind.TIFF: "",
-}
+from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
+from grabbergui.recording.writer import RecordingKind, create_writer
 
 
 @dataclass(frozen=True)
@@ -124,10 +116,10 @@ class Recordings:
         stem = f"{grabber.info.file_name or 'recording'}_{time.strftime('%Y%m%d-%H%M%S')}"
         with self._lock:
             taken = {recorder.writer.path for recorder in (*self._recorders.values(), *self._ending)}
-        path, number = folder / f"{stem}{_SUFFIX[kind]}", 1
+        path, number = folder / f"{stem}{kind.suffix}", 1
         while path in taken or path.exists():
             number += 1
-            path = folder / f"{stem}_{number}{_SUFFIX[kind]}"
+            path = folder / f"{stem}_{number}{kind.suffix}"
         return path
 
     def _begun(self, source: OpenSource, recorder: Recorder) -> None:

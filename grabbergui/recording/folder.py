@@ -1,17 +1,33 @@
-"""A folder of pictures, with or without the notes that a recorder leaves beside them."""
+"""A folder of image files, with or without the notes that a recorder leaves in it."""
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TextIO
 
+import cv2
 import numpy as np
 
 from grabbergui.core import pfnc, picture_files
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import Family
-from grabbergui.recording.recording import DEFAULT_RATE, Recording, rising
-from grabbergui.recording.stored import FrameNote, RecordingError, format_named, read_notes, rebuilt
+from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.recording.recording import (
+    DEFAULT_RATE,
+    FrameNote,
+    Recording,
+    RecordingError,
+    format_named,
+    note_of,
+    read_notes,
+    rebuilt,
+    rising,
+    unpacked,
+)
+from grabbergui.recording.writer import OrderedWork, RecordingWriter
 
 NOTES_NAME = "frames.jsonl"
 PICTURE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
@@ -92,3 +108,89 @@ def _foreign(pixels: np.ndarray, index: int) -> FrameNote:
         raise RecordingError(f"pictures of {pixels.dtype} with {components} components cannot be played")
     height, width = pixels.shape[:2]
     return FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
+
+
+_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1, cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY]
+if hasattr(cv2, "IMWRITE_PNG_FILTER"):  # of OpenCV 4.11
+    _PNG += [cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_UP]
+"""Of a noisy sensor's pictures, looking for repetitions makes larger files and takes three times as long."""
+_TIFF = [cv2.IMWRITE_TIFF_COMPRESSION, 1]
+"""None."""
+_FOLDER_THREADS = min(4, os.cpu_count() or 2)
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """A picture that is whole on the disk."""
+
+    line: str
+    size: int
+
+
+class FolderWriter(RecordingWriter):
+    """A picture a frame, and a line of `frames.jsonl` for each, written once the picture is whole.
+
+    Compressing PNG takes one core much longer than a frame: several threads do it.
+    """
+
+    def __init__(self, path: Path, *, tiff: bool = False) -> None:
+        self.path = path
+        self._was_there = path.exists()
+        path.mkdir(parents=True, exist_ok=True)
+        self._suffix = ".tiff" if tiff else ".png"
+        self._parameters = _TIFF if tiff else _PNG
+        self._notes: TextIO = (path / NOTES_NAME).open("x", encoding="utf-8", buffering=1)
+        self._count = 0
+        self._size = 0
+        self._work = OrderedWork("picture files", _FOLDER_THREADS, 0 if tiff else _FOLDER_THREADS, self._note)
+
+    def write(self, frame: Frame) -> None:
+        """See RecordingWriter. What no picture file holds (YUV, unknown formats) is kept as its bytes."""
+        self._work.add(partial(self._keep, self._count, frame))
+        self._count += 1
+
+    def close(self) -> None:
+        """See RecordingWriter."""
+        try:
+            self._work.finish()
+        finally:
+            self._notes.close()
+
+    def discard(self) -> None:
+        """See RecordingWriter."""
+        (self.path / NOTES_NAME).unlink(missing_ok=True)
+        if not self._was_there:
+            self.path.rmdir()
+
+    def size(self) -> int:
+        """See RecordingWriter. Pictures that are being compressed count as much as those before."""
+        noted = self._count - self._work.held
+        return self._size + (self._size * self._work.held // noted if noted else 0)
+
+    def _note(self, kept: _Kept) -> None:
+        self._notes.write(kept.line)
+        self._size += kept.size + len(kept.line)
+
+    # -- a thread of its own -----------------------------------------------------------------------
+    def _keep(self, number: int, frame: Frame) -> _Kept:
+        suffix, content, pixel_format = self._encoded(frame)
+        file = self.path / f"{number:08d}{suffix}"
+        try:
+            file.write_bytes(content)
+        except OSError:
+            file.unlink(missing_ok=True)  # half a picture is none
+            raise
+        return _Kept(note_of(frame, pixel_format, file.name).line(), len(content))
+
+    def _encoded(self, frame: Frame) -> tuple[str, memoryview, PixelFormat]:
+        if not frame.pixel_format.convertible:
+            return ".raw", frame.payload.data, frame.pixel_format
+        pixels, pixel_format = unpacked(frame)
+        if pixel_format.family is Family.YUV:
+            return ".raw", np.ascontiguousarray(pixels).data, pixel_format
+        if pixel_format.family is Family.RGB:
+            pixels = pixels[..., file_channels(pixel_format.name)]
+        done, content = cv2.imencode(self._suffix, pixels, self._parameters)
+        if not done:
+            raise RecordingError(f"a picture of shape {pixels.shape} could not be encoded as {self._suffix}")
+        return self._suffix, content.data, pixel_format

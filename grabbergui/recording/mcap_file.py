@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.recording.recording import Recording, rising
+from grabbergui.recording.recording import FrameNote, Recording, RecordingError, rebuilt, rising
 from grabbergui.recording.ros_image import (
     IMAGE_NAME,
     TIME_NAME,
@@ -30,7 +30,6 @@ from grabbergui.recording.ros_image import (
     decode_time_reference,
     format_name_of,
 )
-from grabbergui.recording.stored import FrameNote, RecordingError, rebuilt
 
 MAGIC = b"\x89MCAP0\r\n"
 DEVICE_TIME = "/device_time"

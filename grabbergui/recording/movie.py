@@ -1,73 +1,456 @@
-"""A movie as OpenCV decodes it, with the recorder's notes beside it where there are any."""
+"""Movies, written and read by FFmpeg's libraries (PyAV).
+
+While a movie is written, its MP4 file consists of fragments of half a second that have an index each (ISO/IEC
+14496-12, 8.8): after a crash, or on a full disk, what is in the file can be played. Closing the file adds an
+index of the whole. Times are in microseconds; the notes beside it (`movie.frames.jsonl`) have those of the
+camera.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import contextlib
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import partial
+from io import BufferedIOBase
 from pathlib import Path
+from typing import Any, TextIO, cast
 
-import cv2
+import av
 import numpy as np
+from av.container import InputContainer, OutputContainer
+from av.error import FFmpegError
+from av.video.frame import VideoFrame
+from av.video.plane import VideoPlane
+from av.video.reformatter import ColorRange, Colorspace
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
 
+from grabbergui.core import pfnc
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.recording.recording import DEFAULT_RATE, Recording, rising
-from grabbergui.recording.stored import FrameNote, RecordingError, read_notes, rebuilt
+from grabbergui.core.pfnc import Family
+from grabbergui.recording.recording import (
+    FrameNote,
+    Recording,
+    RecordingError,
+    note_of,
+    read_notes,
+    rebuilt,
+    rising,
+    unpacked,
+)
+from grabbergui.recording.writer import OrderedWork, RecordingKind, RecordingWriter
 
+TIME_BASE = Fraction(1, 1_000_000)
+"Seconds in a unit of a movie's times."
+NOMINAL_RATE = 25.0
+"Frames per second in a movie's header if the camera's rate is unknown. Players go by the frames' times."
+LONGEST_GAP = 600_000_000
+"Units between two frames; a longer pause is shortened to this, since MP4 counts durations in 32 bits."
+FRAGMENT = 500_000
+"Units of time after which a fragment is written: what a crash may cost."
 MAX_FRAMES = 10_000_000
+MAX_PIXELS = 1 << 28
+"Of a frame that is decoded; a damaged or malicious header may claim any size."
+NEAR = 8
+"Frames that are decoded to go forward, rather than seeking."
+_FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
+"Containers that are opened. Playlists are not among them: they name other files and hosts."
 
 
 def notes_beside(path: Path) -> Path:
-    """Where the times of a movie's frames are: `movie.frames.jsonl` beside `movie.mp4`."""
+    """Return the file with the notes of a movie: `movie.frames.jsonl` beside `movie.mp4`."""
     return path.with_name(path.stem + ".frames.jsonl")
 
 
-class VideoRecording(Recording):
-    """Frames of 8 bits; going back decodes from the last key frame."""
+# -- writing ---------------------------------------------------------------------------------------
+@dataclass(frozen=True)
+class _Encoder:
+    """One of FFmpeg's encoders, and how pixels are given to it."""
+
+    name: str
+    options: dict[str, str]
+    mono: str = "yuv420p"
+    "FFmpeg's pixel format for Mono; yuv420p with neutral colour is what every player takes."
+    colour: str = "yuv420p"
+    deep: str = ""
+    "For Mono deeper than 8 bits; empty if such pixels are reduced to their eight highest bits."
+    odd: bool = True
+    "Whether it takes an odd width or height, in a format without subsampled colour."
+    environment: dict[str, str] = field(default_factory=dict)
+
+
+_X264 = {"preset": "ultrafast", "g": "25"}
+_ENCODERS = {
+    RecordingKind.H264: _Encoder("libx264", {**_X264, "crf": "20"}),
+    RecordingKind.HEVC: _Encoder(
+        "libx265", {**_X264, "crf": "22", "x265-params": "log-level=none:bframes=0"}
+    ),
+    RecordingKind.AV1: _Encoder(
+        "libsvtav1",
+        # Low delay: frames leave in the order of their times, and few are held.
+        {"preset": "11", "crf": "30", "g": "25", "svtav1-params": "pred-struct=1"},
+        odd=False,
+        environment={"SVT_LOG": "1"},
+    ),
+    # Each frame by itself: faster than differences where nothing may be lost, and any frame is found at once.
+    RecordingKind.LOSSLESS: _Encoder("libx264", {**_X264, "qp": "0", "g": "1"}, "gray", "rgb24"),
+    RecordingKind.FFV1: _Encoder(
+        "ffv1",
+        {"level": "3", "coder": "0", "context": "0", "slices": "16", "slicecrc": "1", "g": "1"},
+        "gray",
+        "bgr0",
+        deep="gray16le",
+    ),
+}
+
+
+class MovieFile:
+    """One MP4 file that is being written. One thread at a time."""
+
+    def __init__(
+        self, path: Path, kind: RecordingKind, shape: tuple[int, ...], dtype: Any, rate: float
+    ) -> None:
+        """Begin a movie of pixels of one shape: (height, width) or (height, width, 3), `rate` in Hz.
+
+        Raises RecordingError if the encoder is missing or does not take the size, OSError.
+        """
+        self.size = 0
+        "Bytes encoded so far."
+        self._encoder = _ENCODERS[kind]
+        self._path = path
+        self._last = -1
+        self._failure: RecordingError | OSError | None = None
+        "What ended the movie early; every further call fails with it."
+        height, width = shape[:2]
+        self._format = self._format_for(width, height, colour=len(shape) == 3, deep=dtype == np.uint16)
+        name = "libx264rgb" if self._format == "rgb24" else self._encoder.name
+        for key, value in self._encoder.environment.items():
+            os.environ.setdefault(key, value)
+        self._file: BufferedIOBase = path.open("xb")
+        try:
+            self._container: OutputContainer = av.open(
+                self._file,
+                "w",
+                format="mp4",
+                options={
+                    "movflags": "hybrid_fragmented",
+                    "frag_duration": str(FRAGMENT),
+                    "video_track_timescale": str(TIME_BASE.denominator),
+                },
+                buffer_size=1 << 20,
+            )
+            stream = cast(VideoStream, self._container.add_stream(name, options=dict(self._encoder.options)))
+            stream.width, stream.height, stream.pix_fmt = width, height, self._format
+            context = stream.codec_context
+            context.framerate = Fraction(rate).limit_denominator(1000)
+            context.time_base = stream.time_base = TIME_BASE
+            context.thread_type, context.thread_count = "SLICE" if name == "ffv1" else "AUTO", 0
+            full = self._format.startswith(("gray", "rgb", "bgr")) or len(shape) == 2
+            context.color_range = ColorRange.JPEG if full else ColorRange.MPEG
+            if not full:
+                context.colorspace = Colorspace.ITU709
+            context.open()
+        except (FFmpegError, ValueError) as error:
+            self._file.close()
+            path.unlink(missing_ok=True)
+            raise RecordingError(
+                f"{path}: {name} cannot encode {width}×{height} pixels here ({error}); try another kind"
+            ) from error
+        self._stream = stream
+
+    def add(self, pixels: NDArray[Any], time: int) -> None:
+        """Encode a frame that was taken at `time`, in microseconds. Raises RecordingError, OSError.
+
+        A frame that is not later than the one before is put one microsecond after it.
+        """
+        if self._last >= 0:
+            time = min(max(time, self._last + 1), self._last + LONGEST_GAP)
+        frame = self._video_frame(pixels)
+        frame.pts, frame.time_base = time, TIME_BASE
+        self._last = time
+        self._mux(frame)
+
+    def finish(self) -> None:
+        """Write what the encoder still holds and the index of the whole. Raises RecordingError, OSError."""
+        self._mux(None)
+        try:
+            self._container.close()
+        except FFmpegError as error:
+            raise self._explained(error) from error
+        self._file.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is; its whole fragments can be played."""
+        with contextlib.suppress(FFmpegError, OSError):
+            self._container.close()
+        with contextlib.suppress(OSError):
+            self._file.close()
+
+    def _mux(self, frame: VideoFrame | None) -> None:
+        if self._failure is not None:
+            raise self._failure
+        try:
+            for packet in self._stream.encode(frame):
+                self.size += packet.size
+                self._container.mux(packet)
+        except (FFmpegError, OSError) as error:
+            self._failure = self._explained(error)
+            raise self._failure from error
+
+    def _explained(self, error: FFmpegError | OSError) -> RecordingError | OSError:
+        """Return the error that callers expect; the file's own are passed on."""
+        if isinstance(error, OSError):
+            return error
+        return RecordingError(f"{self._path} could not be written: {error}")
+
+    def _format_for(self, width: int, height: int, *, colour: bool, deep: bool) -> str:
+        encoder = self._encoder
+        chosen = encoder.colour if colour else encoder.deep if deep and encoder.deep else encoder.mono
+        if chosen != "yuv420p" or not (width % 2 or height % 2):
+            return chosen
+        if not encoder.odd:
+            raise RecordingError(
+                f"{self._path}: {encoder.name} needs an even width and height, not {width}×{height}"
+            )
+        return "yuv444p" if colour else "gray"
+
+    def _video_frame(self, pixels: NDArray[Any]) -> VideoFrame:
+        pixels = np.ascontiguousarray(pixels)
+        if pixels.ndim == 3:
+            frame = VideoFrame.from_numpy_buffer(pixels, "rgb24")
+            if self._format == "rgb24":
+                return frame
+            if self._format == "bgr0":
+                return frame.reformat(format="bgr0")
+            return frame.reformat(
+                format=self._format,
+                dst_colorspace=Colorspace.ITU709,
+                dst_color_range=ColorRange.MPEG,
+            )
+        if self._format == "gray":
+            return VideoFrame.from_numpy_buffer(pixels, "gray")
+        if self._format == "gray16le":
+            return VideoFrame.from_ndarray(pixels, "gray16le")
+        frame = VideoFrame(pixels.shape[1], pixels.shape[0], self._format)
+        frame.color_range = ColorRange.JPEG
+        _plane(frame, 0)[:] = pixels
+        for number in (1, 2):
+            _bytes_of(frame.planes[number])[:] = 128
+        return frame
+
+
+class MovieWriter(RecordingWriter):
+    """A movie, and the times of its frames beside it.
+
+    The caller's thread converts the next frame while another encodes; the encoder has threads of its own.
+    """
+
+    def __init__(self, path: Path, kind: RecordingKind, rate: float) -> None:
+        """Begin a movie of one of `writer.MOVIE_KINDS`; `rate` is the camera's in Hz, 0 if unknown."""
+        self.path = path
+        self._kind = kind
+        self._rate = rate if rate > 0 else NOMINAL_RATE
+        self._notes: TextIO = notes_beside(path).open("x", encoding="utf-8", buffering=1)
+        self._movie: MovieFile | None = None
+        self._shape: tuple[tuple[int, ...], Any] | None = None
+        self._first = 0
+        self._broken = False
+        self._work = OrderedWork(f"encode {path.name}", 1, 2, self._notes.write)
+
+    def write(self, frame: Frame) -> None:
+        """Add a frame. Raises RecordingError if its size or kind is not that of the first."""
+        pixels, name = self._pixels(frame)
+        shape = (pixels.shape, pixels.dtype)
+        if self._movie is None:
+            self._movie = MovieFile(self.path, self._kind, *shape, self._rate)
+            self._shape, self._first = shape, frame.received_ns
+        if shape != self._shape:
+            raise RecordingError(
+                f"{self.path}: the frames' size or format changed; a movie cannot follow, .mcap can"
+            )
+        time = max(0, (frame.received_ns - self._first) // 1000)
+        line = note_of(frame, pfnc.by_name(name)).line()
+        try:
+            self._work.add(partial(_encode, self._movie, pixels, time, line))
+        except BaseException:
+            self._broken = True
+            raise
+
+    def close(self) -> None:
+        """Finish the file. After a failed write it stays in fragments, which players read as well."""
+        movie, self._movie = self._movie, None
+        try:
+            with contextlib.suppress(RecordingError, OSError) if self._broken else contextlib.nullcontext():
+                self._work.finish()
+            if movie is not None and not self._broken:
+                movie.finish()
+        finally:
+            if movie is not None:
+                movie.abandon()
+            self._notes.close()
+
+    def discard(self) -> None:
+        """Remove the movie and its notes."""
+        notes_beside(self.path).unlink(missing_ok=True)
+        super().discard()
+
+    def size(self) -> int:
+        """Return the bytes encoded, or those of the finished file."""
+        if self._movie is not None:
+            return self._movie.size
+        return self.path.stat().st_size if self.path.exists() else 0
+
+    def _pixels(self, frame: Frame) -> tuple[NDArray[Any], str]:
+        """Return what is encoded of a frame, and PFNC's name of it."""
+        if frame.pixel_format.family is not Family.MONO:
+            return frame.rgb(), "RGB8"
+        if _ENCODERS[self._kind].deep and frame.raw().dtype == np.uint16:
+            pixels, pixel_format = unpacked(frame)
+            return pixels, pixel_format.name
+        return frame.mono(), "Mono8"
+
+
+def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str:
+    """Encode a frame, and return its note."""
+    movie.add(pixels, time)
+    return line
+
+
+# -- reading ---------------------------------------------------------------------------------------
+class MovieRecording(Recording):
+    """Any movie. A frame is found by its own time, decoding from the key frame before it."""
 
     def __init__(self, path: Path) -> None:
+        """Open a movie and index its frames. Raises UsageError."""
         self.path = path
         self.title = path.name
-        self._capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
-        count = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT)) if self._capture.isOpened() else 0
-        if not 0 < count <= MAX_FRAMES:
-            self._capture.release()
-            raise UsageError(f"{path} holds no movie that can be read, or its recording was cut short")
-        rate = self._capture.get(cv2.CAP_PROP_FPS)
-        rate = rate if 0 < rate < 1e5 else DEFAULT_RATE
-        self._next = 0
+        try:
+            self._container: InputContainer = av.open(
+                f"file:{path}",
+                options={
+                    "format_whitelist": _FORMATS,
+                    "protocol_whitelist": "file",
+                    "max_pixels": str(MAX_PIXELS),
+                },
+            )
+        except (FFmpegError, ValueError) as error:
+            raise UsageError(f"{path} is no movie that can be read: {error}") from error
+        try:
+            self._stream, self._pts = _indexed(path, self._container)
+        except BaseException:
+            self._container.close()
+            raise
+        self._stream.thread_type = "AUTO"
+        self._frames: Iterator[VideoFrame] = iter(())
+        self._next = -1
         notes = list(read_notes(notes_beside(path))) if notes_beside(path).is_file() else []
-        self._notes = notes[:count]
+        # After a crash the notes may be ahead of the movie, or behind it.
+        count = min(len(notes), len(self._pts)) or len(self._pts)
+        self._notes, self._pts = notes[:count], self._pts[:count]
         if self._notes:
             self.times_ns = rising([note.received_ns for note in self._notes])
         else:
-            self.times_ns = [round(index * 1e9 / rate) for index in range(count)]
-        mono = bool(self._notes) and all(note.pixel_format == "Mono8" for note in self._notes)
-        self._mono = mono
+            base = self._stream.time_base or TIME_BASE
+            self.times_ns = [round((pts - self._pts[0]) * base * 10**9) for pts in self._pts]
 
     def frame(self, index: int, received_ns: int) -> Frame:
-        """See Recording."""
+        """Decode a frame, as though it had arrived at `received_ns`. Raises RecordingError."""
         try:
-            if index != self._next:
-                self._capture.set(cv2.CAP_PROP_POS_FRAMES, index)
-            read, pixels = self._capture.read()
-        except cv2.error as error:
+            decoded = self._decoded(index)
+        except (FFmpegError, StopIteration) as error:
             self._next = -1
             raise RecordingError(f"{self.path}: frame {index} cannot be decoded: {error}") from error
-        self._next = index + 1 if read else -1
-        if not read or pixels is None:
-            raise RecordingError(f"{self.path}: frame {index} cannot be decoded")
-        if self._mono:
-            # Decoded to three equal components; any is the grey that went in.
-            pixels = pixels[..., 1] if pixels.ndim == 3 else pixels
-            name = "Mono8"
-        else:
-            name = "BGR8"
+        noted = self._notes[index] if self._notes else None
+        pixels, name = _pixels_of(decoded, noted.pixel_format if noted is not None else "")
         height, width = pixels.shape[:2]
-        note = FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
-        if self._notes:
-            note = replace(self._notes[index], width=width, height=height, pixel_format=name)
-        return rebuilt(np.ascontiguousarray(pixels), note, received_ns)
+        if noted is not None:
+            note = replace(noted, width=width, height=height, pixel_format=name)
+        else:
+            note = FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
+        return rebuilt(pixels, note, received_ns)
 
     def close(self) -> None:
-        """See Recording."""
-        self._capture.release()
+        """Close the file. May be called twice."""
+        self._frames = iter(())
+        self._container.close()
+
+    def _decoded(self, index: int) -> VideoFrame:
+        wanted = self._pts[index]
+        if not 0 <= index - self._next <= NEAR or self._next < 0:
+            self._seek(wanted)
+        frame = next(self._frames)
+        if _time_of(frame) > wanted:  # an index that leads behind the frame; from the beginning, then
+            self._seek(self._pts[0])
+            frame = next(self._frames)
+        while _time_of(frame) < wanted:
+            frame = next(self._frames)
+        if _time_of(frame) != wanted:
+            raise StopIteration("it is missing from the file")
+        self._next = index + 1
+        return frame
+
+    def _seek(self, pts: int) -> None:
+        self._container.seek(pts, stream=self._stream, backward=True)
+        self._frames = self._container.decode(self._stream)
+
+
+def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[int]]:
+    """Return the movie's first video stream and the time of each frame, in units of the stream."""
+    if not container.streams.video:
+        raise UsageError(f"{path} is no movie: there is no video in it")
+    stream = container.streams.video[0]
+    if stream.codec_context is None:
+        raise UsageError(f"{path} is a movie of a codec that this build of PyAV does not have")
+    entries = stream.index_entries
+    if 0 < len(entries) == stream.frames <= MAX_FRAMES and not stream.codec_context.has_b_frames:
+        return stream, [entry.timestamp for entry in entries]
+    # Without an index (after a crash, or in Matroska), or with frames stored in another order.
+    times = []
+    try:
+        for packet in container.demux(stream):
+            time = packet.pts if packet.pts is not None else packet.dts
+            if packet.is_corrupt:
+                break  # cut short
+            if time is not None and packet.size and not packet.is_discard:
+                times.append(time)
+            if len(times) > MAX_FRAMES:
+                raise UsageError(f"{path} has more than {MAX_FRAMES} frames; cut a part out")
+    except FFmpegError:
+        pass  # damaged from here on: what came before is whole
+    if not times:
+        raise UsageError(f"{path} holds no movie that can be read, or its recording was cut short")
+    return stream, sorted(set(times))
+
+
+def _time_of(frame: VideoFrame) -> int:
+    time = frame.pts if frame.pts is not None else frame.dts
+    return -1 if time is None else time
+
+
+def _pixels_of(frame: VideoFrame, noted: str) -> tuple[NDArray[Any], str]:
+    """Return a decoded frame's pixels, and PFNC's name of them."""
+    kind = frame.format.name
+    if kind.startswith("gray16"):
+        deep = noted if noted.startswith("Mono") and noted != "Mono8" else "Mono16"
+        return frame.to_ndarray(format="gray16le"), deep
+    if kind == "gray" or (noted == "Mono8" and kind.startswith("yuv")):
+        return np.ascontiguousarray(_plane(frame, 0)), "Mono8"
+    colour = frame.to_ndarray(format="rgb24")
+    if noted == "Mono8":
+        return np.ascontiguousarray(colour[..., 1]), "Mono8"
+    return colour, "RGB8"
+
+
+def _plane(frame: VideoFrame, number: int) -> NDArray[np.uint8]:
+    """Return a plane of bytes without the padding of its lines, (height, width)."""
+    plane = frame.planes[number]
+    return _bytes_of(plane).reshape(plane.height, plane.line_size)[:, : plane.width]
+
+
+def _bytes_of(plane: VideoPlane) -> NDArray[np.uint8]:
+    """Return a plane's memory, padding included; writable if the frame is."""
+    return np.asarray(memoryview(cast(bytes, plane)), np.uint8)

@@ -13,8 +13,8 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.recording.stored import DiskFullError, SourceClosedError, UnfinishedFileError
-from grabbergui.recording.writers import RecordingWriter
+from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
+from grabbergui.recording.writer import RecordingWriter
 
 log = logging.getLogger(__name__)
 
@@ -190,7 +190,13 @@ class Recorder:
                 self.writer.discard()
         except (GrabberError, OSError) as error:
             problem = problem or UnfinishedFileError(self.writer.path, error)
-        self._progress = replace(self._progress, ended=True, error=problem, dropped=self._queue.dropped)
+        self._progress = replace(
+            self._progress,
+            ended=True,
+            error=problem,
+            dropped=self._queue.dropped,
+            size=self.writer.size() if self._progress.frames else 0,
+        )
         if problem is not None:
             log.info("recording ended: %s", self._progress.reason)  # the caller reports it
         self.changed.emit(self._progress)

@@ -1,14 +1,64 @@
-"""What a recording is to those who play it, whatever files it is made of."""
+"""A recording: frames with times, and a note of what is known of each besides its pixels.
+
+Pixels are kept as `Frame.raw` gives them: packed formats in words of 16 bits, a Bayer pattern as it is, so
+that playback shows what the sensor saw. A note is one line of JSON.
+"""
 
 from __future__ import annotations
 
+import json
+import re
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.pfnc import PixelFormat
 
 DEFAULT_RATE = 25.0
 "Frames per second where nothing was noted."
+VIDEO_SUFFIXES = (".mp4", ".mkv", ".avi", ".mov", ".m4v", ".webm")
+MAX_LINE = 4096
+"Characters of one note."
+MAX_SIDE = 65536
+"Pixels; more is no picture."
+
+
+class RecordingError(GrabberError):
+    """A recording could not be written or read."""
+
+
+class DiskFullError(RecordingError):
+    """A recording ended because its disk is full. What was written before is kept."""
+
+    def __init__(self, path: Path, free: int) -> None:
+        super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
+        self.path = path
+        self.free = free
+        "Bytes that are left, too few for another frame and the end of the file."
+
+
+class SourceClosedError(RecordingError):
+    """A recording ended because its source was closed."""
+
+    def __init__(self) -> None:
+        super().__init__("the source was closed")
+
+
+class UnfinishedFileError(RecordingError):
+    """The end of a recording could not be written."""
+
+    def __init__(self, path: Path, cause: Exception) -> None:
+        super().__init__(f"{path} could not be finished: {cause}")
+        self.path = path
+        self.cause = cause
 
 
 class Recording(ABC):
@@ -45,3 +95,145 @@ def rising(times: list[int]) -> list[int]:
         highest = max(highest, time)
         held.append(highest)
     return held
+
+
+def open_recording(path: Path) -> Recording:
+    """The recording in a folder or file. Raises MissingFileError, UsageError, RecordingError."""
+    try:
+        return _opened(path)
+    except OSError as error:
+        raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
+
+
+def _opened(path: Path) -> Recording:
+    # On demand: each kind needs another library.
+    if not path.exists():
+        raise MissingFileError(f"there is no recording {path}; write file: and a folder, a movie or an .mcap")
+    if path.is_dir():
+        from grabbergui.recording.folder import FolderRecording
+
+        return FolderRecording(path)
+    if path.suffix.lower() == ".mcap":
+        from grabbergui.recording.mcap_file import McapRecording
+
+        return McapRecording(path)
+    if path.suffix.lower() in VIDEO_SUFFIXES:
+        from grabbergui.recording.movie import MovieRecording
+
+        return MovieRecording(path)
+    raise UsageError(
+        f"{path} is no recording; there are folders of pictures, .mcap and {', '.join(VIDEO_SUFFIXES)}"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrameNote:
+    """What is known of a recorded frame besides its pixels."""
+
+    file: str = ""
+    "Its file in the recording's folder; empty where pixels are elsewhere."
+    width: int
+    height: int
+    pixel_format: str
+    "PFNC name of the pixels as they are kept."
+    frame_id: int = 0
+    timestamp_ns: int = 0
+    "Device clock."
+    received_ns: int = 0
+    "Host clock, since the epoch."
+    offset_x: int = 0
+    offset_y: int = 0
+
+    def line(self) -> str:
+        """One line of JSON, its end included."""
+        return json.dumps(asdict(self), separators=(",", ":")) + "\n"
+
+
+def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNote:
+    """The note of a frame that is kept in a pixel format."""
+    return FrameNote(
+        file=file,
+        width=frame.width,
+        height=frame.height,
+        pixel_format=pixel_format.name,
+        frame_id=frame.frame_id,
+        timestamp_ns=frame.timestamp_ns,
+        received_ns=frame.received_ns,
+        offset_x=frame.offset_x,
+        offset_y=frame.offset_y,
+    )
+
+
+def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
+    """The pixels to keep, as of `Frame.raw`, and the unpacked format they are in. Raises PixelFormatError."""
+    name = re.sub(r"(?<=\d)(p|Packed)$", "", frame.pixel_format.name)
+    return frame.raw(), pfnc.by_name(name)
+
+
+def format_named(name: str) -> PixelFormat:
+    """The format of a note: PFNC's name, or the code of one without a name. Raises RecordingError."""
+    if re.fullmatch(r"0x[0-9A-F]{8}", name, re.ASCII):
+        return pfnc.by_code(int(name, 16))
+    try:
+        return pfnc.by_name(name)
+    except KeyError:
+        raise RecordingError(f"a recorded frame is of unknown pixel format '{name[:40]}'") from None
+
+
+def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
+    """A frame of kept pixels. Raises RecordingError where they are not what the note says."""
+    pixel_format = format_named(note.pixel_format)
+    if pixels.dtype == np.uint16:
+        pixels = pixels.astype("<u2", copy=False)
+    payload = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
+    if payload.nbytes < pixel_format.image_bytes(note.width, note.height):
+        raise RecordingError(
+            f"a recorded frame of {note.width}×{note.height} {pixel_format} has {payload.nbytes} bytes only"
+        )
+    return Frame(
+        payload,
+        note.width,
+        note.height,
+        pixel_format,
+        frame_id=note.frame_id,
+        timestamp_ns=note.timestamp_ns,
+        received_ns=received_ns,
+        offset_x=note.offset_x,
+        offset_y=note.offset_y,
+    )
+
+
+def read_notes(path: Path) -> Iterator[FrameNote]:
+    """The notes of a file, one a line; a last line cut short by a crash is left out. Raises UsageError."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            number = 0
+            while line := file.readline(MAX_LINE + 1):
+                number += 1
+                if not line.endswith("\n"):
+                    if len(line) > MAX_LINE:
+                        raise UsageError(f"{path}, line {number}: longer than {MAX_LINE} characters")
+                    return
+                yield _note(line, f"{path}, line {number}")
+    except UnicodeDecodeError:
+        raise UsageError(f"{path} is not text; it should hold a line of JSON for each frame") from None
+    except OSError as error:
+        raise RecordingError(f"{path} could not be read: {error.strerror or error}") from error
+
+
+def _note(line: str, where: str) -> FrameNote:
+    try:
+        values = json.loads(line)
+        known = {field.name: values[field.name] for field in fields(FrameNote) if field.name in values}
+        note = FrameNote(**known)
+    except (ValueError, TypeError, KeyError, RecursionError):
+        raise UsageError(f"{where}: '{line[:60].strip()}' is not the note of a frame") from None
+    texts = (note.file, note.pixel_format)
+    numbers = [getattr(note, f.name) for f in fields(FrameNote) if f.name not in ("file", "pixel_format")]
+    if not all(isinstance(text, str) for text in texts) or not all(type(number) is int for number in numbers):
+        raise UsageError(f"{where}: a number or a text of the frame's note is of the wrong kind")
+    if not (0 < note.width <= MAX_SIDE and 0 < note.height <= MAX_SIDE) or min(numbers) < 0:
+        raise UsageError(f"{where}: a frame of {note.width}×{note.height} pixels cannot be")
+    if max(numbers) >= 2**64:
+        raise UsageError(f"{where}: a number has more than 64 bits")
+    return note

@@ -1,4 +1,4 @@
-"""What a run leaves behind: report.json, plots.png and a video with everything drawn on it."""
+"""The report of a run: report.json, plots.png and a video with everything drawn on it."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ import numpy as np
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.recording.movie import MovieFile
+from grabbergui.recording.writer import RecordingKind
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import Turn
@@ -22,6 +24,7 @@ from grabbergui.servo.plots import Band, Curve, Plot, sheet
 from grabbergui.servo.state_machine import State
 
 VIDEO_FPS = 15.0
+VIDEO_NAME = "video.mp4"
 _LONGEST = 100_000
 "Turns that are kept: more than half an hour."
 
@@ -38,7 +41,8 @@ class Recorder:
         self.turns: list[Turn] = []
         self._folder = folder
         self._calibration = calibration
-        self._video: cv2.VideoWriter | None = None
+        self._video: MovieFile | None = None
+        self._video_start = 0.0
         self._next_picture = -math.inf
         self._pictures = 0
 
@@ -49,12 +53,12 @@ class Recorder:
         if frame is not None and turn.time >= self._next_picture:
             self._next_picture = max(self._next_picture + 1 / VIDEO_FPS, turn.time - 1 / VIDEO_FPS)
             calibration = self._calibration(frame.width, frame.height)
-            self._write(overlay.draw(frame.rgb(), turn, sighting, calibration))
+            self._write(overlay.draw(frame.rgb(), turn, sighting, calibration), turn.time)
 
     def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
         """Write everything; `facts` is merged into the report, which is returned."""
         if self._video is not None:
-            self._video.release()
+            self._video.finish()
         report = summary(self.turns) | facts
         report["video"] = f"{self._pictures} pictures at {VIDEO_FPS:g} per second"
         (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
@@ -63,13 +67,13 @@ class Recorder:
             cv2.imwrite(str(self._folder / "plots.png"), cv2.cvtColor(plots, cv2.COLOR_RGB2BGR))
         return report
 
-    def _write(self, picture: np.ndarray) -> None:
+    def _write(self, picture: np.ndarray, time: float) -> None:
         if self._video is None:
-            size = picture.shape[1], picture.shape[0]
-            # Motion JPEG is the one codec that every build of OpenCV and every player has.
-            code = cv2.VideoWriter.fourcc(*"MJPG")
-            self._video = cv2.VideoWriter(str(self._folder / "video.avi"), code, VIDEO_FPS, size)
-        self._video.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
+            path = self._folder / VIDEO_NAME
+            path.unlink(missing_ok=True)  # of an earlier run
+            self._video = MovieFile(path, RecordingKind.H264, picture.shape, picture.dtype, VIDEO_FPS)
+            self._video_start = time
+        self._video.add(picture, round(1e6 * (time - self._video_start)))
         self._pictures += 1
 
 

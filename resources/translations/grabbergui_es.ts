@@ -17,17 +17,17 @@
 <context>
     <name>AutoButton</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="38"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
         <source>Auto</source>
         <translation>Autom.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="38"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="136"/>
         <source>Once</source>
         <translation>Una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/editors/auto_button.py" line="44"/>
+        <location filename="../../grabbergui/ui/editors/choice_editor.py" line="142"/>
         <source>{0}
 It {1}.</source>
         <translation>{0}
@@ -228,7 +228,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="331"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="330"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -344,7 +344,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="133"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -364,7 +364,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -389,72 +389,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="173"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="172"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="277"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="276"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="133"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="133"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="181"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="223"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="222"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="235"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="234"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -482,17 +482,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="46"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="45"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="63"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="62"/>
         <source>This source is at hand</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="63"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="62"/>
         <source>Take this source to hand</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -513,52 +513,52 @@ It {1}.</source>
 <context>
     <name>ChangeTable</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
         <source>Time</source>
         <translation>Hora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
         <source>Feature</source>
         <translation>Parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
         <source>Before</source>
         <translation>Antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
         <source>After</source>
         <translation>Después</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
         <source>By</source>
         <translation>Por</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="27"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="29"/>
         <source>Part of</source>
         <translation>Parte de</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="37"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="39"/>
         <source>operator</source>
         <translation>operador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="38"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="40"/>
         <source>camera</source>
         <translation>cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="39"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="41"/>
         <source>network</source>
         <translation>red</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/change_table.py" line="80"/>
+        <location filename="../../grabbergui/ui/widgets/tables.py" line="82"/>
         <source>run</source>
         <translation>ejecutado</translation>
     </message>
@@ -677,7 +677,7 @@ It {1}.</source>
 <context>
     <name>CommandEditor</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/simple_editors.py" line="39"/>
+        <location filename="../../grabbergui/ui/editors/feature_editor.py" line="75"/>
         <source>Run</source>
         <translation>Ejecutar</translation>
     </message>
@@ -733,27 +733,27 @@ It {1}.</source>
 <context>
     <name>CoverageView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="52"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="88"/>
         <source>Tilts</source>
         <translation>Inclinaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="54"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="90"/>
         <source>Distances</source>
         <translation>Distancias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="60"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="96"/>
         <source>far</source>
         <translation>lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="60"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="96"/>
         <source>between</source>
         <translation>en medio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="60"/>
+        <location filename="../../grabbergui/ui/widgets/coverage_view.py" line="96"/>
         <source>near</source>
         <translation>cerca</translation>
     </message>
@@ -766,7 +766,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/curve_row.py" line="40"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="212"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1140,22 +1140,22 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="104"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="127"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="125"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="132"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="130"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="133"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="131"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
@@ -2358,7 +2358,7 @@ It {1}.</source>
         <translation>Descartar este mensaje</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/message_line.py" line="107"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="106"/>
         <source>{0} more</source>
         <translation>{0} más</translation>
     </message>
@@ -2366,7 +2366,7 @@ It {1}.</source>
 <context>
     <name>NumberField</name>
     <message>
-        <location filename="../../grabbergui/ui/editors/number_field.py" line="173"/>
+        <location filename="../../grabbergui/ui/editors/number_editors.py" line="176"/>
         <source>“{0}” is not a number</source>
         <translation>«{0}» no es un número</translation>
     </message>
@@ -2399,7 +2399,7 @@ It {1}.</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/pause_bar.py" line="35"/>
+        <location filename="../../grabbergui/ui/widgets/playback_bar.py" line="110"/>
         <source>{0} of {1}   −{2:.2f} s</source>
         <translation>{0} de {1}   −{2:.2f} s</translation>
     </message>
@@ -2420,27 +2420,27 @@ It {1}.</source>
         <translation>El camino de una imagen, y dónde se detiene</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="41"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="269"/>
         <source>control</source>
         <translation>control</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="42"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="270"/>
         <source>packets</source>
         <translation>paquetes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="43"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="271"/>
         <source>frames</source>
         <translation>imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="44"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="272"/>
         <source>conversion</source>
         <translation>conversión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/picture_note.py" line="45"/>
+        <location filename="../../grabbergui/ui/widgets/message_stack.py" line="273"/>
         <source>display</source>
         <translation>pantalla</translation>
     </message>
@@ -2488,37 +2488,37 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="97"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="98"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="99"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="131"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="130"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="100"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="101"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="74"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="73"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -2675,47 +2675,47 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="195"/>
+        <location filename="../../grabbergui/models/recordings.py" line="187"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="187"/>
+        <location filename="../../grabbergui/models/recordings.py" line="179"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="183"/>
+        <location filename="../../grabbergui/models/recordings.py" line="175"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="197"/>
+        <location filename="../../grabbergui/models/recordings.py" line="189"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="198"/>
+        <location filename="../../grabbergui/models/recordings.py" line="190"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="189"/>
+        <location filename="../../grabbergui/models/recordings.py" line="181"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="158"/>
+        <location filename="../../grabbergui/models/recordings.py" line="150"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="161"/>
+        <location filename="../../grabbergui/models/recordings.py" line="153"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="164"/>
+        <location filename="../../grabbergui/models/recordings.py" line="156"/>
         <source>recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>
@@ -2723,7 +2723,7 @@ It {1}.</source>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="109"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -2798,7 +2798,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="147"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="150"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -2828,39 +2828,54 @@ It {1}.</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="22"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="25"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="23"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="26"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="106"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="109"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="118"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="121"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="121"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="124"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="123"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="140"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="143"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="22"/>
+        <source>Movie, lossless up to 16 bits (FFV1)</source>
+        <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="23"/>
+        <source>Movie, smaller (HEVC)</source>
+        <translation>Vídeo, más pequeño (HEVC)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="24"/>
+        <source>Movie, smallest (AV1)</source>
+        <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
 </context>
 <context>
@@ -2912,12 +2927,12 @@ It {1}.</source>
 <context>
     <name>RobotView</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="41"/>
+        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="107"/>
         <source>Drag to turn, wheel to go nearer, double-click to go back</source>
         <translation>Arrastrar para girar, rueda para acercarse, doble clic para volver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="102"/>
+        <location filename="../../grabbergui/ui/widgets/robot_view.py" line="168"/>
         <source>The robot has not answered yet</source>
         <translation>El robot todavía no ha respondido</translation>
     </message>
@@ -3533,7 +3548,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/state_strip.py" line="72"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="179"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -3707,7 +3722,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="78"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="80"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} mostradas</translation>
     </message>
@@ -4109,7 +4124,7 @@ It {1}.</source>
         <translation>En un solo gráfico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/values_panel.py" line="59"/>
+        <location filename="../../grabbergui/ui/views/values_panel.py" line="58"/>
         <source>All curves over time</source>
         <translation>Todas las curvas en el tiempo</translation>
     </message>

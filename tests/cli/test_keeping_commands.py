@@ -6,7 +6,7 @@ import pytest
 
 from grabbergui.cli import record, settings
 from grabbergui.core.errors import GrabberError, UsageError
-from grabbergui.recording.opening import open_recording
+from grabbergui.recording.recording import open_recording
 
 SMALL = "sim:?width=64&height=48&fps=100"
 

@@ -7,8 +7,8 @@ from mcap.writer import CompressionType, Writer
 from grabbergui.core.errors import UsageError
 from grabbergui.recording import mcap_file
 from grabbergui.recording.mcap_file import McapRecording
+from grabbergui.recording.recording import RecordingError
 from grabbergui.recording.ros_image import IMAGE_DEFINITION, IMAGE_NAME, RosImage
-from grabbergui.recording.stored import RecordingError
 
 
 @pytest.fixture

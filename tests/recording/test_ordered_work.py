@@ -8,9 +8,8 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.recording.opening import open_recording
-from grabbergui.recording.ordered_work import OrderedWork
-from grabbergui.recording.writers import RecordingKind, create_writer
+from grabbergui.recording.recording import open_recording
+from grabbergui.recording.writer import OrderedWork, RecordingKind, create_writer
 from patience import PATIENCE
 
 INFO = DeviceInfo("sim:", model="M")
@@ -77,9 +76,9 @@ def frames(count, width=320, height=240):
         yield Frame(payload, width, height, pfnc.by_name("BayerRG8"), index, index, 10**18 + index)
 
 
-@pytest.mark.parametrize("kind", [RecordingKind.PNG, RecordingKind.MP4])
+@pytest.mark.parametrize("kind", [RecordingKind.PNG, RecordingKind.H264])
 def test_pictures_compressed_side_by_side_are_noted_in_order(tmp_path, kind):
-    path = tmp_path / ("x.mp4" if kind is RecordingKind.MP4 else "x")
+    path = tmp_path / ("x.mp4" if kind is RecordingKind.H264 else "x")
     writer = create_writer(kind, path, INFO)
     made = list(frames(20))
     for frame in made:

@@ -18,9 +18,8 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import source
-from grabbergui.recording.opening import open_recording
-from grabbergui.recording.stored import RecordingError
+from grabbergui.recording import playback
+from grabbergui.recording.recording import RecordingError, open_recording
 from patience import PATIENCE, attempts, until
 
 STEP_NS = 50_000_000
@@ -48,7 +47,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def player(folder):
-    grabber = source.create(SourceUri.parse(f"file:{folder}"))
+    grabber = playback.create(SourceUri.parse(f"file:{folder}"))
     grabber.open()
     yield grabber
     grabber.close()
@@ -222,7 +221,7 @@ EVIL = {
 def test_notes_that_wish_us_ill_are_refused(folder, text):
     (folder / "frames.jsonl").write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(GrabberError):
-        source.create(SourceUri.parse(f"file:{folder}")).open()
+        playback.create(SourceUri.parse(f"file:{folder}")).open()
 
 
 def test_a_line_cut_short_by_a_crash_is_left_out(folder):
@@ -233,7 +232,7 @@ def test_a_line_cut_short_by_a_crash_is_left_out(folder):
 
 def test_a_picture_that_breaks_is_left_out_and_play_goes_on(folder):
     (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:30])
-    grabber = source.create(SourceUri.parse(f"file:{folder}?speed=10"))
+    grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10"))
     grabber.open()
     try:
         queue = grabber.open_queue(16)
@@ -259,13 +258,13 @@ def test_what_is_no_recording_is_refused_with_what_to_write(tmp_path):
         open_recording(tmp_path / "nothing")
     for uri in ("file:", "file:x?loop=maybe", "file:x?speed=fast", "file:x?volume=11"):
         with pytest.raises(UsageError):
-            source.create(SourceUri.parse(uri))
+            playback.create(SourceUri.parse(uri))
 
 
 @pytest.mark.parametrize("name", ["x" * 5000, "~nobody-of-this-name/movie.mp4"])
 def test_names_that_no_system_has_are_refused_like_any_other(name):
     with pytest.raises(GrabberError):
-        source.create(SourceUri("file", name)).open()
+        playback.create(SourceUri("file", name)).open()
 
 
 def test_a_folder_that_cannot_be_listed_is_told(tmp_path, monkeypatch):
@@ -274,7 +273,7 @@ def test_a_folder_that_cannot_be_listed_is_told(tmp_path, monkeypatch):
 
     monkeypatch.setattr(type(tmp_path), "iterdir", closed)
     with pytest.raises(RecordingError, match=r"could not be read: Permission denied"):
-        source.create(SourceUri("file", str(tmp_path))).open()
+        playback.create(SourceUri("file", str(tmp_path))).open()
 
 
 @pytest.mark.parametrize("kind", ["RGBa8", "BGRa8"])
@@ -282,11 +281,11 @@ def test_a_picture_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
     cv2.imwrite(str(tmp_path / "0.png"), np.zeros((8, 16, 3), np.uint8))
     (tmp_path / "frames.jsonl").write_text(note(0, pixel_format=kind))
     with pytest.raises(RecordingError, match="no alpha"):
-        source.create(SourceUri("file", str(tmp_path))).open()
+        playback.create(SourceUri("file", str(tmp_path))).open()
 
 
 @pytest.mark.parametrize("values", [np.int16, np.float32])
 def test_pictures_of_no_sensors_values_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
     with pytest.raises(RecordingError, match=f"pictures of {values.__name__} with 1 components"):
-        source.create(SourceUri("file", str(tmp_path))).open()
+        playback.create(SourceUri("file", str(tmp_path))).open()

@@ -2,7 +2,6 @@
 
 import contextlib
 import errno
-import os
 import shutil
 import time
 from pathlib import Path
@@ -16,11 +15,10 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.uri import SourceUri
-from grabbergui.recording import source
-from grabbergui.recording.opening import open_recording
+from grabbergui.recording import playback
 from grabbergui.recording.recorder import Recorder, RecordingLimits
-from grabbergui.recording.stored import RecordingError
-from grabbergui.recording.writers import INDEX_BYTES, RecordingKind, create_writer, kind_of
+from grabbergui.recording.recording import RecordingError, open_recording
+from grabbergui.recording.writer import MOVIE_KINDS, RecordingKind, create_writer, kind_of
 from patience import PATIENCE, until
 
 INFO = DeviceInfo("sim:", vendor="V", model="M", serial="1")
@@ -29,8 +27,7 @@ STEP = 20_000_000
 NAMES = {
     RecordingKind.PNG: "pictures",
     RecordingKind.TIFF: "pictures",
-    RecordingKind.MP4: "movie.mp4",
-    RecordingKind.LOSSLESS: "movie.mp4",
+    **dict.fromkeys(MOVIE_KINDS, "movie.mp4"),
     RecordingKind.MCAP: "messages.mcap",
 }
 
@@ -80,7 +77,16 @@ EXACT = [
         "BGR8",
         "YUV422_8",
     )
-] + [(RecordingKind.LOSSLESS, "Mono8"), (RecordingKind.PNG, "RGBa8"), (RecordingKind.MCAP, "BGRa8")]
+] + [
+    (RecordingKind.LOSSLESS, "Mono8"),
+    (RecordingKind.LOSSLESS, "RGB8"),
+    (RecordingKind.FFV1, "Mono8"),
+    (RecordingKind.FFV1, "Mono12p"),
+    (RecordingKind.FFV1, "Mono16"),
+    (RecordingKind.FFV1, "RGB8"),
+    (RecordingKind.PNG, "RGBa8"),
+    (RecordingKind.MCAP, "BGRa8"),
+]
 
 
 @pytest.mark.parametrize(("kind", "name"), EXACT, ids=lambda value: getattr(value, "name", value))
@@ -111,7 +117,7 @@ def test_a_lossless_movie_of_colours_keeps_them(tmp_path):
 def test_a_movie_looks_alike(tmp_path):
     grey = np.tile(np.linspace(20, 200, 64, dtype=np.uint8), (48, 1))
     frame = Frame(grey.ravel(), 64, 48, pfnc.by_name("Mono8"), received_ns=START)
-    recording = open_recording(written(RecordingKind.MP4, tmp_path / "movie.mp4", [frame]))
+    recording = open_recording(written(RecordingKind.H264, tmp_path / "movie.mp4", [frame]))
     try:
         assert np.abs(recording.frame(0, 0).mono().astype(int) - grey).mean() < 4
     finally:
@@ -144,7 +150,7 @@ def test_a_camera_is_recorded_and_played(camera, tmp_path, kind):
     assert (progress.frames, progress.reason) == (10, "")
     assert progress.size > 0 and told[-1].ended
 
-    player = source.create(SourceUri.parse(f"file:{path}?loop=0&speed=4"))
+    player = playback.create(SourceUri.parse(f"file:{path}?loop=0&speed=4"))
     player.open()
     try:
         queue = player.open_queue(16)
@@ -236,20 +242,6 @@ def test_a_slow_disk_drops_frames_and_counts_them(camera, tmp_path, monkeypatch)
     recording = open_recording(tmp_path / "x.mcap")
     assert len(recording) == 3
     recording.close()
-
-
-@pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="files without a name are Linux's")
-def test_room_for_a_movies_index_is_kept_until_it_is_written(tmp_path):
-    def reserved():
-        files = [path.stat() for path in Path("/proc/self/fd").iterdir() if path.exists()]
-        nameless = [file for file in files if file.st_nlink == 0 and file.st_size == INDEX_BYTES]
-        return sum(file.st_blocks * 512 for file in nameless)
-
-    before = reserved()
-    writer = create_writer(RecordingKind.MP4, tmp_path / "movie.mp4", INFO, 100)
-    assert reserved() >= before + INDEX_BYTES
-    writer.close()
-    assert reserved() == before
 
 
 @pytest.mark.parametrize("kind", RecordingKind)
@@ -400,8 +392,8 @@ def test_nothing_is_overwritten(tmp_path):
 
 
 def test_the_ending_chooses_the_kind():
-    assert kind_of(Path("a.MP4")) is RecordingKind.MP4
-    assert kind_of(Path("a.mp4"), lossless=True) is RecordingKind.LOSSLESS
+    assert kind_of(Path("a.MP4")) is RecordingKind.H264
+    assert kind_of(Path("a.mp4"), movie=RecordingKind.LOSSLESS) is RecordingKind.LOSSLESS
     assert kind_of(Path("a.mcap")) is RecordingKind.MCAP
     assert kind_of(Path("a")) is RecordingKind.PNG
     with pytest.raises(GrabberError, match=r"\.mcap"):

@@ -5,7 +5,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.recording.recorder import Recorder, RecordingLimits
-from grabbergui.recording.writers import RecordingKind, create_writer
+from grabbergui.recording.writer import RecordingKind, create_writer
 from patience import PATIENCE
 
 TOPIC = "/grabbergui/image_raw"

@@ -269,7 +269,7 @@ def test_the_command_records_what_happens(tmp_path, capsys):
     assert written["reached"] is False or seconds > 2, "in two seconds nothing can be reached"
     assert written["pictures"] > 0
     assert {step["state"] for step in written["states"]} >= {"lost", "centring"}
-    video = cv2.VideoCapture(str(folder / "video.avi"))
+    video = cv2.VideoCapture(str(folder / "video.mp4"))
     assert video.get(cv2.CAP_PROP_FRAME_COUNT) > 0
     video.release()
     assert "centring" in capsys.readouterr().out

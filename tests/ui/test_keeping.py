@@ -13,7 +13,8 @@ from grabbergui import sources
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
-from grabbergui.recording.writers import MovieWriter, RecordingKind
+from grabbergui.recording.movie import MovieWriter
+from grabbergui.recording.writer import RecordingKind
 from patience import PATIENCE
 
 
@@ -95,7 +96,7 @@ def test_what_is_no_file_of_settings_is_said(desk, tmp_path):
 
 
 def test_a_recording_is_made_and_played_back(desk, monkeypatch):
-    monkeypatch.setitem(sources._KINDS, "file", "grabbergui.recording.source")
+    monkeypatch.setitem(sources._KINDS, "file", "grabbergui.recording.playback")
     bar = desk.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MCAP))
     desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
@@ -123,7 +124,7 @@ def test_closing_the_window_does_not_cut_a_recording_off(desk, monkeypatch):
     close = MovieWriter.close
     monkeypatch.setattr(MovieWriter, "close", lambda writer: finish.wait(PATIENCE) and close(writer))
     bar = desk.window.recordingBar
-    bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MP4))
+    bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.H264))
     bar.recordButton.click()
     desk.until(lambda: "frames" in bar.progressLabel.text())
     folder = desk.program.preferences.snapshot_folder

@@ -5,7 +5,7 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.models.open_source import LinkState
-from grabbergui.recording.writers import RecordingKind
+from grabbergui.recording.writer import RecordingKind
 
 GREY = "sim:?width=64&height=48&fps=60"
 COLOUR = "sim:colour?width=64&height=48&fps=60"

@@ -13,7 +13,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.recordings import Recordings
 from grabbergui.recording.recorder import RecordingLimits
-from grabbergui.recording.writers import RecordingKind
+from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
 from grabbergui.ui.views.recording_bar import RecordingBar

@@ -21,7 +21,7 @@ from grabbergui.models.settings import files, user_sets
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
 from grabbergui.models.settings.user_sets import UserSet
-from grabbergui.recording.opening import VIDEO_SUFFIXES
+from grabbergui.recording.recording import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
 from grabbergui.ui.views.main_window import MainWindow
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog

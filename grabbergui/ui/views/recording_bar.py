@@ -10,15 +10,18 @@ from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QComboBox, QDoubleSpinBox, QPushBut
 
 from grabbergui.models.language import localized
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
-from grabbergui.recording.writers import RecordingKind
+from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel
 
 _KINDS = {
     RecordingKind.MCAP: QT_TRANSLATE_NOOP("RecordingBar", "ROS 2 messages (MCAP)"),
-    RecordingKind.MP4: QT_TRANSLATE_NOOP("RecordingBar", "Movie (MP4)"),
+    RecordingKind.H264: QT_TRANSLATE_NOOP("RecordingBar", "Movie (MP4)"),
     RecordingKind.LOSSLESS: QT_TRANSLATE_NOOP("RecordingBar", "Movie, lossless (MP4)"),
+    RecordingKind.FFV1: QT_TRANSLATE_NOOP("RecordingBar", "Movie, lossless up to 16 bits (FFV1)"),
+    RecordingKind.HEVC: QT_TRANSLATE_NOOP("RecordingBar", "Movie, smaller (HEVC)"),
+    RecordingKind.AV1: QT_TRANSLATE_NOOP("RecordingBar", "Movie, smallest (AV1)"),
     RecordingKind.PNG: QT_TRANSLATE_NOOP("RecordingBar", "Pictures (PNG)"),
     RecordingKind.TIFF: QT_TRANSLATE_NOOP("RecordingBar", "Pictures (TIFF, fast)"),
 }

@@ -1,0 +1,256 @@
+"""Movies: exact times and seeking, other readers, crashes, full disks, bad files."""
+
+import contextlib
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import GrabberError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.recording.movie import FRAGMENT, notes_beside
+from grabbergui.recording.recording import RecordingError, open_recording
+from grabbergui.recording.writer import MOVIE_KINDS, RecordingKind, create_writer
+from patience import PATIENCE
+
+INFO = DeviceInfo("sim:", model="M")
+START = 1_700_000_000_000_000_000
+TIMES = [0, 20_000_123, 40_000_456, 41_000_000, 900_000_000, 5_000_000_000, 5_000_001_500]
+"Nanoseconds of an irregular camera."
+
+
+def level(index):
+    """A brightness that no other frame of a minute's neighbours has."""
+    return 30 + (index * 37) % 180
+
+
+def flat(index, width=64, height=48, name="Mono8", at=None):
+    pixel_format = pfnc.by_name(name)
+    payload = np.full(pixel_format.image_bytes(width, height), level(index), np.uint8)
+    received = START + (index * 40_000_000 if at is None else at)
+    return Frame(payload, width, height, pixel_format, index, received_ns=received)
+
+
+def written(path, kind, frames):
+    writer = create_writer(kind, path, INFO, 25)
+    for frame in frames:
+        writer.write(frame)
+    writer.close()
+    return path
+
+
+@pytest.mark.parametrize("kind", MOVIE_KINDS)
+def test_each_frame_has_its_own_time(tmp_path, kind):
+    frames = [flat(index, at=time) for index, time in enumerate(TIMES)]
+    path = written(tmp_path / "x.mp4", kind, frames)
+
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        times = [packet.pts * stream.time_base for packet in container.demux(stream) if packet.size]
+    assert [int(time * 10**6) for time in times] == [time // 1000 for time in TIMES]
+
+    for notes in (True, False):
+        if not notes:
+            notes_beside(path).unlink()
+        recording = open_recording(path)
+        exact = [time - recording.times_ns[0] for time in recording.times_ns]
+        assert exact == (TIMES if notes else [time // 1000 * 1000 for time in TIMES])
+        recording.close()
+
+
+def test_times_that_stand_or_fall_back_still_rise_in_the_movie(tmp_path):
+    frames = [flat(index, at=at) for index, at in enumerate((0, 10**9, 10**9, 5 * 10**8, 10**13))]
+    recording = open_recording(written(tmp_path / "x.mp4", RecordingKind.H264, frames))
+    assert len(recording) == 5
+    assert [recording.frame(index, 0).frame_id for index in (4, 1, 3, 0, 2)] == [4, 1, 3, 0, 2]
+    recording.close()
+
+
+@pytest.mark.parametrize("kind", MOVIE_KINDS)
+@pytest.mark.parametrize("name", ["Mono8", "RGB8"])
+def test_any_frame_is_found_exactly(tmp_path, kind, name):
+    path = written(tmp_path / "x.mp4", kind, [flat(index, name=name) for index in range(60)])
+    for notes in (True, False):
+        if not notes:
+            notes_beside(path).unlink()
+        recording = open_recording(path)
+        for index in (59, 0, 31, 30, 32, 40, 7, 58, 24, 25, 26, 3):
+            assert abs(float(recording.frame(index, 0).mono().mean()) - level(index)) < 4, index
+        recording.close()
+
+
+@pytest.mark.parametrize("kind", MOVIE_KINDS)
+@pytest.mark.parametrize("name", ["Mono8", "RGB8"])
+def test_opencv_sees_the_same(tmp_path, kind, name):
+    path = written(tmp_path / "x.mp4", kind, [flat(index, name=name) for index in range(30)])
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG)
+    assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == 30
+    for index in range(30):
+        read, pixels = capture.read()
+        assert read and abs(float(pixels.mean()) - level(index)) < 6, index
+    assert not capture.read()[0]
+    capture.release()
+
+
+@pytest.mark.parametrize("name", ["Mono8", "BayerRG8", "RGB8"])
+@pytest.mark.parametrize("kind", [kind for kind in MOVIE_KINDS if kind is not RecordingKind.AV1])
+def test_odd_sizes_are_recorded(tmp_path, kind, name):
+    path = written(tmp_path / "x.mp4", kind, [flat(index, 65, 47, name) for index in range(3)])
+    recording = open_recording(path)
+    back = recording.frame(2, 0)
+    assert (back.width, back.height) == (65, 47)
+    assert abs(float(back.mono().mean()) - level(2)) < 4
+    recording.close()
+
+
+def test_what_an_encoder_does_not_take_is_an_error_with_the_way_out(tmp_path):
+    writer = create_writer(RecordingKind.AV1, tmp_path / "x.mp4", INFO)
+    with pytest.raises(RecordingError, match="even width and height, not 65×47"):
+        writer.write(flat(0, 65, 47))
+    writer.close()
+    writer.discard()
+    assert not list(tmp_path.iterdir())
+
+
+def test_another_size_does_not_end_the_movie_before_it(tmp_path):
+    writer = create_writer(RecordingKind.H264, tmp_path / "x.mp4", INFO)
+    writer.write(flat(0))
+    with pytest.raises(RecordingError, match=r"\.mcap can"):
+        writer.write(flat(1, 32, 32))
+    writer.close()
+    recording = open_recording(tmp_path / "x.mp4")
+    assert len(recording) == 1
+    recording.close()
+
+
+WRITE = f"""
+import sys, numpy as np
+sys.path[:0] = {[str(Path(__file__).parent), str(Path(__file__).parents[1])]}
+from test_movies import *
+random = np.random.default_rng(0)
+writer = create_writer(RecordingKind(sys.argv[2]), Path(sys.argv[1]), INFO, 25)
+index = 0
+while True:
+    frame = flat(index)
+    frame.payload = random.integers(0, 256, frame.payload.size, np.uint8)
+    writer.write(frame)
+    index += 1
+    if index >= 200:
+        print(index, flush=True)
+"""
+
+
+@pytest.mark.parametrize("kind", MOVIE_KINDS)
+def test_a_movie_whose_program_was_killed_is_played(tmp_path, kind):
+    path = tmp_path / "x.mp4"
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITE, str(path), kind.value], stdout=subprocess.PIPE, text=True
+    ) as program:
+        try:
+            wrote = int(program.stdout.readline())
+        finally:
+            program.send_signal(signal.SIGKILL)
+
+    recording = open_recording(path)
+    lost = FRAGMENT // 40_000 + 80  # the last fragment, and what encoders hold
+    assert len(recording) >= wrote - lost
+    last = len(recording) - 1
+    assert recording.frame(last, 0).frame_id == last
+    assert recording.frame(5, 0).frame_id == 5
+    recording.close()
+    capture, count = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG), 0
+    while capture.read()[0]:
+        count += 1
+    assert abs(count - last - 1) <= 1
+    capture.release()
+
+
+LIMIT = 300_000
+FULL = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({LIMIT}, {resource.RLIM_INFINITY}))\n"
+FULL += WRITE.replace(
+    "    writer.write(frame)",
+    """    try:
+        writer.write(frame)
+    except OSError as error:
+        writer.close()
+        raise SystemExit(repr(error))""",
+)
+
+
+@pytest.mark.parametrize("kind", [RecordingKind.H264, RecordingKind.LOSSLESS, RecordingKind.FFV1])
+def test_a_movie_on_a_full_disk_ends_and_is_played(tmp_path, kind):
+    path = tmp_path / "x.mp4"
+    ended = subprocess.run(
+        [sys.executable, "-c", FULL, str(path), kind.value], capture_output=True, text=True, timeout=PATIENCE
+    )
+    assert ended.stderr.strip() == "OSError(27, 'File too large')"
+    assert path.stat().st_size <= LIMIT
+    recording = open_recording(path)
+    last = len(recording) - 1
+    assert last > 20 and recording.frame(last, 0).frame_id == last
+    recording.close()
+
+
+@pytest.mark.parametrize("kind", [RecordingKind.H264, RecordingKind.FFV1])
+def test_broken_bytes_never_give_a_traceback(tmp_path, kind):
+    content = written(tmp_path / "x.mp4", kind, [flat(index) for index in range(20)]).read_bytes()
+    notes_beside(tmp_path / "x.mp4").unlink()
+    random, read = np.random.default_rng(5), 0
+    for round_ in range(120):
+        broken = bytearray(content)
+        for at in random.integers(0, len(content), 3):
+            broken[at] = random.integers(0, 256)
+        if round_ % 3 == 0:
+            del broken[random.integers(0, len(content)) :]
+        (tmp_path / "y.mp4").write_bytes(broken)
+        try:
+            recording = open_recording(tmp_path / "y.mp4")
+        except GrabberError:
+            continue
+        for index in (0, len(recording) - 1):
+            with contextlib.suppress(GrabberError):
+                read += recording.frame(index, 0).width == 64
+        recording.close()
+    assert read > 20
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"no movie",
+        b"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nother.mp4\n#EXT-X-ENDLIST\n",
+        b"ffconcat version 1.0\nfile other.mp4\n",
+    ],
+)
+def test_what_is_no_movie_is_refused_and_opens_no_other_file(tmp_path, content):
+    written(tmp_path / "other.mp4", RecordingKind.H264, [flat(0)])
+    (tmp_path / "x.mp4").write_bytes(content)
+    with pytest.raises(UsageError, match=r"x\.mp4"):
+        open_recording(tmp_path / "x.mp4")
+
+
+def test_movies_of_others_are_played_in_the_order_of_their_times(tmp_path):
+    """With B frames, whose order in the file is another, in Matroska, which has no index of all frames."""
+    for name in ("x.mp4", "x.mkv"):
+        with av.open(str(tmp_path / name), "w") as container:
+            stream = container.add_stream("libx264", rate=25, options={"bf": "3", "g": "12"})
+            stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+            for index in range(40):
+                grey = np.full((48, 64, 3), level(index), np.uint8)
+                container.mux(stream.encode(av.VideoFrame.from_ndarray(grey, "rgb24")))
+            container.mux(stream.encode(None))
+        recording = open_recording(tmp_path / name)
+        assert len(recording) == 40
+        assert recording.duration == pytest.approx(39 / 25, abs=0.002)
+        for index in (39, 13, 0, 26):
+            assert abs(float(recording.frame(index, 0).mono().mean()) - level(index)) < 6
+        recording.close()
