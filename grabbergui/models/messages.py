@@ -174,3 +174,19 @@ class MessageModel:
                 return
             self._messages = kept
         self.changed.emit()
+
+
+class CurrentMessages:
+    """Posts messages about whichever source is the current one then. Any thread."""
+
+    def __init__(self, model: MessageModel, current: Callable[[], OpenSource | None]) -> None:
+        self._model = model
+        self._current = current
+
+    def error(self, text: str) -> None:
+        """Report that one action failed."""
+        self._model.error(text, self._current())
+
+    def notice(self, text: str) -> None:
+        """Report for a moment that something was done."""
+        self._model.notice(text, self._current())

@@ -4,12 +4,12 @@
 <context>
     <name>AcquisitionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="87"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="89"/>
         <source>there is no frame yet to take a snapshot of; start the camera first</source>
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="146"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="150"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -470,6 +470,19 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>CalibrationViewController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="136"/>
+        <source>Load a calibration</source>
+        <translation>Cargar una calibración</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/calibration.py" line="131"/>
+        <source>{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°</source>
+        <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
+    </message>
+</context>
+<context>
     <name>CameraTile</name>
     <message>
         <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="29"/>
@@ -505,7 +518,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="59"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="58"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -566,32 +579,32 @@ It {1}.</source>
 <context>
     <name>ChangesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="87"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="87"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="120"/>
         <source>Save changes</source>
         <translation>Guardar los cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="110"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="119"/>
         <source>Python program (*.py);;Shell script (*.sh);;Table (*.tsv)</source>
         <translation>Programa de Python (*.py);;Script de shell (*.sh);;Tabla (*.tsv)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="126"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="130"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/changes.py" line="128"/>
+        <location filename="../../grabbergui/ui/controllers/changes.py" line="134"/>
         <source>Saved the changes to {0}</source>
         <translation>Cambios guardados en {0}</translation>
     </message>
@@ -1013,7 +1026,7 @@ It {1}.</source>
 <context>
     <name>FavouritesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="61"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="65"/>
         <source>no more than {0} controls can be at hand; remove one first</source>
         <translation>no puede haber más de {0} controles a mano; quite uno antes</translation>
     </message>
@@ -1052,42 +1065,42 @@ It {1}.</source>
 <context>
     <name>FeatureMenuController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="129"/>
         <source>&amp;Plot over time</source>
         <translation>&amp;Representar en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="122"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="132"/>
         <source>&amp;Copy the name</source>
         <translation>&amp;Copiar el nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="126"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="136"/>
         <source>Copy name and &amp;value</source>
         <translation>Copiar nombre y &amp;valor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="134"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="144"/>
         <source>Keep at &amp;hand</source>
         <translation>Tener a &amp;mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="138"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="148"/>
         <source>&amp;Remove from what is at hand</source>
         <translation>&amp;Quitar de lo que está a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="139"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="149"/>
         <source>Move to the &amp;left</source>
         <translation>Mover a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="139"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="149"/>
         <source>Move to the ri&amp;ght</source>
         <translation>Mover a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/favourites.py" line="146"/>
+        <location filename="../../grabbergui/ui/controllers/favourites.py" line="156"/>
         <source>&amp;Usual controls at hand</source>
         <translation>Controles &amp;habituales a mano</translation>
     </message>
@@ -1375,79 +1388,6 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/measuring_panels.py" line="61"/>
         <source>grey</source>
         <translation>gris</translation>
-    </message>
-</context>
-<context>
-    <name>KeepingController</name>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="29"/>
-        <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
-        <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="74"/>
-        <source>Save settings</source>
-        <translation>Guardar ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="82"/>
-        <source>Load settings</source>
-        <translation>Cargar ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="87"/>
-        <source>Compare the camera with settings</source>
-        <translation>Comparar la cámara con unos ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="114"/>
-        <source>Saved {0} settings to {1}</source>
-        <translation>{0} ajustes guardados en {1}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="140"/>
-        <source>Camera and {0}</source>
-        <translation>Cámara y {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="200"/>
-        <source>Loaded {0}</source>
-        <translation>Cargado {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="166"/>
-        <source>Rolled back: {0}</source>
-        <translation>Revertido: {0}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="92"/>
-        <source>First settings</source>
-        <translation>Primeros ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="92"/>
-        <source>Second settings</source>
-        <translation>Segundos ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="116"/>
-        <source>Saving settings</source>
-        <translation>Guardando ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="201"/>
-        <source>Loading settings</source>
-        <translation>Cargando ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="142"/>
-        <source>Comparing settings</source>
-        <translation>Comparando ajustes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="167"/>
-        <source>Rolling back</source>
-        <translation>Revirtiendo</translation>
     </message>
 </context>
 <context>
@@ -2111,7 +2051,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="286"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2317,12 +2257,12 @@ It {1}.</source>
 <context>
     <name>MeasuringController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="107"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="116"/>
         <source>of {0} × {1} pixels at ({2}, {3})</source>
         <translation>de {0} × {1} píxeles en ({2}, {3})</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/measuring.py" line="137"/>
+        <location filename="../../grabbergui/ui/controllers/measuring.py" line="146"/>
         <source>{0:.2%} saturated · {1:.2%} black</source>
         <translation>{0:.2%} saturado · {1:.2%} negro</translation>
     </message>
@@ -2407,7 +2347,7 @@ It {1}.</source>
 <context>
     <name>PauseController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/pausing.py" line="62"/>
+        <location filename="../../grabbergui/ui/controllers/pausing.py" line="69"/>
         <source>there is no frame yet to pause at; start the camera first</source>
         <translation>todavía no hay imagen en la que pausar; inicie antes la cámara</translation>
     </message>
@@ -2657,17 +2597,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="265"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="261"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="270"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="270"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -2881,32 +2821,32 @@ It {1}.</source>
 <context>
     <name>RecordingController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="107"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="113"/>
         <source>Folder for recordings</source>
         <translation>Carpeta para grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="75"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="81"/>
         <source>Recording</source>
         <translation>Grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="83"/>
         <source>Closing ends the recording; what was recorded so far is kept.</source>
         <translation>Al cerrar termina la grabación; lo grabado hasta ahora se conserva.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="78"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="84"/>
         <source>Stop recording and close</source>
         <translation>Detener la grabación y cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="79"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="85"/>
         <source>Go on recording</source>
         <translation>Seguir grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/recording.py" line="76"/>
+        <location filename="../../grabbergui/ui/controllers/recording.py" line="82"/>
         <source>Being recorded: {0}</source>
         <translation>Se está grabando: {0}</translation>
     </message>
@@ -2914,12 +2854,12 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="176"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="190"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="169"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="183"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
     </message>
@@ -3223,6 +3163,79 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>SettingsFilesController</name>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="50"/>
+        <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
+        <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="81"/>
+        <source>Save settings</source>
+        <translation>Guardar ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="86"/>
+        <source>Load settings</source>
+        <translation>Cargar ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="91"/>
+        <source>Compare the camera with settings</source>
+        <translation>Comparar la cámara con unos ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="117"/>
+        <source>Saved {0} settings to {1}</source>
+        <translation>{0} ajustes guardados en {1}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="143"/>
+        <source>Camera and {0}</source>
+        <translation>Cámara y {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="203"/>
+        <source>Loaded {0}</source>
+        <translation>Cargado {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="169"/>
+        <source>Rolled back: {0}</source>
+        <translation>Revertido: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="96"/>
+        <source>First settings</source>
+        <translation>Primeros ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="96"/>
+        <source>Second settings</source>
+        <translation>Segundos ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
+        <source>Saving settings</source>
+        <translation>Guardando ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="204"/>
+        <source>Loading settings</source>
+        <translation>Cargando ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="145"/>
+        <source>Comparing settings</source>
+        <translation>Comparando ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="170"/>
+        <source>Rolling back</source>
+        <translation>Revirtiendo</translation>
+    </message>
+</context>
+<context>
     <name>SettingsReport</name>
     <message>
         <location filename="../../grabbergui/ui/forms/settings_report.ui" line="15"/>
@@ -3351,19 +3364,6 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/help_views.py" line="176"/>
         <source>Shift</source>
         <translation>Mayús</translation>
-    </message>
-</context>
-<context>
-    <name>ShowingCalibrationController</name>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="128"/>
-        <source>Load a calibration</source>
-        <translation>Cargar una calibración</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/calibration.py" line="124"/>
-        <source>{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°</source>
-        <translation>{0}: la imagen se muestra sin distorsión, {1:.0f}° × {2:.0f}°</translation>
     </message>
 </context>
 <context>
@@ -3879,22 +3879,22 @@ It {1}.</source>
 <context>
     <name>TuningController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="62"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="70"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="67"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="75"/>
         <source>White balance</source>
         <translation>Balance de blancos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="83"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="91"/>
         <source>Exposure on a region</source>
         <translation>Exposición en una región</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="85"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="93"/>
         <source>White balance on a region</source>
         <translation>Balance de blancos en una región</translation>
     </message>
@@ -3902,37 +3902,37 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="229"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="238"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="253"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="262"/>
         <source>Loaded {0}: {1} settings are other than before</source>
         <translation>Cargado {0}: {1} ajustes son distintos de antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="257"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="268"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="260"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="271"/>
         <source>Saved the present settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="261"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="272"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="264"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="275"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="265"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="276"/>
         <source>Telling the camera</source>
         <translation>Avisando a la cámara</translation>
     </message>
@@ -4021,27 +4021,27 @@ It {1}.</source>
 <context>
     <name>ValuesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="55"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="62"/>
         <source>no more than {0} values can be plotted at once; remove one first</source>
         <translation>no se pueden representar más de {0} valores a la vez; quite antes uno</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="75"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="82"/>
         <source>{0} could not be written: {1}</source>
         <translation>no se pudo escribir {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="77"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="86"/>
         <source>Saved the values to {0}</source>
         <translation>Valores guardados en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="134"/>
         <source>Save values</source>
         <translation>Guardar valores</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/values.py" line="124"/>
+        <location filename="../../grabbergui/ui/controllers/values.py" line="133"/>
         <source>Comma-separated values (*.csv)</source>
         <translation>Valores separados por comas (*.csv)</translation>
     </message>

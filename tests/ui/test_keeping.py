@@ -31,7 +31,7 @@ def rows(report):
 
 
 def test_settings_are_saved_changed_loaded_and_rolled_back(desk, tmp_path):
-    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
     keeping.save(path)
     desk.until(path.exists)
     desk.grabber.write_feature("Gain", 6)
@@ -47,7 +47,7 @@ def test_settings_are_saved_changed_loaded_and_rolled_back(desk, tmp_path):
 
 
 def test_loading_waits_for_the_last_write_of_a_slider(desk, tmp_path):
-    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     features = desk.program.connection.source.features
     features._throttle.interval = 0.5  # so that loading would have all the time to come first
@@ -63,7 +63,7 @@ def test_loading_waits_for_the_last_write_of_a_slider(desk, tmp_path):
 
 
 def test_comparing_changes_nothing_until_applied(desk, tmp_path):
-    keeping, path = desk.program.keeping, tmp_path / "settings.pfs"
+    keeping, path = desk.program.settings_files, tmp_path / "settings.pfs"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     keeping.compare(path)
     desk.until(lambda: keeping.report)
@@ -89,9 +89,9 @@ def test_a_file_of_settings_is_dropped_onto_the_window(desk, tmp_path):
 
 def test_what_is_no_file_of_settings_is_said(desk, tmp_path):
     (tmp_path / "diary.txt").write_text("dear diary\n")
-    desk.program.keeping.load(tmp_path / "diary.txt")
+    desk.program.settings_files.load(tmp_path / "diary.txt")
     desk.until(lambda: any("diary.txt" in text for text in desk.errors))
-    assert desk.program.keeping.report is None
+    assert desk.program.settings_files.report is None
     assert not desk.window.actionUndo.isEnabled()
 
 
@@ -145,7 +145,7 @@ def tick(table, name, ticked):
 
 
 def test_of_a_comparison_only_what_is_ticked_is_applied(desk, tmp_path):
-    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.compare(path)
     desk.until(lambda: keeping.report)
@@ -158,7 +158,7 @@ def test_of_a_comparison_only_what_is_ticked_is_applied(desk, tmp_path):
 
 
 def test_loading_is_one_step_to_undo(desk, tmp_path):
-    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Gamma"): 2.0}), path)
     keeping.load(path)
     desk.until(lambda: keeping.report)
@@ -169,7 +169,7 @@ def test_loading_is_one_step_to_undo(desk, tmp_path):
 
 
 def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkeypatch):
-    keeping, path = desk.program.keeping, tmp_path / "settings.yaml"
+    keeping, path = desk.program.settings_files, tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
     read, slow = desk.grabber.feature, threading.Event()
 
@@ -200,7 +200,7 @@ def test_closing_the_camera_ends_what_is_under_way(desk, tmp_path, monkeypatch):
         return read(name)
 
     monkeypatch.setattr(desk.grabber, "feature", slowly)
-    desk.program.keeping.save(tmp_path / "settings.yaml")
+    desk.program.settings_files.save(tmp_path / "settings.yaml")
     desk.until(lambda: desk.window.tasks.rows and desk.window.tasks.rows[0].bar.value() > 0)
     desk.program.connection.disconnect()
     desk.until(lambda: not desk.window.tasks.rows)
@@ -216,7 +216,7 @@ def test_saving_that_is_cancelled_leaves_no_file(desk, tmp_path, monkeypatch):
         return read(name)
 
     monkeypatch.setattr(desk.grabber, "feature", slowly)
-    desk.program.keeping.save(path)
+    desk.program.settings_files.save(path)
     desk.until(lambda: desk.window.tasks.rows)
     desk.window.tasks.rows[0].cancelButton.click()
     desk.until(lambda: not desk.window.tasks.rows)
@@ -224,7 +224,7 @@ def test_saving_that_is_cancelled_leaves_no_file(desk, tmp_path, monkeypatch):
 
 
 def test_two_files_are_compared_and_the_difference_is_applied(desk, tmp_path):
-    keeping = desk.program.keeping
+    keeping = desk.program.settings_files
     first, second = tmp_path / "day.yaml", tmp_path / "night.pfs"
     for path, gain, gamma in ((first, 3.0, 2.0), (second, 9.0, 1.5)):
         values = {SettingKey("Gain"): gain, SettingKey("Gamma"): gamma, SettingKey("Width"): 320}
@@ -251,12 +251,12 @@ def test_without_a_camera_files_are_compared_all_the_same(window_desk, tmp_path)
     paths = [tmp_path / "a.yaml", tmp_path / "b.yaml"]
     for path in paths:
         files.save(FeatureSet({SettingKey("Gain"): 1.0}), path)
-    window_desk.program.keeping.compare_files(*paths)
-    dialog = window_desk.program.keeping.difference
+    window_desk.program.settings_files.compare_files(*paths)
+    dialog = window_desk.program.settings_files.difference
     assert "no difference" in dialog.headline.text()
     assert not dialog.firstButton.isVisible()
     dialog.close()
-    window_desk.program.keeping.load(paths[0])
+    window_desk.program.settings_files.load(paths[0])
     assert any("connect to one first" in text for text in window_desk.errors)
 
 

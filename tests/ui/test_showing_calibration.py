@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 
 
@@ -25,8 +26,8 @@ def shown(desk):
 def test_a_calibration_is_loaded_shown_and_put_away(desk, tmp_path):
     window = desk.window
     assert window.actionLoadCalibration.isEnabled() and not window.actionShowCalibration.isEnabled()
-    barrel().save(tmp_path / "lens.yaml")
-    desk.program.showing_calibration.load(tmp_path / "lens.yaml")
+    camera_info.save(barrel(), tmp_path / "lens.yaml")
+    desk.program.calibration.load(tmp_path / "lens.yaml")
     assert window.actionShowCalibration.isChecked()
     assert np.allclose(shown(desk).distortion, barrel().distortion)
     assert any("undistorted" in text for text in desk.errors)
@@ -38,18 +39,18 @@ def test_a_calibration_is_loaded_shown_and_put_away(desk, tmp_path):
 
 
 def test_a_calibration_of_another_crop_is_refused_and_said(desk, tmp_path):
-    barrel(width=640).save(tmp_path / "wide.yaml")
-    desk.program.showing_calibration.load(tmp_path / "wide.yaml")
+    camera_info.save(barrel(width=640), tmp_path / "wide.yaml")
+    desk.program.calibration.load(tmp_path / "wide.yaml")
     assert shown(desk) is None and not desk.window.actionShowCalibration.isChecked()
     assert any("another crop" in text for text in desk.errors)
     (tmp_path / "odd.yaml").write_text("nonsense")
-    desk.program.showing_calibration.load(tmp_path / "odd.yaml")
+    desk.program.calibration.load(tmp_path / "odd.yaml")
     assert any("odd.yaml" in text for text in desk.errors)
 
 
 def test_it_is_given_up_where_the_frames_become_another_crop(desk, tmp_path):
-    barrel().save(tmp_path / "lens.yaml")
-    desk.program.showing_calibration.load(tmp_path / "lens.yaml")
+    camera_info.save(barrel(), tmp_path / "lens.yaml")
+    desk.program.calibration.load(tmp_path / "lens.yaml")
     desk.grabber.write_feature("Height", 120)
     desk.until(lambda: not desk.window.actionShowCalibration.isChecked())
     assert shown(desk) is None

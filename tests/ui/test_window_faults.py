@@ -91,7 +91,7 @@ def settings_broken(bench):
     """A file of settings cannot be read."""
     bench.desk.connect(SIM)
     (bench.folder / "broken.yaml").write_bytes(b"\x00 no settings")
-    bench.desk.program.keeping.load(bench.folder / "broken.yaml")
+    bench.desk.program.settings_files.load(bench.folder / "broken.yaml")
     yield "broken.yaml"
     yield ERROR_SECONDS
 

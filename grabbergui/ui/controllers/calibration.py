@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QFileDialog
+from PyQt5.QtWidgets import QAction, QWidget
 
 from grabbergui.calibration import camera_info
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import CalibrationActions, FileQuestions, PictureView
 
 if TYPE_CHECKING:
     from grabbergui.ui.controllers.calibrating import CalibratingController
@@ -34,16 +35,15 @@ class CalibrationOpener(QObject):
     saved = pyqtSignal(Path)
     """A calibration of what the window shows was written."""
 
-    def __init__(self, window: MainWindow, connection: Connection) -> None:
+    def __init__(self, action: QAction, window: QWidget, connection: Connection) -> None:
         super().__init__(window)
-        self._window, self._connection = window, connection
+        self._action, self._window, self._connection = action, window, connection
         self._controller: CalibratingController | None = None
         self._source: OpenSource | None = None
         bridge = Bridge(self)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         bridge.bind(connection.closing, self._on_connection_closing)
-        window.actionCalibrate.triggered.connect(self.open)
-        window.closing.connect(self.close)
+        action.triggered.connect(self.open)
 
     @property
     def dialog(self) -> CalibrationDialog | None:
@@ -79,27 +79,34 @@ class CalibrationOpener(QObject):
             self.close()
 
     def _on_connection_state_changed(self, state: LinkState, reason: str) -> None:
-        self._window.actionCalibrate.setEnabled(state is LinkState.STREAMING)
+        self._action.setEnabled(state is LinkState.STREAMING)
 
 
-class ShowingCalibrationController(QObject):
+class CalibrationViewController(QObject):
     """Each source may have a calibration; while it is shown, the picture is without the lens's distortion."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's messages."""
-    noticed = pyqtSignal(str)
-
-    def __init__(self, window: MainWindow, connection: Connection, picture: PictureModel) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(
+        self,
+        actions: CalibrationActions,
+        view: PictureView,
+        files: FileQuestions,
+        connection: Connection,
+        picture: PictureModel,
+        messages: CurrentMessages,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._actions = actions
+        self._files = files
+        self._messages = messages
         self._connection = connection
         self._picture = picture
         self._known: WeakKeyDictionary[OpenSource, Calibration] = WeakKeyDictionary()
         self._size = (0, 0)
         "Of the frames shown last."
-        window.actionLoadCalibration.triggered.connect(self._ask)
-        window.actionShowCalibration.toggled.connect(self._apply)
-        window.picture.painted.connect(self._on_picture_painted)
+        actions.actionLoadCalibration.triggered.connect(self._ask)
+        actions.actionShowCalibration.toggled.connect(self._apply)
+        view.painted.connect(self._on_picture_painted)
         bridge = Bridge(self)
         bridge.bind(connection.opened, lambda _: self._on_source_changed())
         bridge.bind(connection.closing, lambda _: self._on_source_changed())
@@ -113,30 +120,28 @@ class ShowingCalibrationController(QObject):
         try:
             calibration = camera_info.load(path)
         except (UsageError, OSError) as error:
-            self.failed.emit(error_text(error))
+            self._messages.error(error_text(error))
             return
         self._known[source] = calibration
-        self._window.actionShowCalibration.setEnabled(True)
-        self._window.actionShowCalibration.setChecked(True)
+        self._actions.actionShowCalibration.setEnabled(True)
+        self._actions.actionShowCalibration.setChecked(True)
         self._apply()
-        if self._window.actionShowCalibration.isChecked():
+        if self._actions.actionShowCalibration.isChecked():
             across, down = calibration.field_of_view
             text = self.tr("{0}: the picture is shown undistorted, {1:.0f}° × {2:.0f}°")
-            self.noticed.emit(text.format(path.name, across, down))
+            self._messages.notice(text.format(path.name, across, down))
 
     def _ask(self) -> None:
-        path, _ = QFileDialog.getOpenFileName(
-            self._window, self.tr("Load a calibration"), str(Path.home()), "camera_info (*.yaml *.yml)"
-        )
-        if path:
-            self.load(Path(path))
+        kinds = "camera_info (*.yaml *.yml)"
+        if path := self._files.to_open(self.tr("Load a calibration"), kinds, Path.home()):
+            self.load(path)
 
     def _on_source_changed(self) -> None:
         source = self._connection.source
         known = source is not None and source in self._known
-        self._window.actionLoadCalibration.setEnabled(source is not None)
-        self._window.actionShowCalibration.setEnabled(known)
-        self._window.actionShowCalibration.setChecked(False)
+        self._actions.actionLoadCalibration.setEnabled(source is not None)
+        self._actions.actionShowCalibration.setEnabled(known)
+        self._actions.actionShowCalibration.setChecked(False)
         self._apply()
 
     def _on_picture_painted(self) -> None:
@@ -148,13 +153,13 @@ class ShowingCalibrationController(QObject):
     def _apply(self, _: bool = False) -> None:
         """Show the picture with or without the distortion; a calibration of another crop is refused."""
         source, frame = self._connection.source, self._picture.frame
-        wanted = self._window.actionShowCalibration.isChecked() and source is not None
+        wanted = self._actions.actionShowCalibration.isChecked() and source is not None
         calibration = self._known.get(source) if wanted and source is not None else None
         if calibration is not None and frame is not None:
             try:
                 calibration = calibration.scaled_to(frame.width, frame.height)
             except UsageError as error:
                 calibration = None
-                self._window.actionShowCalibration.setChecked(False)
-                self.failed.emit(error_text(error))
+                self._actions.actionShowCalibration.setChecked(False)
+                self._messages.error(error_text(error))
         self._picture.settings = replace(self._picture.settings, calibration=calibration)

@@ -16,6 +16,7 @@ from grabbergui.models.changes.history import Step
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.settings.feature_set import Progress
 from grabbergui.ui.bridge import Bridge
@@ -33,11 +34,9 @@ TELL = 0.05
 class CameraWork(QObject):
     """Runs work for whoever makes the calls, one after the other."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-
-    def __init__(self, tasks: TaskStack, connection: Connection) -> None:
+    def __init__(self, tasks: TaskStack, connection: Connection, messages: CurrentMessages) -> None:
         super().__init__(tasks)
+        self._messages = messages
         self._tasks = tasks
         self._connection = connection
         self._bridge = Bridge(self)
@@ -56,7 +55,7 @@ class CameraWork(QObject):
         """
         source = self._connection.source
         if source is None or source.tracked_grabber is None or source.features is None:
-            self.failed.emit(self.tr("there is no camera; connect to one first"))
+            self._messages.error(self.tr("there is no camera; connect to one first"))
             return
         grabber, cancelled = source.tracked_grabber, threading.Event()
         row = self._tasks.begin(title)
@@ -80,7 +79,7 @@ class CameraWork(QObject):
             self._bridge.call(lambda: end(lambda: done(result)))
 
         def gone_wrong(error: GrabberError) -> None:
-            self._bridge.call(lambda: end(lambda: self.failed.emit(error_text(error))))
+            self._bridge.call(lambda: end(lambda: self._messages.error(error_text(error))))
 
         if not source.features.run(job, done=succeeded, failed=gone_wrong):
             end(lambda: None)

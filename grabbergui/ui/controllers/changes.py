@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QAction, QApplication, QFileDialog
+from PyQt5.QtCore import QObject
+from PyQt5.QtWidgets import QAction, QApplication
 
 from grabbergui.models.changes.history import Direction
 from grabbergui.models.changes.undoing import command_line, program, revert
 from grabbergui.models.connection import Connection
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.changes_panel import CopyAs
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.editors.feature_row import FeatureRows
+from grabbergui.ui.views.bases import FileQuestions, UndoActions
+from grabbergui.ui.views.changes_panel import ChangesPanel, CopyAs
 
 MOST_SHOWN = 60
 "Characters of what would be undone, in the menu."
@@ -23,24 +26,30 @@ MOST_SHOWN = 60
 class ChangesController(QObject):
     """Each source has its own changes; those of the last one stay to be looked at when it is closed."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-    noticed = pyqtSignal(str)
-
-    def __init__(self, window: MainWindow, connection: Connection) -> None:
-        super().__init__(window)
-        self._window = window
-        self._panel = window.changes
+    def __init__(
+        self,
+        actions: UndoActions,
+        panel: ChangesPanel,
+        edited: Sequence[FeatureRows],
+        files: FileQuestions,
+        connection: Connection,
+        messages: CurrentMessages,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._panel = panel
+        self._files = files
+        self._messages = messages
         self._source: OpenSource | None = None
         self._open = False
-        self._actions = {Direction.UNDO: window.actionUndo, Direction.REDO: window.actionRedo}
+        self._actions = {Direction.UNDO: actions.actionUndo, Direction.REDO: actions.actionRedo}
         self._bridge = bridge = Bridge(self)
         bridge.bind(connection.opened, self._on_connection_opened)
         bridge.bind(connection.closing, self._on_connection_closing)
         self._journal_bridge: Bridge | None = None
         for direction, action in self._actions.items():
             action.triggered.connect(partial(self._revert, direction))
-        for rows in (window.features.rows, window.favourites.rows):
+        for rows in edited:
             rows.held.connect(self._on_rows_held)
             rows.released.connect(self._on_rows_released)
         self._panel.whoseChanged.connect(self._show_all)
@@ -67,7 +76,7 @@ class ChangesController(QObject):
 
     def _say(self, problems: list[str]) -> None:
         for problem in problems:
-            self.failed.emit(problem)
+            self._messages.error(problem)
 
     def _show_steps(self) -> None:
         for direction, action in self._actions.items():
@@ -107,14 +116,9 @@ class ChangesController(QObject):
             clipboard.setText(self._text(kind))
 
     def _ask_save(self) -> None:
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._window,
-            self.tr("Save changes"),
-            "changes.py",
-            self.tr("Python program (*.py);;Shell script (*.sh);;Table (*.tsv)"),
-        )
-        if chosen:
-            self.save(Path(chosen))
+        kinds = self.tr("Python program (*.py);;Shell script (*.sh);;Table (*.tsv)")
+        if path := self._files.to_save(self.tr("Save changes"), "changes.py", kinds):
+            self.save(path)
 
     def save(self, path: Path) -> None:
         """Save the changes chosen as what the file's ending says."""
@@ -123,9 +127,11 @@ class ChangesController(QObject):
         try:
             path.write_text(f"#!/bin/sh -e\n{text}" if kind is CopyAs.COMMAND else text, encoding="utf-8")
         except OSError as error:
-            self.failed.emit(self.tr("{0} could not be written: {1}").format(path, error.strerror or error))
+            self._messages.error(
+                self.tr("{0} could not be written: {1}").format(path, error.strerror or error)
+            )
         else:
-            self.noticed.emit(self.tr("Saved the changes to {0}").format(path))
+            self._messages.notice(self.tr("Saved the changes to {0}").format(path))
 
     def _text(self, kind: CopyAs) -> str:
         changes = self._panel.chosen

@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from PyQt5.QtCore import QObject, QPoint, Qt, pyqtSignal
-from PyQt5.QtWidgets import QApplication, QMenu
+from PyQt5.QtWidgets import QApplication, QMenu, QWidget
 
 from grabbergui.core.features import FeatureDescription, format_value
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.connection import Connection
 from grabbergui.models.features import shown
 from grabbergui.models.features.value_watch import PLOTTABLE
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.features import FeatureController
+from grabbergui.ui.editors.feature_row import FeatureRows
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences, camera_model
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import Layout
+from grabbergui.ui.views.favourites import FavouritesStrip
 
 
 class FavouritesController(QObject):
     """Favourites and the layout of the window are remembered for each model of camera."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-
     def __init__(
         self,
-        window: MainWindow,
+        layout: Layout,
+        strip: FavouritesStrip,
         connection: Connection,
         features: FeatureController,
         preferences: Preferences,
+        messages: CurrentMessages,
+        parent: QObject,
     ) -> None:
-        super().__init__(window)
-        self._window = window
+        super().__init__(parent)
+        self._layout = layout
+        self._messages = messages
         self._features = features
         self._preferences = preferences
         self._model = ""
         "Of the camera at hand; empty where there is none."
         Bridge(self).bind(connection.closing, lambda _: self.keep_layout())
-        window.favourites.dropped.connect(self.place)
+        strip.dropped.connect(self.place)
 
     def restore(self, info: DeviceInfo) -> None:
         """Arrange the window as it was for this model of camera, whose features are shown."""
@@ -48,7 +52,7 @@ class FavouritesController(QObject):
             self._features.show_favourites(known)
         layout = self._preferences.layout_of(self._model)
         if layout is not None:
-            self._window.restoreState(layout, LAYOUT_VERSION)
+            self._layout.restoreState(layout, LAYOUT_VERSION)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -59,7 +63,7 @@ class FavouritesController(QObject):
         """Have a feature at hand, before the one at `index`."""
         if name not in self.names and len(self.names) >= shown.MOST:
             text = self.tr("no more than {0} controls can be at hand; remove one first")
-            self.failed.emit(text.format(shown.MOST))
+            self._messages.error(text.format(shown.MOST))
             return
         self._change(lambda names: shown.placed(names, name, index))
 
@@ -83,7 +87,7 @@ class FavouritesController(QObject):
     def keep_layout(self) -> None:
         """Remember how the window is arranged now for the camera at hand."""
         if self._model:
-            self._preferences.keep_layout_of(self._model, self._window.saveState(LAYOUT_VERSION))
+            self._preferences.keep_layout_of(self._model, self._layout.saveState(LAYOUT_VERSION))
             self._model = ""
 
     def _change(self, change: Callable[[tuple[str, ...]], tuple[str, ...]]) -> None:
@@ -98,14 +102,20 @@ class FeatureMenuController(QObject):
 
     plotRequested = pyqtSignal(FeatureDescription)
 
-    def __init__(self, window: MainWindow, connection: Connection, at_hand: FavouritesController) -> None:
+    def __init__(
+        self,
+        window: QWidget,
+        shown: Sequence[FeatureRows],
+        connection: Connection,
+        favourites: FavouritesController,
+    ) -> None:
         super().__init__(window)
-        self._favourites = at_hand
+        self._favourites = favourites
         self._window = window
         self._connection = connection
         self.menu: QMenu | None = None
         "Open just now, if any."
-        for rows in (window.features.rows, window.favourites.rows):
+        for rows in shown:
             rows.menuRequested.connect(self._on_menu_requested)
 
     def _on_menu_requested(self, name: str, where: QPoint) -> None:

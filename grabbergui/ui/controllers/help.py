@@ -10,29 +10,30 @@ from pathlib import Path
 
 from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QHelpEvent
-from PyQt5.QtWidgets import QApplication, QWhatsThis, QWidget
+from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
 from grabbergui.doctor import network, software, usb
 from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.bases import HelpActions
 from grabbergui.ui.views.help_views import FIRST_PAGE, DoctorDialog, LogPanel, ManualDialog, ShortcutsDialog
-from grabbergui.ui.views.main_window import MainWindow
 
 
 class HelpController(QObject):
     """Opens what explains the program. The doctor looks on a thread of its own."""
 
-    def __init__(self, window: MainWindow) -> None:
+    def __init__(self, actions: HelpActions, menubar: QMenuBar, window: QWidget) -> None:
         super().__init__(window)
         self._window = window
+        self._menubar = menubar
         self.manual: ManualDialog | None = None
         self.doctor: DoctorDialog | None = None
         "While it is shown."
         self._bridge = Bridge(self)
-        window.actionManual.triggered.connect(self.show_manual)
-        window.actionDoctor.triggered.connect(self.show_doctor)
-        window.actionShortcuts.triggered.connect(self.show_shortcuts)
-        window.actionWhatsThis.triggered.connect(QWhatsThis.enterWhatsThisMode)
+        actions.actionManual.triggered.connect(self.show_manual)
+        actions.actionDoctor.triggered.connect(self.show_doctor)
+        actions.actionShortcuts.triggered.connect(self.show_shortcuts)
+        actions.actionWhatsThis.triggered.connect(QWhatsThis.enterWhatsThisMode)
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
@@ -75,10 +76,9 @@ class HelpController(QObject):
 
     def show_shortcuts(self) -> None:
         """List all keys."""
-        if (menubar := self._window.menuBar()) is not None:
-            dialog = ShortcutsDialog(menubar, self._window)
-            dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-            dialog.open()
+        dialog = ShortcutsDialog(self._menubar, self._window)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
 
     def _examine(self, dialog: DoctorDialog) -> None:
         for checks in (network, usb, software):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from PyQt5.QtCore import QLineF, QObject, QRectF
-from PyQt5.QtWidgets import QDockWidget
+from PyQt5.QtWidgets import QAction, QDockWidget
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
@@ -16,7 +16,8 @@ from grabbergui.models.measuring.measurement import FocusHistory, Measurement, M
 from grabbergui.models.picture.geometry import Orientation
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import PictureView
+from grabbergui.ui.views.measuring_panels import MeasuringPanels
 from grabbergui.ui.widgets.drawing import Purpose
 from grabbergui.ui.widgets.picture_marks import Mark
 
@@ -25,10 +26,19 @@ class MeasuringController(QObject):
     """Measures what can be seen in a panel, and nothing else."""
 
     def __init__(
-        self, window: MainWindow, connection: Connection, picture: PictureModel, measuring: MeasuringModel
+        self,
+        view: PictureView,
+        panels: MeasuringPanels,
+        clipping: QAction,
+        connection: Connection,
+        picture: PictureModel,
+        measuring: MeasuringModel,
+        parent: QObject,
     ) -> None:
-        super().__init__(window)
-        self._window = window
+        super().__init__(parent)
+        self._view = view
+        self._panels = panels
+        self._clipping = clipping
         self._picture = picture
         self._measuring = measuring
         self._history = FocusHistory()
@@ -41,25 +51,24 @@ class MeasuringController(QObject):
         bridge.bind(connection.opened, lambda _: self._forget())
         bridge.bind(connection.closing, lambda _: self._forget())
         # A dock behind another one counts as visible for Qt; its signal tells better.
-        self._seen_docks = dict.fromkeys((window.histogramDock, window.focusDock, window.profileDock), False)
+        self._seen_docks = dict.fromkeys((panels.histogramDock, panels.focusDock, panels.profileDock), False)
         for dock in self._seen_docks:
             dock.visibilityChanged.connect(partial(self._on_dock_seen, dock))
-        window.actionClipping.toggled.connect(self._update_wanted)
-        drawing = window.picture.drawing
-        drawing.regionDrawn.connect(self._on_region_drawn)
-        drawing.lineDrawn.connect(self._on_line_drawn)
-        window.focus.regionRequested.connect(lambda: window.picture.draw(Purpose.FOCUS_REGION))
-        window.focus.wholeRequested.connect(lambda: self._focus_on(None))
-        window.focus.resetRequested.connect(self._begin_anew)
-        window.profile.rawToggled.connect(self._update_wanted)
-        window.profile.lineRequested.connect(lambda: window.picture.draw(Purpose.PROFILE_LINE))
+        clipping.toggled.connect(self._update_wanted)
+        view.drawing.regionDrawn.connect(self._on_region_drawn)
+        view.drawing.lineDrawn.connect(self._on_line_drawn)
+        panels.focus.regionRequested.connect(lambda: view.draw(Purpose.FOCUS_REGION))
+        panels.focus.wholeRequested.connect(lambda: self._focus_on(None))
+        panels.focus.resetRequested.connect(self._begin_anew)
+        panels.profile.rawToggled.connect(self._update_wanted)
+        panels.profile.lineRequested.connect(lambda: view.draw(Purpose.PROFILE_LINE))
         self._focus_on(None)
 
     def show_marks(self) -> None:
         """Draw the region and the line where they are seen."""
-        frame, marks = self._picture.frame, self._window.picture.canvas.marks
-        focus = self._focus_region if self._seen_docks[self._window.focusDock] else None
-        line = self._line if self._seen_docks[self._window.profileDock] else None
+        frame, marks = self._picture.frame, self._view.canvas.marks
+        focus = self._focus_region if self._seen_docks[self._panels.focusDock] else None
+        line = self._line if self._seen_docks[self._panels.profileDock] else None
         marks.setShape(Mark.FOCUS, self._seen(focus, frame) if focus and frame else None)
         marks.setShape(Mark.PROFILE, self._seen_line(line, frame) if line and frame else None)
 
@@ -69,18 +78,18 @@ class MeasuringController(QObject):
         self._update_wanted()
 
     def _update_wanted(self) -> None:
-        window, seen = self._window, self._seen_docks
+        panels, seen = self._panels, self._seen_docks
         self._measuring.want(
             Wanted(
-                histogram=seen[window.histogramDock] or window.actionClipping.isChecked(),
-                focus=seen[window.focusDock],
+                histogram=seen[panels.histogramDock] or self._clipping.isChecked(),
+                focus=seen[panels.focusDock],
                 focus_region=self._focus_region,
-                line=self._line if seen[window.profileDock] else None,
-                raw_line=window.profile.rawBox.isChecked(),
+                line=self._line if seen[panels.profileDock] else None,
+                raw_line=panels.profile.rawBox.isChecked(),
             )
         )
-        if not window.actionClipping.isChecked():
-            window.picture.setClippingText("")
+        if not self._clipping.isChecked():
+            self._view.setClippingText("")
         self.show_marks()
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
@@ -97,7 +106,7 @@ class MeasuringController(QObject):
         line = line.clipped(*self._orientation.view_size(*size))
         first = self._orientation.pixel(line.x0, line.y0, *size)
         self._line = Line(*first, *self._orientation.pixel(line.x1, line.y1, *size))
-        self._window.profile.setLine(self._line)
+        self._panels.profile.setLine(self._line)
         self._update_wanted()
 
     def _focus_on(self, region: Region | None) -> None:
@@ -106,41 +115,41 @@ class MeasuringController(QObject):
         if region is not None:
             text = self.tr("of {0} × {1} pixels at ({2}, {3})")
             text = text.format(region.width, region.height, region.x, region.y)
-        self._window.focus.setWhat(text)
+        self._panels.focus.setWhat(text)
         self._begin_anew()
         self._update_wanted()
 
     def _begin_anew(self) -> None:
         self._history.clear()
-        self._window.focus.clear()
+        self._panels.focus.clear()
 
     def _forget(self) -> None:
         """Another picture: what was drawn on the one before means nothing there."""
         self._line = None
-        self._window.profile.setLine(None)
-        self._window.profile.clear()
-        self._window.histogram.clear()
-        self._window.picture.drawing.cancel()
+        self._panels.profile.setLine(None)
+        self._panels.profile.clear()
+        self._panels.histogram.clear()
+        self._view.drawing.cancel()
         self._focus_on(None)
 
     # -- what was measured ---------------------------------------------------------------------------
     def _on_measured(self, measured: Measurement) -> None:
-        window, size = self._window, (measured.frame.width, measured.frame.height)
+        panels, size = self._panels, (measured.frame.width, measured.frame.height)
         if size != self._size and (self._focus_region is not None or self._line is not None):
             self._forget()
             return
         if measured.histogram is not None:
-            if self._seen_docks[window.histogramDock]:
-                window.histogram.setHistogram(measured.histogram)
-            if window.actionClipping.isChecked():
+            if self._seen_docks[panels.histogramDock]:
+                panels.histogram.setHistogram(measured.histogram)
+            if self._clipping.isChecked():
                 saturated, black = measured.histogram.saturated, measured.histogram.black
                 text = self.tr("{0:.2%} saturated · {1:.2%} black").format(saturated, black)
-                window.picture.setClippingText(localized(text))
+                self._view.setClippingText(localized(text))
         if measured.sharpness is not None:
             self._history.add(measured.sharpness)
-            window.focus.setScores(self._history.scores, self._history.best)
+            panels.focus.setScores(self._history.scores, self._history.best)
         if measured.profile is not None:
-            window.profile.setProfile(measured.profile)
+            panels.profile.setProfile(measured.profile)
 
     # -- where it is seen ----------------------------------------------------------------------------
     @property

@@ -2,31 +2,39 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.playback import PlaybackModel, PlaybackState, is_recording
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import PauseActions
+from grabbergui.ui.widgets.playback_bar import PauseBar, PlaybackBar
 
 
 class PauseController(QObject):
     """The camera goes on while the picture is paused."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-
     def __init__(
-        self, window: MainWindow, connection: Connection, picture: PictureModel, history: FrameHistory
+        self,
+        actions: PauseActions,
+        bar: PauseBar,
+        connection: Connection,
+        picture: PictureModel,
+        history: FrameHistory,
+        messages: CurrentMessages,
+        parent: QObject,
     ) -> None:
-        super().__init__(window)
-        self._window = window
+        super().__init__(parent)
+        self._actions = actions
+        self._bar = bar
+        self._messages = messages
         self._connection = connection
         self._picture = picture
         self._history = history
@@ -39,12 +47,11 @@ class PauseController(QObject):
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         # Not over the bridge: the queue must be let go before the grabber is closed.
         connection.closing.connect(self._on_connection_closing, check_nargs=False)
-        bar = window.picture.pauseBar
         bar.frameChosen.connect(self._show)
-        bar.liveRequested.connect(lambda: window.actionPause.setChecked(False))
-        window.actionPause.toggled.connect(self._on_pause_toggled)
-        window.actionStepBack.triggered.connect(lambda: self._step(-1))
-        window.actionStepForward.triggered.connect(lambda: self._step(1))
+        bar.liveRequested.connect(lambda: actions.actionPause.setChecked(False))
+        actions.actionPause.toggled.connect(self._on_pause_toggled)
+        actions.actionStepBack.triggered.connect(lambda: self._step(-1))
+        actions.actionStepForward.triggered.connect(lambda: self._step(1))
         self._on_connection_state_changed(connection.state, "")
 
     def _on_pause_toggled(self, paused: bool) -> None:
@@ -52,20 +59,20 @@ class PauseController(QObject):
             return
         self._history.pause(paused)
         self._frames = self._history.frames if paused else ()
-        self._window.picture.pauseBar.setVisible(bool(self._frames))
+        self._bar.setVisible(bool(self._frames))
         if self._frames:
             self._show(len(self._frames) - 1)
             return
         self._picture.freeze(None)
         if paused:
-            self._window.actionPause.setChecked(False)
-            self.failed.emit(self.tr("there is no frame yet to pause at; start the camera first"))
+            self._actions.actionPause.setChecked(False)
+            self._messages.error(self.tr("there is no frame yet to pause at; start the camera first"))
 
     def _step(self, steps: int) -> None:
         if self._steps_itself:
             return
-        if not self._window.actionPause.isChecked():
-            self._window.actionPause.setChecked(True)
+        if not self._actions.actionPause.isChecked():
+            self._actions.actionPause.setChecked(True)
         if self._frames:
             self._show(min(max(self._index + steps, 0), len(self._frames) - 1))
 
@@ -73,11 +80,11 @@ class PauseController(QObject):
         self._index = index
         frame, newest = self._frames[index], self._frames[-1]
         self._picture.freeze(frame)
-        self._window.picture.pauseBar.setPlace(index, len(self._frames), _seconds(frame, newest))
+        self._bar.setPlace(index, len(self._frames), _seconds(frame, newest))
 
     def _on_connection_opened(self, source: OpenSource) -> None:
         if source is self._connection.source and source.grabber is not None:
-            self._window.actionPause.setChecked(False)
+            self._actions.actionPause.setChecked(False)
             self._steps_itself = is_recording(source.grabber)
             if not self._steps_itself:
                 self._history.attach(source.grabber)
@@ -87,9 +94,9 @@ class PauseController(QObject):
 
     def _on_connection_state_changed(self, state: LinkState, _: str) -> None:
         if state in (LinkState.CLOSED, LinkState.OPENING):
-            self._window.actionPause.setChecked(False)
-        window = self._window
-        for action in (window.actionPause, window.actionStepBack, window.actionStepForward):
+            self._actions.actionPause.setChecked(False)
+        actions = self._actions
+        for action in (actions.actionPause, actions.actionStepBack, actions.actionStepForward):
             action.setEnabled(state.connected or state is LinkState.LOST)
 
 
@@ -103,13 +110,18 @@ def _seconds(frame: Frame, newest: Frame) -> float:
 class PlaybackController(QObject):
     """Shows the bar for sources with a recording's features; pause and step act on the recording then."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-
-    def __init__(self, window: MainWindow, connection: Connection) -> None:
-        super().__init__(window)
-        self._window = window
-        self._bar = bar = window.picture.playbackBar
+    def __init__(
+        self,
+        actions: PauseActions,
+        bar: PlaybackBar,
+        connection: Connection,
+        messages: CurrentMessages,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._actions = actions
+        self._bar = bar
+        self._messages = messages
         self._connection = connection
         self._model: PlaybackModel | None = None
         self._bridge: Bridge | None = None
@@ -121,9 +133,9 @@ class PlaybackController(QObject):
         bar.positionChosen.connect(lambda place: self._model.go_to(place) if self._model else None)
         bar.speedChosen.connect(lambda speed: self._model.set_speed(speed) if self._model else None)
         bar.loopRequested.connect(lambda loop: self._model.set_loop(loop) if self._model else None)
-        window.actionPause.triggered[bool].connect(self._on_pause_triggered)
-        window.actionStepBack.triggered.connect(lambda: self._step(-1))
-        window.actionStepForward.triggered.connect(lambda: self._step(1))
+        actions.actionPause.triggered[bool].connect(self._on_pause_triggered)
+        actions.actionStepBack.triggered.connect(lambda: self._step(-1))
+        actions.actionStepForward.triggered.connect(lambda: self._step(1))
 
     def _on_connection_opened(self, source: OpenSource) -> None:
         self._leave()
@@ -147,10 +159,10 @@ class PlaybackController(QObject):
 
     def _on_model_changed(self, state: PlaybackState) -> None:
         self._bar.setState(state)
-        self._window.actionPause.setChecked(not state.playing)
+        self._actions.actionPause.setChecked(not state.playing)
 
     def _on_model_failed(self, error: GrabberError) -> None:
-        self.failed.emit(error_text(error))
+        self._messages.error(error_text(error))
 
     def _on_pause_triggered(self, paused: bool) -> None:
         if self._model is not None:

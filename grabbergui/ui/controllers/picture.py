@@ -12,6 +12,7 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.geometry import Orientation, distorted_pixel
 from grabbergui.models.picture.picture import Picture, PictureModel
@@ -19,7 +20,8 @@ from grabbergui.models.picture.rendering import Levels, value_texts, with_levels
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import AcquisitionActions, DisplayActions, DrawableView, PictureView
+from grabbergui.ui.views.measuring_panels import HistogramPanel
 from grabbergui.ui.widgets.picture_items import LEGIBLE_ZOOM
 
 CURSOR_INTERVAL_MS = 200
@@ -29,22 +31,22 @@ CURSOR_INTERVAL_MS = 200
 class AcquisitionController(QObject):
     """Shows the live picture; starts, stops, takes snapshots."""
 
-    failed = pyqtSignal(str)
-    """What did not work."""
-    noticed = pyqtSignal(str)
-
     def __init__(
         self,
-        window: MainWindow,
+        actions: AcquisitionActions,
+        view: PictureView,
         connection: Connection,
         gallery: GalleryModel,
         picture: PictureModel,
         snapshots: SnapshotWriter,
         preferences: Preferences,
+        messages: CurrentMessages,
+        parent: QObject,
     ) -> None:
-        super().__init__(window)
-        self._window = window
-        self._view = window.picture
+        super().__init__(parent)
+        self._actions = actions
+        self._view = view
+        self._messages = messages
         self._connection = connection
         self._gallery = gallery
         self._picture = picture
@@ -65,16 +67,16 @@ class AcquisitionController(QObject):
         bridge.bind(self._connection.opened, self._on_connection_opened)
         bridge.bind(self._connection.state_changed, self._on_connection_state_changed)
         bridge.bind(self._snapshots.saved, self._on_snapshot_saved)
-        bridge.bind(self._snapshots.failed, self.failed.emit)
+        bridge.bind(self._snapshots.failed, self._messages.error)
         # Not over the bridge: the queue must be let go before the grabber is closed.
         self._connection.closing.connect(self._on_connection_closing, check_nargs=False)
         self._bridge = bridge
 
     def _bind_view(self) -> None:
-        window, view = self._window, self._view
-        window.actionStart.triggered.connect(self._connection.start)
-        window.actionStop.triggered.connect(self._connection.stop)
-        window.actionSnapshot.triggered.connect(self.snapshot)
+        actions, view = self._actions, self._view
+        actions.actionStart.triggered.connect(self._connection.start)
+        actions.actionStop.triggered.connect(self._connection.stop)
+        actions.actionSnapshot.triggered.connect(self.snapshot)
         view.viewChanged.connect(self._picture.set_viewport)
         view.cursorMoved.connect(self._show_cursor)
         view.cursorLeft.connect(self._show_cursor)
@@ -84,7 +86,9 @@ class AcquisitionController(QObject):
         """Save the newest frame where snapshots go."""
         frame, source = self._picture.frame, self._connection.source
         if frame is None or source is None or source.grabber is None:
-            self.failed.emit(self.tr("there is no frame yet to take a snapshot of; start the camera first"))
+            self._messages.error(
+                self.tr("there is no frame yet to take a snapshot of; start the camera first")
+            )
             return
         self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
 
@@ -95,7 +99,7 @@ class AcquisitionController(QObject):
             return
         self._view.setPicture(picture.image, picture.width, picture.height)
         self._show_values(picture)
-        if not self._window.actionSnapshot.isEnabled():
+        if not self._actions.actionSnapshot.isEnabled():
             self._enable_actions()
 
     def _show_values(self, picture: Picture) -> None:
@@ -143,42 +147,50 @@ class AcquisitionController(QObject):
         self._enable_actions()
 
     def _on_snapshot_saved(self, path: Path) -> None:
-        self.noticed.emit(self.tr("Saved {0}").format(path))
+        self._messages.notice(self.tr("Saved {0}").format(path))
 
     # -- what can be done ------------------------------------------------------------------------------
     def _enable_actions(self) -> None:
-        state, window = self._connection.state, self._window
-        for action in (window.actionConnect, window.actionConnectStill):
+        state, actions = self._connection.state, self._actions
+        for action in (actions.actionConnect, actions.actionConnectStill):
             action.setEnabled(state in (LinkState.CLOSED, LinkState.LOST))
-        window.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
-        window.actionStart.setEnabled(state is LinkState.OPEN)
-        window.actionStop.setEnabled(state is LinkState.STREAMING)
-        window.actionSnapshot.setEnabled(self._shown is not None and self._picture.frame is not None)
+        actions.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
+        actions.actionStart.setEnabled(state is LinkState.OPEN)
+        actions.actionStop.setEnabled(state is LinkState.STREAMING)
+        actions.actionSnapshot.setEnabled(self._shown is not None and self._picture.frame is not None)
 
 
-class LookingController(QObject):
+class DisplayController(QObject):
     """Nothing here changes the camera, or what is saved."""
 
     orientationChanged = pyqtSignal()
 
-    def __init__(self, window: MainWindow, connection: Connection, picture: PictureModel) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(
+        self,
+        actions: DisplayActions,
+        view: DrawableView,
+        histogram: HistogramPanel,
+        connection: Connection,
+        picture: PictureModel,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._histogram = histogram
         self._picture = picture
-        marks = window.picture.canvas.marks
+        marks = view.canvas.marks
         Bridge(self).bind(connection.opened, self._on_connection_opened)
-        window.actionCrosshair.toggled.connect(marks.setCrosshair)
-        window.actionGrid.toggled.connect(marks.setGrid)
-        window.actionClipping.toggled.connect(self._on_clipping_toggled)
-        window.colourMapChosen.connect(self._on_colour_map_chosen)
-        window.histogram.levelsDragged.connect(self._on_levels_dragged)
-        window.histogram.levelsReset.connect(self._reset_levels)
+        actions.actionCrosshair.toggled.connect(marks.setCrosshair)
+        actions.actionGrid.toggled.connect(marks.setGrid)
+        actions.actionClipping.toggled.connect(self._on_clipping_toggled)
+        actions.colourMapChosen.connect(self._on_colour_map_chosen)
+        histogram.levelsDragged.connect(self._on_levels_dragged)
+        histogram.levelsReset.connect(self._reset_levels)
         for action, change in (
-            (window.actionTurnRight, lambda seen: seen.turned(1)),
-            (window.actionTurnLeft, lambda seen: seen.turned(-1)),
-            (window.actionMirrorX, lambda seen: seen.mirrored(x=True)),
-            (window.actionMirrorY, lambda seen: seen.mirrored(y=True)),
-            (window.actionUpright, lambda _: Orientation()),
+            (actions.actionTurnRight, lambda seen: seen.turned(1)),
+            (actions.actionTurnLeft, lambda seen: seen.turned(-1)),
+            (actions.actionMirrorX, lambda seen: seen.mirrored(x=True)),
+            (actions.actionMirrorY, lambda seen: seen.mirrored(y=True)),
+            (actions.actionUpright, lambda _: Orientation()),
         ):
             action.triggered.connect(lambda _, change=change: self._turn(change))
 
@@ -198,7 +210,7 @@ class LookingController(QObject):
 
     def _reset_levels(self) -> None:
         self._picture.settings = replace(self._picture.settings, levels=Levels())
-        self._window.histogram.setLevels(0.0, 1.0)
+        self._histogram.setLevels(0.0, 1.0)
 
     def _on_connection_opened(self, _: OpenSource) -> None:
         self._reset_levels()  # those of another camera would make a riddle of this one's picture

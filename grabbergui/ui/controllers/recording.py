@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from PyQt5.QtCore import QObject, Qt, pyqtSignal
-from PyQt5.QtWidgets import QFileDialog, QMessageBox
+from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.core.uri import SourceUri
 from grabbergui.models.connection import Connection
@@ -16,6 +15,7 @@ from grabbergui.recording.recorder import RecordingLimits
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
+from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.recording_bar import RecordingBar
 
 Confirm = Callable[[Sequence[OpenSource | None], Callable[[], None]], None]
@@ -31,9 +31,15 @@ class RecordingController(QObject):
     """Whether there is something to record, or a recording to stop."""
 
     def __init__(
-        self, bar: RecordingBar, connection: Connection, recordings: Recordings, preferences: Preferences
+        self,
+        bar: RecordingBar,
+        connection: Connection,
+        recordings: Recordings,
+        preferences: Preferences,
+        files: FileQuestions,
     ) -> None:
         super().__init__(bar)
+        self._files = files
         self._bar = bar
         self._connection = connection
         self._recordings = recordings
@@ -103,11 +109,9 @@ class RecordingController(QObject):
         self.availableChanged.emit(available)
 
     def _choose_folder(self) -> None:
-        before = str(self._preferences.snapshot_folder)
-        title = self.tr("Folder for recordings")
-        chosen = QFileDialog.getExistingDirectory(self._bar.window(), title, before)
-        if chosen:
-            self._preferences.snapshot_folder = Path(chosen)
+        before = self._preferences.snapshot_folder
+        if chosen := self._files.folder(self.tr("Folder for recordings"), before):
+            self._preferences.snapshot_folder = chosen
 
     def _play(self) -> None:
         recording = self._recordings.of(self._connection.source)

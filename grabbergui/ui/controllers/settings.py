@@ -7,9 +7,9 @@ from collections.abc import Callable, Collection
 from functools import partial
 from pathlib import Path
 
-from PyQt5.QtCore import QT_TRANSLATE_NOOP, QEvent, QObject, pyqtSignal
+from PyQt5.QtCore import QEvent, QObject, pyqtSignal
 from PyQt5.QtGui import QDropEvent
-from PyQt5.QtWidgets import QFileDialog
+from PyQt5.QtWidgets import QAction, QWidget
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.selection import SettingKey
@@ -17,30 +17,37 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.settings import files, user_sets
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
 from grabbergui.models.settings.loading import LoadReport, load_onto, roll_back
 from grabbergui.models.settings.user_sets import UserSet
 from grabbergui.recording.recording import VIDEO_SUFFIXES
 from grabbergui.ui.controllers.camera_work import CameraAbility, CameraWork
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import FileQuestions
 from grabbergui.ui.views.settings_dialogs import SettingsDifference, SettingsReport, UserSetsDialog
 
-SETTINGS_FILTER = QT_TRANSLATE_NOOP("KeepingController", "Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
 
-
-class KeepingController(QObject):
+class SettingsFilesController(QObject):
     """Make it on the GUI thread. Cameras are asked on their own thread."""
 
-    failed = pyqtSignal(str)
-    noticed = pyqtSignal(str)
     playRequested = pyqtSignal(str)
     """The URI of a recording to open in place of the camera."""
 
-    def __init__(self, window: MainWindow, connection: Connection, work: CameraWork) -> None:
+    def __init__(
+        self,
+        window: QWidget,
+        files: FileQuestions,
+        connection: Connection,
+        work: CameraWork,
+        messages: CurrentMessages,
+    ) -> None:
         super().__init__(window)
         self._window = window
+        self._files = files
+        self._messages = messages
         self._connection = connection
+        self._kinds = self.tr("Settings (*.yaml *.yml *.pfs *.txt);;All files (*)")
         self._work = work
         self.report: SettingsReport | None = None
         "The dialog shown last."
@@ -71,11 +78,8 @@ class KeepingController(QObject):
     # -- asking ----------------------------------------------------------------------------------
     def ask_save(self) -> None:
         """Let the user choose a file and save there."""
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._window, self.tr("Save settings"), "settings.yaml", self.tr(SETTINGS_FILTER)
-        )
-        if chosen:
-            self.save(Path(chosen))
+        if path := self._files.to_save(self.tr("Save settings"), "settings.yaml", self._kinds):
+            self.save(path)
 
     def ask_load(self) -> None:
         """Let the user choose a file and load it."""
@@ -95,8 +99,7 @@ class KeepingController(QObject):
             self.compare_files(first, second)
 
     def _asked(self, title: str) -> Path | None:
-        chosen, _ = QFileDialog.getOpenFileName(self._window, title, "", self.tr(SETTINGS_FILTER))
-        return Path(chosen) if chosen else None
+        return self._files.to_open(title, self._kinds)
 
     # -- the camera and a file -------------------------------------------------------------------
     def save(self, path: Path) -> None:
@@ -111,7 +114,7 @@ class KeepingController(QObject):
 
         def saved(count: int) -> None:
             if count:
-                self.noticed.emit(self.tr("Saved {0} settings to {1}").format(count, path))
+                self._messages.notice(self.tr("Saved {0} settings to {1}").format(count, path))
 
         self._work.run(self.tr("Saving settings"), work, saved, text=path.name)
 
@@ -161,7 +164,7 @@ class KeepingController(QObject):
             return roll_back(grabber, report, progress=progress, cancelled=cancelled)
 
         def done(after: LoadReport) -> None:
-            self.noticed.emit(self.tr("Rolled back: {0}").format(after.summary()))
+            self._messages.notice(self.tr("Rolled back: {0}").format(after.summary()))
 
         name = self.tr("Rolled back: {0}").format(title)
         self._work.run(self.tr("Rolling back"), work, done, undoable=name, text=title)
@@ -178,7 +181,7 @@ class KeepingController(QObject):
         try:
             one, other = (files.load(path, selectors_of) for path in (first, second))
         except GrabberError as error:
-            self.failed.emit(error_text(error))
+            self._messages.error(error_text(error))
             return
         dialog = SettingsDifference(self._window)
         dialog.setDifferences((first.name, second.name), compare(one, other), source is not None)
@@ -212,16 +215,22 @@ def _dropped(event: QDropEvent) -> Path | None:
 class UserSetsController(QObject):
     """Its action can be used where the camera keeps sets."""
 
-    noticed = pyqtSignal(str)
-
-    def __init__(self, window: MainWindow, connection: Connection, work: CameraWork) -> None:
+    def __init__(
+        self,
+        action: QAction,
+        window: QWidget,
+        connection: Connection,
+        work: CameraWork,
+        messages: CurrentMessages,
+    ) -> None:
         super().__init__(window)
         self._window = window
         self._work = work
+        self._messages = messages
         self.dialog: UserSetsDialog | None = None
         "While it is shown."
-        window.actionUserSets.triggered.connect(self.show)
-        ability = CameraAbility(self, connection, user_sets.has_user_sets, window.actionUserSets)
+        action.triggered.connect(self.show)
+        ability = CameraAbility(self, connection, user_sets.has_user_sets, action)
         ability.ended.connect(self._on_camera_ended)
 
     def show(self) -> None:
@@ -250,7 +259,9 @@ class UserSetsController(QObject):
             return user_sets.load(grabber, name, progress=progress, cancelled=cancelled)
 
         def done(changed: int) -> None:
-            self.noticed.emit(self.tr("Loaded {0}: {1} settings are other than before").format(name, changed))
+            self._messages.notice(
+                self.tr("Loaded {0}: {1} settings are other than before").format(name, changed)
+            )
 
         if self.dialog is not None:
             self.dialog.accept()
@@ -274,7 +285,7 @@ class UserSetsController(QObject):
             return user_sets.user_sets(grabber.plain)
 
         def done(sets: list[UserSet]) -> None:
-            self.noticed.emit(text)
+            self._messages.notice(text)
             if self.dialog is not None:
                 self.dialog.setSets(sets)
 

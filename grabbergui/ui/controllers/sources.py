@@ -5,12 +5,13 @@ from __future__ import annotations
 import logging
 from functools import partial
 
-from PyQt5.QtCore import QObject, QTimer, pyqtSignal
+from PyQt5.QtCore import QObject, QTimer
 
 from grabbergui.core.errors import UsageError
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.gallery import GalleryModel, Tile
+from grabbergui.models.messages import MessageModel
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.source_list import ListedSource, SourceListModel
 from grabbergui.models.status import Condition, StatusModel
@@ -31,9 +32,6 @@ SHOWN_AFTER_MS = 300
 class SourcesController(QObject):
     """Shows what is found; connects to what is chosen or typed."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-
     def __init__(
         self,
         view: SourceListView,
@@ -42,8 +40,10 @@ class SourcesController(QObject):
         preferences: Preferences,
         tasks: TaskStack,
         confirm: Confirm,
+        messages: MessageModel,
     ) -> None:
         super().__init__(view)
+        self._messages = messages
         self._view = view
         self._model = model
         self._connection = connection
@@ -74,7 +74,7 @@ class SourcesController(QObject):
         try:
             replaced = self._connection.replaced_by(uri)
         except UsageError as error:
-            self.failed.emit(error_text(error))
+            self._messages.error(error_text(error))
         else:
             self._confirm([replaced], lambda: self._connection.connect_to(uri, start=start))
 
@@ -87,13 +87,13 @@ class SourcesController(QObject):
         try:
             self._connection.open_additional(uri)
         except UsageError as error:
-            self.failed.emit(error_text(error))
+            self._messages.error(error_text(error))
 
     def _on_view_address_entered(self, text: str) -> None:
         try:
             uri = self._model.add(text)
         except UsageError as error:
-            self.failed.emit(error_text(error))
+            self._messages.error(error_text(error))
             return
         self._view.addressEdit.clear()
         self._preferences.typed = self._model.named_by_hand

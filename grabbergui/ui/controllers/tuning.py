@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from PyQt5.QtCore import QObject, pyqtSignal
+from PyQt5.QtCore import QObject
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
@@ -14,6 +14,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.models.changes.history import Step
 from grabbergui.models.connection import Connection
 from grabbergui.models.features import sensor_region
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.models.tuning.exposure import expose
@@ -22,39 +23,46 @@ from grabbergui.models.tuning.run import TuningRun
 from grabbergui.models.tuning.white_balance import balance
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.camera_work import CameraAbility
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import DrawableView, RegionActions, TuningActions
 from grabbergui.ui.widgets.drawing import Purpose
-from grabbergui.ui.widgets.labels import TaskRow
+from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 
 
 class TuningController(QObject):
     """Without a region the camera does it by itself, where it can; on a region it is always done here."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-    noticed = pyqtSignal(str)
-
-    def __init__(self, window: MainWindow, connection: Connection, picture: PictureModel) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(
+        self,
+        actions: TuningActions,
+        view: DrawableView,
+        tasks: TaskStack,
+        connection: Connection,
+        picture: PictureModel,
+        messages: CurrentMessages,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._actions = actions
+        self._view = view
+        self._tasks = tasks
         self._connection = connection
         self._picture = picture
+        self._messages = messages
         self._push = OnePush()
         self._row: TaskRow | None = None
         bridge = Bridge(self)
         bridge.bind(self._push.progressed, self._on_progressed)
-        bridge.bind(self._push.succeeded, self.noticed.emit)
-        bridge.bind(self._push.failed, self.failed.emit)
+        bridge.bind(self._push.succeeded, self._messages.notice)
+        bridge.bind(self._push.failed, self._messages.error)
         bridge.bind(self._push.ended, self._on_ended)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
         # Not over the bridge: what is under way has to give up before the camera is closed.
         connection.closing.connect(self._on_connection_closing, check_nargs=False)
-        drawing = window.picture.drawing
-        drawing.regionDrawn.connect(self._on_region_drawn)
-        window.actionExpose.triggered.connect(self.expose)
-        window.actionBalance.triggered.connect(self.balance)
-        window.actionExposeRegion.triggered.connect(partial(self._draw, Purpose.EXPOSURE_REGION))
-        window.actionBalanceRegion.triggered.connect(partial(self._draw, Purpose.BALANCE_REGION))
+        view.drawing.regionDrawn.connect(self._on_region_drawn)
+        actions.actionExpose.triggered.connect(self.expose)
+        actions.actionBalance.triggered.connect(self.balance)
+        actions.actionExposeRegion.triggered.connect(partial(self._draw, Purpose.EXPOSURE_REGION))
+        actions.actionBalanceRegion.triggered.connect(partial(self._draw, Purpose.BALANCE_REGION))
         self._enable()
 
     def expose(self) -> None:
@@ -72,7 +80,7 @@ class TuningController(QObject):
         return self._push.wait(timeout)
 
     def _draw(self, purpose: Purpose, _: bool = False) -> None:
-        self._window.picture.draw(purpose)
+        self._view.draw(purpose)
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
         frame = self._picture.frame
@@ -90,7 +98,7 @@ class TuningController(QObject):
             return
         if not self._push.start(name, tuning, source.tracked_grabber, source.features):
             return
-        self._row = self._window.tasks.begin(name)
+        self._row = self._tasks.begin(name)
         self._row.cancelRequested.connect(self._push.cancel)
         self._enable()
 
@@ -101,7 +109,7 @@ class TuningController(QObject):
 
     def _on_ended(self) -> None:
         if self._row is not None:
-            self._window.tasks.end(self._row)
+            self._tasks.end(self._row)
             self._row = None
         self._enable()
 
@@ -119,12 +127,12 @@ class TuningController(QObject):
             and not source.read_only
             and self._row is None
         )
-        window = self._window
+        actions = self._actions
         for action in (
-            window.actionExpose,
-            window.actionBalance,
-            window.actionExposeRegion,
-            window.actionBalanceRegion,
+            actions.actionExpose,
+            actions.actionBalance,
+            actions.actionExposeRegion,
+            actions.actionBalanceRegion,
         ):
             action.setEnabled(possible)
 
@@ -138,22 +146,28 @@ def _by_whole(role: Role, otherwise: Tuning, run: TuningRun) -> str:
 class RegionController(QObject):
     """Draws the part of the sensor to send, and takes the whole sensor again."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-
-    def __init__(self, window: MainWindow, connection: Connection, picture: PictureModel) -> None:
-        super().__init__(window)
-        self._window = window
+    def __init__(
+        self,
+        actions: RegionActions,
+        view: DrawableView,
+        connection: Connection,
+        picture: PictureModel,
+        messages: CurrentMessages,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._view = view
         self._connection = connection
         self._picture = picture
+        self._messages = messages
         self._bridge = Bridge(self)
-        window.actionRegion.triggered.connect(lambda: window.picture.draw(Purpose.SENSOR_REGION))
-        window.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
-        window.picture.drawing.regionDrawn.connect(self._on_region_drawn)
+        actions.actionRegion.triggered.connect(lambda: view.draw(Purpose.SENSOR_REGION))
+        actions.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
+        view.drawing.regionDrawn.connect(self._on_region_drawn)
         ability = CameraAbility(
-            self, connection, sensor_region.has_region, window.actionRegion, window.actionFullSensor
+            self, connection, sensor_region.has_region, actions.actionRegion, actions.actionFullSensor
         )
-        ability.ended.connect(window.picture.drawing.cancel)
+        ability.ended.connect(view.drawing.cancel)
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
         frame = self._picture.frame
@@ -174,11 +188,11 @@ class RegionController(QObject):
 
         def failed(error: GrabberError) -> None:
             text = self.tr("the region could not be changed: {0}").format(error)
-            self._bridge.call(lambda: self.failed.emit(text))
+            self._bridge.call(lambda: self._messages.error(text))
 
         # The picture is another now: whatever was zoomed into may be gone.
         source.features.run(
             job,
-            done=lambda _: self._bridge.call(self._window.picture.canvas.fit),
+            done=lambda _: self._bridge.call(self._view.canvas.fit),
             failed=failed,
         )

@@ -6,28 +6,35 @@ import math
 import time
 from pathlib import Path
 
-from PyQt5.QtCore import QObject, pyqtSignal
-from PyQt5.QtWidgets import QFileDialog
+from PyQt5.QtCore import QObject
 
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.connection import Connection
 from grabbergui.models.features.value_watch import MOST_FEATURES, ValueHistory, ValueWatch, to_csv
+from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import OpenSource
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.views.main_window import MainWindow
+from grabbergui.ui.views.bases import Dock, FileQuestions
+from grabbergui.ui.views.values_panel import ValuesPanel
 
 
 class ValuesController(QObject):
     """Reads what is plotted while the plots can be seen, and nothing otherwise."""
 
-    failed = pyqtSignal(str)
-    """What did not work, for the window's error bar."""
-    noticed = pyqtSignal(str)
-
-    def __init__(self, window: MainWindow, connection: Connection) -> None:
-        super().__init__(window)
-        self._window = window
-        self._panel = window.values
+    def __init__(
+        self,
+        panel: ValuesPanel,
+        dock: Dock,
+        files: FileQuestions,
+        connection: Connection,
+        messages: CurrentMessages,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._panel = panel
+        self._dock = dock
+        self._files = files
+        self._messages = messages
         self._connection = connection
         self._watch = ValueWatch()
         self._histories: dict[str, ValueHistory] = {}
@@ -37,7 +44,7 @@ class ValuesController(QObject):
         bridge.bind(self._watch.sampled, self._on_sampled)
         # Not over the bridge: nothing more is to be asked of a grabber that is about to be closed.
         connection.closing.connect(self._on_connection_closing, check_nargs=False)
-        window.valuesDock.visibilityChanged.connect(self._on_dock_seen)
+        dock.visibilityChanged.connect(self._on_dock_seen)
         self._panel.removed.connect(self.remove)
         self._panel.pauseToggled.connect(self._update)
         self._panel.clearRequested.connect(self._clear)
@@ -53,13 +60,13 @@ class ValuesController(QObject):
         """Plot one more value, where it can be seen."""
         if self._watch.full and description.name not in self.names:
             text = self.tr("no more than {0} values can be plotted at once; remove one first")
-            self.failed.emit(text.format(MOST_FEATURES))
+            self._messages.error(text.format(MOST_FEATURES))
             return
         self._panel.addCurve(description)
         self._histories.setdefault(description.name, ValueHistory())
         self._watch.add(description.name)
-        self._window.valuesDock.show()
-        self._window.valuesDock.raise_()
+        self._dock.show()
+        self._dock.raise_()
 
     def remove(self, name: str) -> None:
         """Plot one value less."""
@@ -72,9 +79,11 @@ class ValuesController(QObject):
         try:
             path.write_text(to_csv(self._histories), encoding="utf-8")
         except OSError as error:
-            self.failed.emit(self.tr("{0} could not be written: {1}").format(path, error.strerror or error))
+            self._messages.error(
+                self.tr("{0} could not be written: {1}").format(path, error.strerror or error)
+            )
         else:
-            self.noticed.emit(self.tr("Saved the values to {0}").format(path))
+            self._messages.notice(self.tr("Saved the values to {0}").format(path))
 
     # -- what is read ------------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:
@@ -121,8 +130,6 @@ class ValuesController(QObject):
         self._show()
 
     def _ask_save(self) -> None:
-        chosen, _ = QFileDialog.getSaveFileName(
-            self._window, self.tr("Save values"), "values.csv", self.tr("Comma-separated values (*.csv)")
-        )
-        if chosen:
-            self.save(Path(chosen))
+        kinds = self.tr("Comma-separated values (*.csv)")
+        if path := self._files.to_save(self.tr("Save values"), "values.csv", kinds):
+            self.save(path)

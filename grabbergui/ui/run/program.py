@@ -6,11 +6,10 @@ import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer, QUrl
 from PyQt5.QtGui import QDesktopServices
-from PyQt5.QtWidgets import QApplication, QFileDialog, QMessageBox
+from PyQt5.QtWidgets import QApplication, QMessageBox
 
 from grabbergui import __version__, sources
 from grabbergui.core.grabber import FrameGrabber
@@ -19,7 +18,7 @@ from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.log_book import LogBook
 from grabbergui.models.measuring.measurement import MeasuringModel
-from grabbergui.models.messages import MessageModel
+from grabbergui.models.messages import CurrentMessages, MessageModel
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
@@ -28,7 +27,7 @@ from grabbergui.models.source_list import SourceListModel
 from grabbergui.models.status import StatusModel
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
-from grabbergui.ui.controllers.calibration import CalibrationOpener, ShowingCalibrationController
+from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
 from grabbergui.ui.controllers.favourites import FavouritesController, FeatureMenuController
@@ -36,15 +35,16 @@ from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.measuring import MeasuringController
 from grabbergui.ui.controllers.pausing import PauseController, PlaybackController
-from grabbergui.ui.controllers.picture import AcquisitionController, LookingController
+from grabbergui.ui.controllers.picture import AcquisitionController, DisplayController
 from grabbergui.ui.controllers.recording import RecordingController
-from grabbergui.ui.controllers.settings import KeepingController, UserSetsController
+from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController
 from grabbergui.ui.controllers.status import StatusController
 from grabbergui.ui.controllers.tuning import RegionController, TuningController
 from grabbergui.ui.controllers.values import ValuesController
 from grabbergui.ui.preferences import LAYOUT_VERSION, Preferences
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.file_dialogs import FileDialogs
 from grabbergui.ui.views.main_window import MainWindow
 
 log = logging.getLogger(__name__)
@@ -80,45 +80,59 @@ class Program(QObject):
         self.log_book.open()
         self.recordings = Recordings(self.connection)
         self.status.recorded = self.recordings.runs
+        said = CurrentMessages(self.messages, lambda: self.connection.source)
+        files = FileDialogs(window)
+        picture, tasks = window.picture, window.tasks
+        rows = (window.features.rows, window.favourites.rows)
+        connection = self.connection
         self.recording = RecordingController(
-            window.recordingBar, self.connection, self.recordings, preferences
+            window.recordingBar, connection, self.recordings, preferences, files
         )
         self.sources = SourcesController(
             window.sources,
             self.source_list,
-            self.connection,
+            connection,
             preferences,
-            window.tasks,
+            tasks,
             self.recording.confirm,
+            self.messages,
         )
         self.tiles = GalleryController(
-            window.gallery, self.gallery, self.connection, self.status, self.recording.confirm
+            window.gallery, self.gallery, connection, self.status, self.recording.confirm
         )
         self.acquisition = AcquisitionController(
-            window, self.connection, self.gallery, self.picture, self.snapshots, preferences
+            window, picture, connection, self.gallery, self.picture, self.snapshots, preferences, said, self
         )
         self.status_bar = StatusController(
-            window.status, window.picture, self.connection, self.picture, self.status, self.messages, window
+            window.status, picture, connection, self.picture, self.status, self.messages, self
         )
         self.features = FeatureController(window.features, window.favourites, self)
-        self.work = CameraWork(window.tasks, self.connection)
-        self.keeping = KeepingController(window, self.connection, self.work)
-        self.user_sets = UserSetsController(window, self.connection, self.work)
-        self.looking = LookingController(window, self.connection, self.picture)
-        self.measures = MeasuringController(window, self.connection, self.picture, self.measuring)
-        self.pausing = PauseController(window, self.connection, self.picture, self.history)
-        self.playback = PlaybackController(window, self.connection)
-        self.region = RegionController(window, self.connection, self.picture)
-        self.tuning = TuningController(window, self.connection, self.picture)
-        self.changes = ChangesController(window, self.connection)
-        self.values = ValuesController(window, self.connection)
-        self.favourites = FavouritesController(window, self.connection, self.features, preferences)
-        self.feature_menu = FeatureMenuController(window, self.connection, self.favourites)
+        self.work = CameraWork(tasks, connection, said)
+        self.settings_files = SettingsFilesController(window, files, connection, self.work, said)
+        self.user_sets = UserSetsController(window.actionUserSets, window, connection, self.work, said)
+        self.display = DisplayController(window, picture, window.histogram, connection, self.picture, self)
+        self.measures = MeasuringController(
+            picture, window, window.actionClipping, connection, self.picture, self.measuring, self
+        )
+        self.pausing = PauseController(
+            window, picture.pauseBar, connection, self.picture, self.history, said, self
+        )
+        self.playback = PlaybackController(window, picture.playbackBar, connection, said, self)
+        self.region = RegionController(window, picture, connection, self.picture, said, self)
+        self.tuning = TuningController(window, picture, tasks, connection, self.picture, said, self)
+        self.changes = ChangesController(window, window.changes, rows, files, connection, said, self)
+        self.values = ValuesController(window.values, window.valuesDock, files, connection, said, self)
+        self.favourites = FavouritesController(
+            window, window.favourites, connection, self.features, preferences, said, self
+        )
+        self.feature_menu = FeatureMenuController(window, rows, connection, self.favourites)
         self.feature_menu.plotRequested.connect(self.values.plot)
-        self.calibrating = CalibrationOpener(window, self.connection)
-        self.showing_calibration = ShowingCalibrationController(window, self.connection, self.picture)
-        self.calibrating.saved.connect(self.showing_calibration.load)
-        self.help = HelpController(window)
+        self.calibrating = CalibrationOpener(window.actionCalibrate, window, connection)
+        self.calibration = CalibrationViewController(
+            window, picture, files, connection, self.picture, said, self
+        )
+        self.calibrating.saved.connect(self.calibration.load)
+        self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
         self._down = False
         self._join()
@@ -174,23 +188,23 @@ class Program(QObject):
         self._bridge = Bridge(self)
         self._bridge.bind(self.connection.opened, self._on_connection_opened)
         self._bridge.bind(self.connection.closing, lambda _: self.features.set_model(None))
-        self.looking.orientationChanged.connect(self.measures.show_marks)
+        self.display.orientationChanged.connect(self.measures.show_marks)
         self.status_bar.titleChanged.connect(self._on_title_changed)
         self.status_bar.lockChanged.connect(self.features.set_locked)
         window.messages.dismissed.connect(self.messages.dismiss)
         window.actionPause.toggled.connect(self._on_pause_toggled)
-        self._join_messages()
-        for player in (self.keeping, self.recording):
+        for player in (self.settings_files, self.recording):
             player.playRequested.connect(self.sources.connect_to)
-        self.keeping.accept_drops()
+        self.settings_files.accept_drops()
         window.actionRecord.triggered.connect(window.recordingBar.recordButton.click)
         self.recording.availableChanged.connect(window.actionRecord.setEnabled)
         window.actionRecord.setEnabled(False)
-        window.actionSaveSettings.triggered.connect(self.keeping.ask_save)
-        window.actionLoadSettings.triggered.connect(self.keeping.ask_load)
-        window.actionCompareSettings.triggered.connect(self.keeping.ask_compare)
-        window.actionCompareFiles.triggered.connect(self.keeping.ask_compare_files)
+        window.actionSaveSettings.triggered.connect(self.settings_files.ask_save)
+        window.actionLoadSettings.triggered.connect(self.settings_files.ask_load)
+        window.actionCompareSettings.triggered.connect(self.settings_files.ask_compare)
+        window.actionCompareFiles.triggered.connect(self.settings_files.ask_compare_files)
         window.mayClose = self._may_close
+        window.closing.connect(self.calibrating.close)
         window.closing.connect(self._on_window_closing)
         window.themeChosen.connect(self._on_theme_chosen)
         window.actionConnect.triggered.connect(window.sources.requestConnect)
@@ -202,24 +216,6 @@ class Program(QObject):
         window.actionSnapshotFolder.triggered.connect(self._choose_snapshot_folder)
         window.actionOpenSnapshotFolder.triggered.connect(self._open_snapshot_folder)
         window.actionAbout.triggered.connect(self._show_about)
-
-    def _join_messages(self) -> None:
-        """What a controller could not do, or did, is said of the camera that was current then."""
-
-        def failed(text: str) -> None:
-            self.messages.error(text, self.connection.source)
-
-        def noticed(text: str) -> None:
-            self.messages.notice(text, self.connection.source)
-
-        self.sources.failed.connect(self.messages.error)  # of an address, not of a camera
-        for attempt in (self.acquisition, self.changes, self.favourites, self.keeping, self.pausing,
-                        self.playback, self.region, self.showing_calibration, self.tuning,
-                        self.values, self.work):  # fmt: skip
-            attempt.failed.connect(failed)
-        for success in (self.acquisition, self.changes, self.keeping, self.showing_calibration,
-                        self.tuning, self.user_sets, self.values):  # fmt: skip
-            success.noticed.connect(noticed)
 
     def _restore(self) -> None:
         window, preferences = self.window, self.preferences
@@ -261,10 +257,9 @@ class Program(QObject):
             dress(app, chosen)
 
     def _choose_snapshot_folder(self) -> None:
-        before = str(self.preferences.snapshot_folder)
-        chosen = QFileDialog.getExistingDirectory(self.window, self.tr("Folder for snapshots"), before)
-        if chosen:
-            self.preferences.snapshot_folder = Path(chosen)
+        before = self.preferences.snapshot_folder
+        if chosen := FileDialogs(self.window).folder(self.tr("Folder for snapshots"), before):
+            self.preferences.snapshot_folder = chosen
 
     def _open_snapshot_folder(self) -> None:
         folder = self.preferences.snapshot_folder

@@ -1,45 +1,70 @@
-"""What controllers know of the views, so that they can be tested without a window. Setters never emit."""
+"""The views as controllers know them: setters in, signals out, and no more than each controller needs.
+
+The composition root (`ui/run/program.py`) passes the widgets that fit; a test passes whatever it likes. The
+main window fits every group of actions; an action is a view by itself: a signal, a name, enabled or not,
+checked or not. Setters never emit.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Protocol
 
+from PyQt5.QtCore import QByteArray, pyqtBoundSignal
+from PyQt5.QtWidgets import QAction
+
+from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message
 from grabbergui.models.status import Tone
+from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
+from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+
+
+class FileQuestions(Protocol):
+    """Questions for the path of a file; None where the user gave none."""
+
+    def to_open(self, title: str, kinds: str, folder: Path | None = None) -> Path | None:
+        """Ask for a file that exists; `kinds` is a filter such as `Settings (*.yaml)`."""
+
+    def to_save(self, title: str, name: str, kinds: str) -> Path | None:
+        """Ask for a file to write, `name` being offered."""
+
+    def folder(self, title: str, before: Path) -> Path | None:
+        """Ask for a folder; `before` is the one used so far."""
 
 
 class StatusView(Protocol):
-    """The line that says how the current source is doing."""
+    """The line that shows how the current source is doing."""
 
     def setState(self, text: str, tone: Tone) -> None:
-        """How the source is doing."""
+        """Show how the source is doing."""
 
     def setTitle(self, text: str) -> None:
-        """The name of what is open."""
+        """Show the name of the source."""
 
     def setMessages(self, messages: Sequence[Message]) -> None:
-        """All messages, the newest first."""
+        """Show these messages, the newest first."""
 
     def setFormat(self, text: str) -> None:
-        """Resolution and pixel format."""
+        """Show resolution and pixel format."""
 
     def setRates(self, camera: float, painted: float) -> None:
-        """Frames per second from the camera, and pictures painted."""
+        """Show frames per second from the camera, and images painted per second."""
 
     def setBandwidth(self, bytes_per_second: float) -> None:
-        """Payload per second."""
+        """Show the payload per second."""
 
     def setLosses(self, text: str, tone: Tone, detail: str) -> None:
-        """What was lost, how bad that is, and every counter in words."""
+        """Show losses, how bad they are, and every counter in words."""
 
     def clearFigures(self) -> None:
-        """Nothing streams."""
+        """Show that nothing streams."""
 
 
 class LivePictureView(Protocol):
-    """Where the picture is."""
+    """The place of the picture."""
 
     @property
     def empty(self) -> bool:
@@ -49,4 +74,151 @@ class LivePictureView(Protocol):
         """Show a note in place of the picture; with no summary, none."""
 
     def setAge(self, seconds: float | None) -> None:
-        """Dim a picture that nothing follows, and say how old it is; with None, show it as it is."""
+        """Dim a picture that nothing follows, and show its age; with None, show it as it is."""
+
+
+class DrawableView(Protocol):
+    """A picture that regions and lines can be drawn on."""
+
+    @property
+    def canvas(self) -> PictureCanvas:
+        """The picture itself, zoomed and panned."""
+
+    @property
+    def drawing(self) -> DrawingTool:
+        """The tool that turns strokes of the mouse into regions and lines."""
+
+    def draw(self, purpose: Purpose) -> None:
+        """Use the next stroke of the mouse for this, and show a hint."""
+
+
+class PictureView(DrawableView, LivePictureView, Protocol):
+    """The picture with its readout."""
+
+    @property
+    def viewChanged(self) -> pyqtBoundSignal:
+        """The visible Region of the frame, and (width, height) in screen pixels that it takes."""
+
+    @property
+    def cursorMoved(self) -> pyqtBoundSignal:
+        """Column and line under the cursor."""
+
+    @property
+    def cursorLeft(self) -> pyqtBoundSignal:
+        """The cursor is no longer over the picture."""
+
+    @property
+    def painted(self) -> pyqtBoundSignal:
+        """A picture has reached the screen."""
+
+    def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
+        """Show an image of a frame of that size in pixels."""
+
+    def setCursorText(self, text: str) -> None:
+        """Describe the pixel under the cursor."""
+
+    def setClippingText(self, text: str) -> None:
+        """Show how much of the frame is saturated and black."""
+
+    def clear(self) -> None:
+        """Show nothing."""
+
+
+class Layout(Protocol):
+    """The arrangement of a window's docks, as Qt stores it."""
+
+    def saveState(self, version: int = 0) -> QByteArray:
+        """Return the arrangement."""
+
+    def restoreState(self, state: QByteArray, version: int = 0) -> bool:
+        """Arrange the docks as before."""
+
+
+class Dock(Protocol):
+    """The frame of a panel."""
+
+    @property
+    def visibilityChanged(self) -> pyqtBoundSignal:
+        """Whether the panel can be seen; one behind another cannot."""
+
+    def show(self) -> None:
+        """Open it."""
+
+    def raise_(self) -> None:
+        """Bring it in front of the others."""
+
+
+class AcquisitionActions(Protocol):
+    """Opening, streaming and snapshots."""
+
+    actionConnect: QAction
+    actionConnectStill: QAction
+    actionDisconnect: QAction
+    actionStart: QAction
+    actionStop: QAction
+    actionSnapshot: QAction
+
+
+class DisplayActions(Protocol):
+    """How the picture is shown; none of them changes the camera."""
+
+    actionCrosshair: QAction
+    actionGrid: QAction
+    actionClipping: QAction
+    actionTurnRight: QAction
+    actionTurnLeft: QAction
+    actionMirrorX: QAction
+    actionMirrorY: QAction
+    actionUpright: QAction
+
+    @property
+    def colourMapChosen(self) -> pyqtBoundSignal:
+        """The name of a colour map for monochrome images; empty for grey."""
+
+
+class PauseActions(Protocol):
+    """Pause, and steps through frames."""
+
+    actionPause: QAction
+    actionStepBack: QAction
+    actionStepForward: QAction
+
+
+class TuningActions(Protocol):
+    """One-push exposure and white balance, on the whole picture or a region."""
+
+    actionExpose: QAction
+    actionBalance: QAction
+    actionExposeRegion: QAction
+    actionBalanceRegion: QAction
+
+
+class RegionActions(Protocol):
+    """The region of interest."""
+
+    actionRegion: QAction
+    actionFullSensor: QAction
+
+
+class UndoActions(Protocol):
+    """Back and forth in the change history."""
+
+    actionUndo: QAction
+    actionRedo: QAction
+
+
+class CalibrationActions(Protocol):
+    """Making, loading and showing a calibration."""
+
+    actionCalibrate: QAction
+    actionLoadCalibration: QAction
+    actionShowCalibration: QAction
+
+
+class HelpActions(Protocol):
+    """The *Help* menu."""
+
+    actionManual: QAction
+    actionDoctor: QAction
+    actionShortcuts: QAction
+    actionWhatsThis: QAction

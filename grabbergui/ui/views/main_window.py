@@ -13,6 +13,7 @@ from PyQt5.QtWidgets import (
     QDockWidget,
     QMainWindow,
     QMenu,
+    QMenuBar,
     QStatusBar,
     QToolBar,
     QToolButton,
@@ -90,6 +91,7 @@ class MainWindow(QMainWindow):
     logDock: QDockWidget
     toolBar: QToolBar
     statusbar: QStatusBar
+    menubar: QMenuBar
     menuView: QMenu
     menuColours: QMenu
     actionUndo: QAction

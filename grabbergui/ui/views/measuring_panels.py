@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PyQt5.QtCore import QSignalBlocker, Qt, pyqtSignal
-from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QCheckBox, QPushButton, QWidget
+from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QCheckBox, QDockWidget, QPushButton, QWidget
 
 from grabbergui.models.language import localized
 from grabbergui.models.measuring.channels import Histogram, Line
@@ -208,3 +208,14 @@ class ProfilePanel(QWidget):
         """Be no higher than the line that says what to do, until there is something to show."""
         self.plot.setVisible(needed)
         self.setMaximumHeight(QWIDGETSIZE_MAX if needed else self.minimumSizeHint().height())
+
+
+class MeasuringPanels(Protocol):
+    """The three panels and their docks, as the main window holds them."""
+
+    histogram: HistogramPanel
+    focus: FocusPanel
+    profile: ProfilePanel
+    histogramDock: QDockWidget
+    focusDock: QDockWidget
+    profileDock: QDockWidget

@@ -1,0 +1,102 @@
+"""Controllers know small views only: they work without the main window."""
+
+import ast
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from PyQt5.QtCore import QObject
+from PyQt5.QtWidgets import QAction
+
+import grabbergui.ui.controllers
+from grabbergui.models.connection import Connection
+from grabbergui.models.messages import CurrentMessages, MessageModel, Severity
+from grabbergui.models.picture.frame_history import FrameHistory
+from grabbergui.models.picture.picture import PictureModel
+from grabbergui.ui.controllers.calibration import CalibrationViewController
+from grabbergui.ui.controllers.pausing import PauseController
+from grabbergui.ui.widgets.playback_bar import PauseBar
+
+PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
+
+
+class Painted(QObject):
+    """A picture that is never painted."""
+
+    def __init__(self):
+        super().__init__()
+        self.painted = self.destroyed
+
+
+class NoFiles:
+    """Questions for files, all of them cancelled."""
+
+    def __init__(self, answer=None):
+        self.answer, self.asked = answer, []
+
+    def to_open(self, title, kinds, folder=None):
+        self.asked.append(title)
+        return self.answer
+
+
+@pytest.fixture
+def program(qapp):
+    """The models that any controller gets."""
+    owner, messages = QObject(), MessageModel()
+    connection = Connection(messages=messages)
+    yield SimpleNamespace(
+        owner=owner,
+        messages=messages,
+        connection=connection,
+        said=CurrentMessages(messages, lambda: connection.source),
+    )
+    owner.deleteLater()
+    qapp.processEvents()
+
+
+def actions(owner, *names):
+    made = {name: QAction(owner) for name in names}
+    for action in made.values():
+        action.setCheckable(True)
+    return SimpleNamespace(**made)
+
+
+def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
+    buttons = actions(program.owner, "actionPause", "actionStepBack", "actionStepForward")
+    bar = PauseBar()
+    qtbot.addWidget(bar)
+    controller = PauseController(
+        buttons, bar, program.connection, PictureModel(), FrameHistory(), program.said, program.owner
+    )
+
+    buttons.actionPause.setChecked(True)
+
+    assert controller.parent() is program.owner
+    assert not buttons.actionPause.isChecked() and bar.isHidden()
+    (message,) = program.messages.shown(None)
+    assert message.severity is Severity.ERROR and "no frame yet" in message.text
+
+
+def test_loading_a_calibration_that_is_cancelled_does_nothing(program):
+    buttons = actions(program.owner, "actionCalibrate", "actionLoadCalibration", "actionShowCalibration")
+    files, picture = NoFiles(), PictureModel()
+    CalibrationViewController(
+        buttons, Painted(), files, program.connection, picture, program.said, program.owner
+    )
+
+    assert not buttons.actionLoadCalibration.isEnabled()  # there is no camera
+    buttons.actionLoadCalibration.setEnabled(True)
+    buttons.actionLoadCalibration.trigger()
+
+    assert files.asked and not program.messages.shown(None)
+    assert picture.settings.calibration is None
+
+
+def test_no_controller_takes_the_main_window():
+    for path in PACKAGE.glob("*.py"):
+        imported = [
+            node.module
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            if isinstance(node, ast.ImportFrom)
+        ]
+        assert "grabbergui.ui.views.main_window" not in imported, path.name
