@@ -88,9 +88,7 @@ class Register:
         """Raise RegisterRefusedError unless the value is in the register's fixed range."""
         if isinstance(value, str):
             return
-        allowed = True
-        if self.choices is not None:
-            allowed = value in self.choices
+        allowed = self.choices is None or value in self.choices
         if self.minimum is not None and self.maximum is not None:
             # Written so that NaN is refused as well.
             allowed = allowed and self.minimum <= value <= self.maximum

@@ -119,7 +119,7 @@ def update_geometry(memory: RegisterMemory) -> None:
         memory.set(size, min(memory.integer(size), most))
         # An offset gives way to a larger picture.
         room = most - memory.integer(size)
-        memory.set(offset, min(memory.integer(offset), room - room % reg.OFFSET_STEP))
+        memory.set(offset, min(memory.integer(offset), room - room % offset.step))
     pixel_format = by_code(memory.integer(reg.PIXEL_FORMAT))
     memory.set(reg.IS_COLOR, int(pixel_format.family is not Family.MONO))
     colour_filter = reg.ColorFilter.NONE
