@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
@@ -15,13 +15,15 @@ import numpy as np
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.recording.movie import MovieFile
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.loop import Turn
 from grabbergui.servo.plots import Band, Curve, Plot, sheet
 from grabbergui.servo.state_machine import State
+
+if TYPE_CHECKING:
+    from grabbergui.recording.movie import MovieFile
 
 VIDEO_FPS = 15.0
 VIDEO_NAME = "video.mp4"
@@ -69,6 +71,9 @@ class Recorder:
 
     def _write(self, picture: np.ndarray, time: float) -> None:
         if self._video is None:
+            # On demand: FFmpeg's libraries are loaded only where a report is written.
+            from grabbergui.recording.movie import MovieFile
+
             path = self._folder / VIDEO_NAME
             path.unlink(missing_ok=True)  # of an earlier run
             self._video = MovieFile(path, RecordingKind.H264, picture.shape, picture.dtype, VIDEO_FPS)

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import av
 import cv2
 import numpy as np
 import pytest
@@ -16,10 +15,13 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.recording.movie import FRAGMENT, notes_beside
 from grabbergui.recording.recording import RecordingError, open_recording
 from grabbergui.recording.writer import MOVIE_KINDS, RecordingKind, create_writer
 from patience import PATIENCE
+
+av = pytest.importorskip("av", reason="needs the package av")
+
+from grabbergui.recording.movie import FRAGMENT, notes_beside  # noqa: E402
 
 INFO = DeviceInfo("sim:", model="M")
 START = 1_700_000_000_000_000_000

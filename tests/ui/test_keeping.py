@@ -13,7 +13,6 @@ from grabbergui import sources
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet
-from grabbergui.recording.movie import MovieWriter
 from grabbergui.recording.writer import RecordingKind
 from patience import PATIENCE
 
@@ -121,6 +120,8 @@ def test_a_recording_ends_with_its_camera(desk):
 
 def test_closing_the_window_does_not_cut_a_recording_off(desk, monkeypatch):
     finish = threading.Event()
+    from grabbergui.recording.movie import MovieWriter
+
     close = MovieWriter.close
     monkeypatch.setattr(MovieWriter, "close", lambda writer: finish.wait(PATIENCE) and close(writer))
     bar = desk.window.recordingBar
