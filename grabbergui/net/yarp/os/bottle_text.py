@@ -43,6 +43,10 @@ _C_FLOAT = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?", 
 _Nested = Callable[[list[Item]], list[Item]]
 
 _BLANK = re.compile(r"[ \t\r\n,]*")
+_WORD = re.compile(r"""[ \t\r\n,]*([^ \t\r\n,(){}"\\]+)(?=[ \t\r\n,)}]|\Z)""")
+"A word in which no character has a meaning of its own, and the separators before it."
+_PLAIN_BLOB = re.compile(r"\{((?:[ \t\r\n,]*(?:0|[1-9][0-9]{0,8})(?=[ \t\r\n,}]))*)[ \t\r\n,]*\}", re.ASCII)
+"A blob of decimal numbers."
 _ORDINARY = re.compile(r"""[^ \t\r\n,(){}"\\]+""")
 _QUOTED = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
 _MARK = re.compile(r'\\.?|["(){}]', re.DOTALL)
@@ -105,22 +109,42 @@ class _Parser:
         if depth > MAX_DEPTH:
             raise RemoteProtocolError(f"a Bottle's lists are nested deeper than {MAX_DEPTH}")
         found: list[Item] = []
-        while (first := self._next()) != closing:
+        while True:
+            if word := _WORD.match(self._text, self._at):
+                self._count_items()
+                self._at = word.end()
+                found.append(_item(word[1], self._dialect))
+                continue
+            first = self._next()
+            if first == closing:
+                self._at += len(closing)
+                return found
             if first in _CLOSING or not first:
                 raise _unbalanced()
-            self._items_left -= 1
-            if self._items_left < 0:
-                raise RemoteProtocolError(f"a Bottle has more than {MAX_ITEMS} items")
+            self._count_items()
             if first == "(":
                 self._at += 1
                 found.append(self._nested(self.items(")", depth + 1)))
             elif first == "{":
-                self._at += 1
-                found.append(bytes(_byte(item) for item in self.items("}", depth + 1)))
+                found.append(self._blob(depth))
             else:
                 found.append(_item(self._token(), self._dialect))
-        self._at += len(closing)
-        return found
+
+    def _blob(self, depth: int) -> bytes:
+        """Read a blob, whose items are numbers or count as 0."""
+        plain = _PLAIN_BLOB.match(self._text, self._at)
+        if plain:
+            numbers = plain[1].replace(",", " ").split()
+            self._count_items(len(numbers))
+            self._at = plain.end()
+            return bytes(int(number) & 0xFF for number in numbers)
+        self._at += 1
+        return bytes(_byte(item) for item in self.items("}", depth + 1))
+
+    def _count_items(self, count: int = 1) -> None:
+        self._items_left -= count
+        if self._items_left < 0:
+            raise RemoteProtocolError(f"a Bottle has more than {MAX_ITEMS} items")
 
     def _next(self) -> str:
         """Skip separators; return the character at which the next item begins, empty at the end."""
@@ -211,6 +235,8 @@ def _c_integer(token: str) -> int:
 
 
 def _unescape(text: str) -> str:
+    if "\\" not in text:
+        return text
     return re.sub(r"\\(.?)", lambda match: _UNESCAPED.get(match[1], match[1]), text, flags=re.DOTALL)
 
 
