@@ -8,7 +8,7 @@ in `bottle_text`.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final, cast
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
@@ -50,7 +50,16 @@ _FORMATS: Final = {
 }
 """`struct` letters of the items of fixed size. The other dialect's code is read where it is not ambiguous."""
 
+_LAYOUTS: Final = {
+    dialect: {code: struct.Struct("<" + letter) for code, letter in formats.items()}
+    for dialect, formats in _FORMATS.items()
+}
+
 _CLASSES: Final[dict[int, type]] = {INT8: Int8, INT16: Int16, VOCAB: Vocab, VOCAB64: Vocab64}
+"""Of decoded integers that are not plain numbers."""
+
+_SMALL: Final = 4096
+"""Bytes of a blob that is copied into the message around it."""
 
 
 class Bottle(list[Item]):
@@ -70,8 +79,9 @@ class Bottle(list[Item]):
 
     def encode_parts(self, dialect: Dialect = Dialect.YARP3, *, specialise: bool = True) -> list[Buffer]:
         """The binary form in pieces, so that a large blob need not be copied."""
-        code, body = _encode_list(self, dialect, specialise)
-        return [_I32.pack(code), *body]
+        writer = _Writer(dialect, specialise)
+        writer.bottle(self)
+        return writer.pieces()
 
     @classmethod
     def decode(cls, message: Buffer, dialect: Dialect | None = None) -> Bottle:
@@ -101,7 +111,7 @@ class Bottle(list[Item]):
         reader = _Reader(memoryview(data).cast("B"), offset, dialect)
         bottle = cls(reader.whole())
         # What it was, so that it is written again as it came.
-        bottle.specialised = bool(_I32.unpack_from(data, offset)[0] & ELEMENT)
+        bottle.specialised = reader.specialised
         bottle.dialect = Dialect.YARP4 if dialect is Dialect.YARP4 or reader.codes_of_4 else None
         return bottle, reader.offset
 
@@ -140,76 +150,116 @@ class Properties(Bottle):
     """A dictionary as YARP sends it: ``(key value)`` lists under a type code of its own."""
 
 
-def _encode_list(items: list[Item], dialect: Dialect, specialise: bool) -> tuple[int, list[Buffer]]:
-    """The list's own code, and its count and items."""
-    own = getattr(items, "specialised", None)
-    compact = specialise if own is None else own
-    encoded = [_encode_item(item, dialect, specialise) for item in items]
-    codes = {code for code, _ in encoded}
-    common = next(iter(codes)) if len(codes) == 1 else 0
-    body: list[Buffer] = [_I32.pack(len(encoded))]
-    if compact and 0 < common < LIST:
-        for _, parts in encoded:
-            body += parts
-        return LIST + common, body
-    for code, parts in encoded:
-        body.append(_I32.pack(code))
-        body += parts
-    return LIST, body
+_COMMON_CODES: Final[dict[type, int]] = {
+    **{Properties: LIST + DICT, Bottle: LIST, list: LIST, tuple: LIST, str: STRING},
+    **{bytes: BLOB, bytearray: BLOB, memoryview: BLOB},
+    **{Int8: INT8, Int16: INT16, Int64: INT64, Vocab: VOCAB},
+}
+_CODES: Final[dict[Dialect, dict[type, int]]] = {
+    Dialect.YARP3: {**_COMMON_CODES, Float32: FLOAT32_3, float: FLOAT64_3},
+    Dialect.YARP4: {**_COMMON_CODES, Float32: FLOAT32_4, float: FLOAT64_4, Vocab64: VOCAB64},
+}
+"""By class, subclasses first. That of an int depends on its value."""
 
 
-def _encode_item(item: Item, dialect: Dialect, specialise: bool) -> tuple[int, list[Buffer]]:
-    if isinstance(item, Properties):
-        code, body = _encode_list(item, dialect, specialise)
-        return LIST + DICT, [_I32.pack(code), *body]
-    if isinstance(item, (list, tuple)):
-        return _encode_list(item, dialect, specialise)
-    if isinstance(item, str):
-        text = item.encode("utf-8", "surrogateescape")
-        return STRING, [_I32.pack(len(text)), text]
-    if isinstance(item, (bytes, bytearray, memoryview)):
-        blob = memoryview(item).cast("B")
-        return BLOB, [_I32.pack(len(blob)), blob]
-    if isinstance(item, bool):
-        return VOCAB, [_I32.pack(TRUE if item else FALSE)]
-    if isinstance(item, (int, float)):
-        code = _number_code(item, dialect)
-        try:
-            return code, [struct.pack("<" + _FORMATS[dialect][code], item)]
-        except (struct.error, OverflowError) as error:
-            raise LocalProtocolError(f"{item!r} does not fit a Bottle's {type(item).__name__}") from error
-    raise LocalProtocolError(f"a {type(item).__name__} cannot go into a Bottle")
+class _Writer:
+    """Appends values to a message; a large blob becomes a piece of its own, which is not copied."""
 
+    def __init__(self, dialect: Dialect, specialise: bool) -> None:
+        self._dialect = dialect
+        self._codes = _CODES[dialect]
+        self._layouts = _LAYOUTS[dialect]
+        self._specialise = specialise
+        self._pieces: list[Buffer] = []
+        self._small = bytearray()
 
-def _number_code(item: int | float, dialect: Dialect) -> int:
-    if isinstance(item, float):
-        if isinstance(item, Float32):
-            return FLOAT32_3 if dialect is Dialect.YARP3 else FLOAT32_4
-        return FLOAT64_3 if dialect is Dialect.YARP3 else FLOAT64_4
-    for code, kind in _CLASSES.items():
-        if isinstance(item, kind):
-            if code == VOCAB64 and dialect is Dialect.YARP3:
-                raise LocalProtocolError(f"vocab [{item}] has more than four letters, YARP 3.x has none such")
-            return code
-    return INT32 if not isinstance(item, Int64) and -(2**31) <= item < 2**31 else INT64
+    def pieces(self) -> list[Buffer]:
+        """Return the message."""
+        return [*self._pieces, self._small] if self._small else self._pieces
+
+    def bottle(self, items: Sequence[Item]) -> None:
+        """Append a list with its type code."""
+        own = getattr(items, "specialised", None)
+        codes = [self._codes.get(type(item)) or self._code(item) for item in items]
+        common = codes[0] if codes and len(set(codes)) == 1 else 0
+        if (self._specialise if own is None else own) and 0 < common < LIST:
+            self._small += _HEAD.pack(LIST + common, len(codes))
+            for item in items:
+                self._value(common, item)
+            return
+        self._small += _HEAD.pack(LIST, len(codes))
+        for code, item in zip(codes, items):  # noqa: B905 - `strict` costs time, and the lengths are the same
+            if code == STRING:  # most items are
+                text = cast(str, item).encode("utf-8", "surrogateescape")
+                self._small += _HEAD.pack(STRING, len(text)) + text
+                continue
+            if code != LIST:  # a list writes its code, which depends on its items
+                self._small += _I32.pack(code)
+            self._value(code, item)
+
+    def _code(self, item: Item) -> int:
+        """Return the type code of an item whose class alone does not decide about it."""
+        if type(item) is int:
+            return INT32 if -(2**31) <= item < 2**31 else INT64
+        if isinstance(item, bool):
+            return VOCAB
+        for kind, code in self._codes.items():
+            if isinstance(item, kind):
+                return code
+        if isinstance(item, int) and not isinstance(item, Vocab64):
+            return INT32 if -(2**31) <= item < 2**31 else INT64
+        if isinstance(item, Vocab64):
+            raise LocalProtocolError(f"vocab [{item}] has more than four letters, YARP 3.x has none such")
+        raise LocalProtocolError(f"a {type(item).__name__} cannot go into a Bottle")
+
+    def _value(self, code: int, item: Item) -> None:
+        if code == STRING:
+            text = cast(str, item).encode("utf-8", "surrogateescape")
+            self._small += _I32.pack(len(text)) + text
+        elif code == LIST:
+            self.bottle(cast(Sequence[Item], item))
+        elif code == LIST + DICT:
+            self.bottle(cast(Properties, item))
+        elif code == BLOB:
+            self._blob(memoryview(cast(Buffer, item)).cast("B"))
+        else:
+            if isinstance(item, bool):
+                item = TRUE if item else FALSE
+            try:
+                self._small += self._layouts[code].pack(item)
+            except (struct.error, OverflowError) as error:
+                raise LocalProtocolError(f"{item!r} does not fit a Bottle's {type(item).__name__}") from error
+
+    def _blob(self, blob: memoryview) -> None:
+        self._small += _I32.pack(len(blob))
+        if len(blob) <= _SMALL:
+            self._small += blob
+        else:
+            self._pieces += (self._small, blob)
+            self._small = bytearray()
 
 
 class _Reader:
-    """Walks through one message; every read is checked against its end."""
+    """Decodes one message; every read is checked against its end."""
 
     def __init__(self, data: memoryview, offset: int, dialect: Dialect) -> None:
         self.offset = offset
+        self.specialised = False
+        "Whether the message is a list of one type, without the items' type codes."
         self.codes_of_4 = False
         "Whether a type code came that YARP 3.x does not write."
-        self._data = data
-        self._formats = _FORMATS[dialect]
+        # Bytes are sliced faster than a memoryview, but a large message is not copied for that.
+        self._data: Buffer = bytes(data) if len(data) <= _SMALL else data
+        self._dialect = dialect
+        self._layouts = _LAYOUTS[dialect]
         self._items_left = MAX_ITEMS
 
     def whole(self, depth: int = 0) -> list[Item]:
-        """A Bottle with its code."""
+        """Return the items of a list that begins with its type code."""
         code = self._int32()
         if not code & LIST or code & ~(LIST | ELEMENT):
             raise RemoteProtocolError(f"a Bottle begins with type code {code}, must be 256 to 511")
+        self.specialised = bool(code & ELEMENT) if not depth else self.specialised
         return self._list(code & ELEMENT, depth)
 
     def _list(self, element: int, depth: int) -> list[Item]:
@@ -222,47 +272,64 @@ class _Reader:
         self._items_left -= count
         if self._items_left < 0:
             raise RemoteProtocolError(f"a Bottle has more than {MAX_ITEMS} items")
-        if element in self._formats:
+        if element in self._layouts:
             return self._fixed(element, count)
-        return [self._item(element or self._int32(), depth) for _ in range(count)]
+        found: list[Item] = []
+        for _ in range(count):
+            code = element or self._int32()
+            if code == STRING:
+                found.append(str(self._block("string"), "utf-8", "surrogateescape"))
+            elif code == INT32:
+                found.append(self._int32())
+            else:
+                found.append(self._item(code, depth))
+        return found
 
     def _item(self, code: int, depth: int) -> Item:
-        if code in self._formats:
+        if code in self._layouts:
             return self._fixed(code, 1)[0]
-        if code == STRING:
-            return str(self._block("string"), "utf-8", "surrogateescape")
         if code == BLOB:
             return bytes(self._block("blob"))
-        if code == LIST + DICT or code & ~ELEMENT == LIST + DICT:
-            return Properties(self.whole(depth + 1))
         if code & ~ELEMENT == LIST:
             return Bottle(self._list(code & ELEMENT, depth + 1))
+        if code & ~ELEMENT == LIST + DICT:
+            return Properties(self.whole(depth + 1))
         raise RemoteProtocolError(f"a Bottle has an item of unknown type code {code}")
 
     def _fixed(self, code: int, count: int) -> list[Item]:
         self.codes_of_4 |= code in (FLOAT64_4, VOCAB64)
-        layout = struct.Struct(f"<{count}{self._formats[code]}")
-        start = self._take(layout.size, f"{count} items of type code {code}")
-        values = layout.unpack_from(self._data, start)
-        if self._formats[code] == "f":
-            return [Float32(value) for value in values]
+        layout = self._layouts[code]
+        if count != 1:
+            layout = struct.Struct(f"<{count}{_FORMATS[self._dialect][code]}")
+        end = self.offset + layout.size
+        if end > len(self._data):
+            raise self._truncated(f"{count} items of type code {code}")
+        values = layout.unpack_from(self._data, self.offset)
+        self.offset = end
         if code == INT64:
             return [Int64(value) if -(2**31) <= value < 2**31 else value for value in values]
-        kind = _CLASSES.get(code)
-        return cast(list[Item], [kind(value) for value in values] if kind else list(values))
+        kind = Float32 if layout.format.endswith("f") else _CLASSES.get(code)
+        return [kind(value) for value in values] if kind else list(values)
 
-    def _block(self, what: str) -> memoryview:
+    def _block(self, what: str) -> Buffer:
+        """Return the bytes of an item that begins with its size."""
         length = self._int32()
+        start = self.offset
+        self.offset = end = start + length
         if length < 0:
             raise RemoteProtocolError(f"a Bottle has a {what} of {length} bytes")
-        start = self._take(length, f"a {what} of {length} bytes")
-        return self._data[start : start + length]
+        if end > len(self._data):
+            raise self._truncated(f"a {what} of {length} bytes")
+        return self._data[start:end]
 
     def _int32(self) -> int:
-        return cast(int, _I32.unpack_from(self._data, self._take(4, "an int32"))[0])
+        value: int
+        try:
+            (value,) = _I32.unpack_from(self._data, self.offset)
+        except struct.error:
+            raise self._truncated("an int32") from None
+        self.offset += 4
+        return value
 
-    def _take(self, size: int, what: str) -> int:
-        start, self.offset = self.offset, self.offset + size
-        if self.offset > len(self._data):
-            raise RemoteProtocolError(f"a Bottle ends at byte {len(self._data)} within {what}")
-        return start
+    def _truncated(self, what: str) -> RemoteProtocolError:
+        return RemoteProtocolError(f"a Bottle ends at byte {len(self._data)} within {what}")

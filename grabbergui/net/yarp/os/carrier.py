@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
-from grabbergui.net.yarp.os.bottle import Buffer
+from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 
 MAGIC_BASE: Final = 7777
 INDEX_MAGIC: Final = 10
@@ -151,15 +151,17 @@ def encode_command(command: str) -> bytes:
     return _COMMAND.pack(len(text), b"~", b"\0", b"\0", b"\1") + text
 
 
+_INDEX_MARK: Final = encode_number(INDEX_MAGIC)
+_INDEX_FILLER: Final = b"\1" + b"\xff" * 8
+
+
 def encode_message(command: str, body: Sequence[Buffer] = ()) -> list[Buffer]:
     """Return a message in pieces for a gathering write. The body is not copied."""
     start = encode_command(command)
-    lengths = [len(start), *(len(part) for part in body)]
-    if len(lengths) > _MANY_BLOCKS:
+    if len(body) >= _MANY_BLOCKS:
         body = [b"".join(body)]
-        lengths = [len(start), len(body[0])]
-    index = encode_number(INDEX_MAGIC) + bytes((len(lengths), 1)) + b"\xff" * 8
-    return [index + struct.pack(f"<{len(lengths) + 1}i", *lengths, 0) + start, *body]
+    lengths = struct.pack(f"<{len(body) + 2}i", len(start), *map(len, body), 0)
+    return [_INDEX_MARK + bytes((len(body) + 1,)) + _INDEX_FILLER + lengths + start, *body]
 
 
 class Index(NamedTuple):
@@ -178,7 +180,8 @@ def decode_index(data: memoryview, limit: int = MESSAGE_LIMIT) -> Index | None:
     """
     if len(data) < _INDEX_START:
         return None
-    if decode_number(data) != INDEX_MAGIC:
+    if data[:8] != _INDEX_MARK:
+        decode_number(data)
         raise RemoteProtocolError(f"message index {bytes(data[:8])!r}, must begin with number {INDEX_MAGIC}")
     blocks = data[8]
     if not blocks:
@@ -272,6 +275,8 @@ class Reply:
     "Lines of a reply in text mode, without the last line end."
     parts: Sequence[Buffer] = ()
     "A reply to send in binary form, in pieces that are not copied."
+    bottle: Bottle | None = None
+    "A short received reply, which was decoded to find its end."
 
 
 @dataclass(frozen=True)

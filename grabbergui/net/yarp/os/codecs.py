@@ -7,12 +7,13 @@ raises RemoteProtocolError if the bytes cannot become one. It is called only whe
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import web_page
-from grabbergui.net.yarp.os.bottle import Buffer
+from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message, Reply
 from grabbergui.net.yarp.os.framing import BottleScanner, LineReader, Receiver, TextBottle
 from grabbergui.net.yarp.os.names import finished
@@ -27,6 +28,8 @@ TEXT_REPLY_LIMIT: Final = 16 << 20
 NAMES_LIMIT: Final = 4 << 20
 """Size of a name server's answer, in bytes."""
 
+_SHORT_REPLY: Final = 1024
+_ACK: Final = Ack()
 _ACK_LINE: Final = "<ACK>"
 _MARK: Final = 8
 """Size of what begins every header and is all of an acknowledgement, in bytes."""
@@ -37,9 +40,6 @@ class ReceiveBuffer:
 
     def __init__(self) -> None:
         self.data = bytearray()
-
-    def __len__(self) -> int:
-        return len(self.data)
 
     def add(self, data: Buffer) -> None:
         """Append bytes."""
@@ -69,22 +69,9 @@ class Codec:
         """Whether nothing of the next message is held here."""
         return True
 
-    @property
-    def wanted(self) -> memoryview | None:
-        """Memory for the next bytes of messages, where they need not pass through the buffer."""
+    def receiver(self) -> Receiver | None:
+        """Return what receives messages, where their bytes need not pass through the buffer."""
         return None
-
-    @property
-    def in_body(self) -> bool:
-        """Whether `wanted` is the rest of a body."""
-        return False
-
-    def received(self, count: int) -> None:
-        """Accept `count` bytes in `wanted`."""
-
-    def release(self) -> bytes:
-        """Remove and return bytes held here that belong to no message."""
-        return b""
 
     def read_header(self, data: ReceiveBuffer) -> Header | None:
         """Read what an opener sends first."""
@@ -126,7 +113,7 @@ class HeaderCodec(Codec):
 
     def read_header(self, data: ReceiveBuffer) -> Header | None:
         """Read the carrier and the sender's name."""
-        if len(data) < _MARK and not self._request:
+        if len(data.data) < _MARK and not self._request:
             return None
         carrier = wire.MJPEG if self._request else wire.identify(data.data)
         if carrier is wire.NAME_SER:
@@ -135,10 +122,10 @@ class HeaderCodec(Codec):
             return self._read_request(data)
         if carrier.text:
             return self._read_text(data, carrier)
-        if len(data) < _MARK + 4:
+        if len(data.data) < _MARK + 4:
             return None
         end = _MARK + 4 + wire.decode_name_size(data.data[_MARK : _MARK + 4])
-        if len(data) < end:
+        if len(data.data) < end:
             return None
         return Header(carrier, wire.decode_name(data.take(end)[_MARK + 4 :]))
 
@@ -180,77 +167,65 @@ class BinaryCodec(Codec):
         self._receiver: Receiver | None = None
         self._scanner: BottleScanner | None = None
 
-    @property
-    def _messages(self) -> Receiver:
-        """The receiver, made when it is needed: a sender of messages has none."""
+    def receiver(self) -> Receiver:
+        """Return the receiver, made when it is needed: a sender of messages has none."""
         if self._receiver is None:
             self._receiver = Receiver(allocate=self._allocate, limit=self._limit)
         return self._receiver
-
-    @property
-    def wanted(self) -> memoryview:
-        """Memory for the next bytes of messages."""
-        return self._messages.wanted
-
-    @property
-    def in_body(self) -> bool:
-        """Whether `wanted` is the rest of a body."""
-        return self._messages.in_body
 
     @property
     def idle(self) -> bool:
         """Whether nothing of the next message is held here."""
         return self._receiver is None or self._receiver.idle
 
-    def received(self, count: int) -> None:
-        """Accept `count` bytes in `wanted`."""
-        self._messages.received(count)
-
-    def release(self) -> bytes:
-        """Remove and return bytes after the last message."""
-        return self._receiver.release() if self._receiver else b""
-
     def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
         """Read eight bytes with a port number."""
-        return HeaderReply(wire.decode_number(data.take(_MARK))) if len(data) >= _MARK else None
+        return HeaderReply(wire.decode_number(data.take(_MARK))) if len(data.data) >= _MARK else None
 
     def read_message(self, data: ReceiveBuffer) -> Message | None:
         """Read index, command and body."""
-        receiver = self._messages
-        while (message := receiver.take()) is None and data:
+        receiver = self.receiver()
+        while (message := receiver.take()) is None and data.data:
             del data.data[: receiver.copy(data.data)]
         return message
 
     def read_reply(self, data: ReceiveBuffer) -> Reply | None:
         """Read a Bottle, or all before an acknowledgement."""
+        available = len(data.data)
+        if available <= _SHORT_REPLY and not self.raw_replies and data.data.endswith(wire.ACK):
+            # It seems to be complete. Decoding it costs as much as finding its end.
+            with suppress(RemoteProtocolError):
+                bottle, size = Bottle.decode_from(bytes(data.data), 0, self.dialect)
+                self._scanner, self.missing = None, 1
+                return Reply(data.take(size), bottle=bottle)
         if self.raw_replies:
-            size, complete = len(data) - len(wire.ACK), data.data.endswith(wire.ACK)
+            size, complete = available - len(wire.ACK), data.data.endswith(wire.ACK)
         else:
             self._scanner = self._scanner or BottleScanner(self.dialect, REPLY_LIMIT)
             size = self._scanner.scan(data.data)
-            complete = size <= len(data)
+            complete = size <= available
         if not complete:
-            self.missing = max(1, size - len(data))
+            self.missing = max(1, size - available)
             return None
         self._scanner, self.missing = None, 1
         return Reply(data.take(size))
 
     def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
         """Read a Bottle or an acknowledgement, whose first two bytes no Bottle begins with."""
-        if len(data) < _MARK:
+        if len(data.data) < _MARK:
             return None
         return self.read_acknowledgement(data) if data.data.startswith(b"YA") else self.read_reply(data)
 
     def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
         """Read eight bytes."""
-        if len(data) < _MARK:
+        if len(data.data) < _MARK:
             return None
         if not data.data.startswith(b"YA"):
             raise RemoteProtocolError(
                 f"{bytes(data.data[:_MARK])!r} where a reply or its acknowledgement was expected"
             )
         wire.decode_number(data.take(_MARK))
-        return Ack()
+        return _ACK
 
     def write(self, event: Event) -> list[Buffer]:
         """Return the event's bytes in pieces."""
@@ -359,7 +334,7 @@ class NameCodec(TextCodec):
             if finished(self._reply):
                 lines, self._reply = self._reply, []
                 return Reply(text="\r\n".join(lines))
-        if len(data) + sum(map(len, self._reply)) > NAMES_LIMIT:
+        if len(data.data) + sum(map(len, self._reply)) > NAMES_LIMIT:
             raise RemoteProtocolError("its answer has no end")
         return None
 
@@ -384,7 +359,7 @@ class HttpCodec(Codec):
 
     def read_header_reply(self, data: ReceiveBuffer) -> HeaderReply | None:
         """Return as soon as a response begins. It stays in the buffer, since any HTTP camera may send it."""
-        return HeaderReply() if data else None
+        return HeaderReply() if data.data else None
 
     def write(self, event: Event) -> list[Buffer]:
         """Return the request, or the response's head for mjpeg."""

@@ -29,7 +29,7 @@ from grabbergui.net.yarp.os.carrier import (
     Reply,
 )
 from grabbergui.net.yarp.os.codecs import Codec, HeaderCodec, ReceiveBuffer, codec_for
-from grabbergui.net.yarp.os.framing import new_memory
+from grabbergui.net.yarp.os.framing import Receiver, new_memory
 from grabbergui.net.yarp.os.values import Dialect
 
 
@@ -109,9 +109,21 @@ READERS: Final[dict[tuple[Phase, Who], Callable[[Codec], Reader]]] = {
 
 _OPENING: Final = (Phase.HEADER, Phase.HEADER_REPLY)
 _ANSWERING: Final = (Phase.ANSWER, Phase.ACKNOWLEDGEMENT)
-_OPENING_ROLES: Final = {True: (Who.OPENER, Who.ACCEPTOR), False: (Who.ACCEPTOR, Who.OPENER)}
-_ROLES: Final = {True: (Who.SENDER, Who.RECEIVER), False: (Who.RECEIVER, Who.SENDER)}
-"""Our role and the peer's, by whether we opened the connection, and by whether we send messages."""
+
+
+def _roles(phase: Phase, sends: bool) -> tuple[Who, Who]:
+    """Return our role and the peer's. Until messages begin, the one who will send them is the opener."""
+    active, passive = (Who.OPENER, Who.ACCEPTOR) if phase in _OPENING else (Who.SENDER, Who.RECEIVER)
+    return (active, passive) if sends else (passive, active)
+
+
+_TURNS: Final = {
+    (phase, sends): (own, peer, READERS.get((phase, peer)))
+    for phase in Phase
+    for sends in (True, False)
+    for own, peer in [_roles(phase, sends)]
+}
+"""Both roles, and the reader of the peer's next event, by phase and by whether we send messages."""
 
 
 def next_phase(phase: Phase, who: Who, event: type[Event]) -> Phase:
@@ -144,8 +156,9 @@ class Connection:
         self._allocate, self._limit = allocate, limit
         self._codec: Codec = HeaderCodec(allocate, limit)
         self._data = ReceiveBuffer()
+        self._receiver: Receiver | None = None
         self._ended = self._acknowledged = False
-        self._opens = self._sends = opener
+        self._sends = opener
         self._reversing = False
         self._enter(Phase.HEADER)
 
@@ -161,19 +174,18 @@ class Connection:
 
         None where `receive_data` takes them.
         """
-        if self.phase is not Phase.READY or self._sends or self._data:
-            return None
-        return self._codec.wanted
+        return self._receiver.wanted if self._receiver and not self._data.data else None
 
     @property
     def in_body(self) -> bool:
         """Whether `wanted` is the rest of a body, so that it pays to wait until all of it is filled."""
-        return self._codec.in_body
+        return self._receiver is not None and self._receiver.in_body
 
     def received(self, count: int) -> None:
         """Accept `count` bytes in `wanted`; 0 means that the peer closed the connection."""
         self._ended |= not count
-        self._codec.received(count)
+        assert self._receiver, "`wanted` was None"
+        self._receiver.received(count)
 
     @property
     def missing(self) -> int:
@@ -229,7 +241,7 @@ class Connection:
     # -- state -----------------------------------------------------------------------------------
     @property
     def _partial(self) -> bool:
-        return bool(self._data) or not self._codec.idle
+        return bool(self._data.data) or not self._codec.idle
 
     def _without_reader(self) -> Closed | None:
         """Return the end of the stream, or None if it is our turn. Raises TransportError."""
@@ -245,9 +257,11 @@ class Connection:
         """Change the phase by the table, then by the rules for the carrier and for a reversal."""
         kind = type(event)
         phase = next_phase(self.phase, who, kind)
-        if kind is Reply and phase is Phase.READY and self._acknowledged:
+        if isinstance(event, Message):
+            self._reversing |= event.command[:1] == "r"
+        elif kind is Reply and phase is Phase.READY and self._acknowledged:
             raise LocalProtocolError("a reply without a message before it")
-        if isinstance(event, Header):
+        elif isinstance(event, Header):
             self.carrier = event.carrier
             self._acknowledged = event.carrier.acknowledged
             self._codec = codec_for(event.carrier, self._allocate, self._limit)
@@ -255,23 +269,22 @@ class Connection:
                 phase = Phase.READY  # it has no header reply
         elif kind is HeaderReply and self.carrier and self.carrier.switches:
             phase = Phase.SWITCHED
-        elif isinstance(event, Message) and event.code == "r":
-            self._reversing = True
         if not self._acknowledged and phase in _ANSWERING:
             phase = Phase.READY
         if self._reversing and phase is Phase.READY:  # takes effect once acknowledged
             self._sends, self._reversing = not self._sends, False
-            self._data.add(self._codec.release())
+            if self._receiver:
+                self._data.add(self._receiver.release())
         self._enter(phase)
 
     def _enter(self, phase: Phase) -> None:
         """Change the phase, and with it both roles and the reader."""
         self.phase = phase
-        if phase in _OPENING:
-            self._self, self._peer = _OPENING_ROLES[self._opens]
-        else:
-            self._self, self._peer = _ROLES[self._sends]
-        choose = READERS.get((phase, self._peer))
-        if phase is Phase.READY and self._sends and self._acknowledged:
-            choose = None  # the receiver has replied to all messages
+        self._self, self._peer, choose = _TURNS[phase, self._sends]
+        self._receiver = None
+        if phase is Phase.READY:
+            if not self._sends:
+                self._receiver = self._codec.receiver()
+            elif self._acknowledged:
+                choose = None  # the receiver has replied to all messages
         self._reader = choose(self._codec) if choose else None

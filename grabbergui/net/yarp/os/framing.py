@@ -38,7 +38,13 @@ LINE_LIMIT: Final = 1 << 16
 CONTINUED_LINES: Final = 100
 """Lines of one Bottle."""
 
-_SIZES: Final = {INT8: 1, INT16: 2, INT32: 4, VOCAB: 4, FLOAT32_3: 4, INT64: 8, VOCAB64: 8, FLOAT64_4: 8}
+_COMMON_SIZES: Final = {
+    **{INT8: 1, INT16: 2, INT32: 4, VOCAB: 4, FLOAT32_3: 4, INT64: 8, VOCAB64: 8, FLOAT64_4: 8}
+}
+_SIZES: Final = {
+    Dialect.YARP3: {**_COMMON_SIZES, FLOAT64_3: 8},
+    Dialect.YARP4: {**_COMMON_SIZES, FLOAT64_3: 4},
+}
 _I32: Final = struct.Struct("<i")
 
 
@@ -94,6 +100,9 @@ class Receiver:
     def take(self) -> Message | None:
         """Return the next message, None while it is incomplete. RemoteProtocolError is final."""
         if self._body is None:
+            if self._begin == self._end:
+                self._begin = self._end = 0
+                return None
             self._begin_body()
         body = self._body
         if body is None or self._filled < len(body):
@@ -195,7 +204,7 @@ class BottleScanner:
     def __init__(self, dialect: Dialect = Dialect.YARP3, limit: int = 1 << 28) -> None:
         self.offset = 0
         "Bytes of the Bottle that were scanned."
-        self._sizes = {**_SIZES, FLOAT64_3: 8 if dialect is Dialect.YARP3 else 4}
+        self._sizes = _SIZES[dialect]
         self._limit = limit
         self._items_left = MAX_ITEMS
         # Open lists, innermost last: (items, their type code or 0 where each has its own).
@@ -221,48 +230,50 @@ class BottleScanner:
             self._open_list(data, _I32.unpack_from(data)[0])
             self._begun = True
         while self._open:
-            items, code = self._open[-1]
-            if not items:
-                self._open.pop()
-                continue
-            needed = self._step(data, items, code)
-            if needed:
+            if needed := self._skip_items(data):
                 return needed
         return self.offset
 
-    def _step(self, data: memoryview, items: int, code: int) -> int:
-        """Skip one item, or all of a fixed size; return 0, or how many bytes that needs."""
-        start = self.offset
-        size = self._sizes.get(code)
+    def _skip_items(self, data: memoryview) -> int:
+        """Skip items of the innermost list up to its end or to a list in it.
+
+        Return 0, or how many bytes the next item needs.
+        """
+        items, code = self._open[-1]
+        offset, size, available = self.offset, self._sizes.get(code), len(data)
         if size is not None:
-            end = start + size * items
-            if len(data) < end:
+            end = offset + size * items
+            if end > available:
                 return end
-            self.offset = end
+            self.offset, items = end, 0
+        own = 0 if code else 4
+        while items:
+            end = at = offset + own
+            if end > available:
+                break
+            kind = code or _I32.unpack_from(data, offset)[0]
+            if kind in (STRING, BLOB):
+                end += 4
+                if end > available:
+                    break
+                length = _I32.unpack_from(data, at)[0]
+                if length < 0:
+                    raise RemoteProtocolError(f"a Bottle has an item of {length} bytes")
+                end += length
+            elif (size := self._sizes.get(kind)) is not None:
+                end += size
+            else:
+                self._open[-1] = (items, code)
+                return self._enter(data, kind, at, items)
+            if end > available:
+                break
+            self.offset = offset = end
+            items -= 1
+        else:
             self._open.pop()
             return 0
-        own = 0 if code else 4
-        if len(data) < start + own:
-            return start + own
-        kind = code or _I32.unpack_from(data, start)[0]
-        at = start + own
-        size = self._sizes.get(kind)
-        if size is not None:
-            end = at + size
-        elif kind in (STRING, BLOB):
-            if len(data) < at + 4:
-                return at + 4
-            length = _I32.unpack_from(data, at)[0]
-            if length < 0:
-                raise RemoteProtocolError(f"a Bottle has an item of {length} bytes")
-            end = at + 4 + length
-        else:
-            return self._enter(data, kind, at, items)
-        if len(data) < end:
-            return end
-        self.offset = end
-        self._open[-1] = (items - 1, code)
-        return 0
+        self._open[-1] = (items, code)
+        return end
 
     def _enter(self, data: memoryview, kind: int, at: int, items: int) -> int:
         dictionary = kind & ~ELEMENT == LIST + DICT

@@ -15,7 +15,7 @@ from grabbergui.net.yarp.os.connection import NEED_DATA, Connection, Wait
 from grabbergui.net.yarp.os.values import Vocab
 
 E = TypeVar("E", bound=Event)
-_READ_BYTES = 65536
+_READ_BYTES = 4096
 _LONG_READ_BYTES = 1 << 20
 
 
@@ -30,10 +30,9 @@ class Link:
 
     def send(self, *events: Event) -> None:
         """Write events in one go. Raises LocalProtocolError out of turn, AckTimeoutError, TransportError."""
-        send = self.connection.send
-        parts = send(events[0])
+        parts = self.connection.send(events[0])
         for event in events[1:]:
-            parts += send(event)
+            parts += self.connection.send(event)
         sockets.send(self.sock, parts)
 
     def next_event(self, deadline: float | None = None) -> Event:
@@ -59,17 +58,21 @@ class Link:
     def expect(self, kind: type[E], deadline: float | None = None) -> E:
         """Read the next event, which must be of one kind. Raises as `next_event`."""
         event = self.next_event(deadline)
+        if isinstance(event, kind):
+            return event
         if isinstance(event, Closed):
             raise TransportError("the peer closed the connection")
-        if not isinstance(event, kind):
-            raise RemoteProtocolError(f"{type(event).__name__} where {kind.__name__} was expected")
-        return event
+        raise RemoteProtocolError(f"{type(event).__name__} where {kind.__name__} was expected")
 
-    def answer(self, deadline: float | None = None) -> Reply | Ack:
-        """Read the answer to a message: the reply, or the acknowledgement alone. Raises as `next_event`."""
+    def answer(self, deadline: float | None = None) -> Reply | None:
+        """Read the reply to a message, None without one, and the acknowledgement. Raises as `next_event`."""
         event = self.next_event(deadline)
-        if isinstance(event, Reply | Ack):
-            return event
+        if isinstance(event, Reply):
+            reply, event = event, self.next_event(deadline)
+        else:
+            reply = None
+        if isinstance(event, Ack):
+            return reply
         raise TransportError("the peer closed the connection")
 
     def close(self) -> None:
@@ -115,7 +118,7 @@ def administer(
         raise TransportError(f"the port at {place} did not answer: {error}") from error
     finally:
         sock.close()
-    return Bottle.from_text(answer.text if isinstance(answer, Reply) else "")
+    return Bottle.from_text(answer.text if answer else "")
 
 
 def ping(address: tuple[str, int], key: bytes | None = None, timeout: float = 2.0) -> list[object]:

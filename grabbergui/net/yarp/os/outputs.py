@@ -11,7 +11,7 @@ from grabbergui.core.errors import GrabberError, LocalProtocolError, ResourceExh
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import datagrams, mjpeg, sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Ack, Carrier, Header, Message
+from grabbergui.net.yarp.os.carrier import Carrier, Header, Message
 from grabbergui.net.yarp.os.framing import LINE_LIMIT
 from grabbergui.net.yarp.os.link import Link, greet
 
@@ -164,8 +164,8 @@ class Output:
             datagrams.send(self._link.sock, wire.encode_message(message.command, message.parts))
         else:
             self._link.send(message.text() if self.carrier.text else message.binary())
-            while self.carrier.acknowledged and not isinstance(self._link.answer(), Ack):
-                pass  # a reply that nobody asked for
+            if self.carrier.acknowledged:
+                self._link.answer()  # a reply is of no use here
 
 
 def connect(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final
 
 from grabbergui.core.errors import RemoteProtocolError
@@ -40,12 +39,16 @@ class ConnectionInfo:
         return f"{self.address[0]}:{self.address[1]}"
 
 
-@dataclass(frozen=True)
 class Request:
-    """A message for a port's owner."""
+    """A message for a port's owner. Used by the thread of its connection only."""
 
-    message: Message
-    info: ConnectionInfo
+    __slots__ = ("_bottle", "info", "message")
+
+    def __init__(self, message: Message, info: ConnectionInfo) -> None:
+        self.message = message
+        self.info = info
+        "The sender."
+        self._bottle: Bottle | None = None
 
     @property
     def wants_reply(self) -> bool:
@@ -59,23 +62,22 @@ class Request:
 
     @property
     def dialect(self) -> Dialect:
-        """In which a Bottle for the peer is written: 3.x unless its message shows 4.0. Never raises."""
+        """The dialect of a reply: 3.x unless the message shows 4.0. Never raises."""
         try:
             return self.bottle().dialect or Dialect.YARP3
         except RemoteProtocolError:
             return Dialect.YARP3
 
     def bottle(self) -> Bottle:
-        """Return the message as a Bottle, which is read once. Raises RemoteProtocolError."""
+        """Return the message as a Bottle, which is decoded once. Raises RemoteProtocolError."""
+        if self._bottle is None:
+            message = self.message
+            if len(message.body) + len(message.text) <= _LIGHT:
+                self._bottle = _read(message)
+            else:
+                with costly_work.turn(self.info.address[0]):
+                    self._bottle = _read(message)
         return self._bottle
-
-    @cached_property
-    def _bottle(self) -> Bottle:
-        message = self.message
-        if len(message.body) + len(message.text) <= _LIGHT:
-            return _read(message)
-        with costly_work.turn(self.info.address[0]):
-            return _read(message)
 
 
 def _read(message: Message) -> Bottle:

@@ -10,7 +10,7 @@ from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, Transpo
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import sockets
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
-from grabbergui.net.yarp.os.carrier import Ack, Header, Message, Reply
+from grabbergui.net.yarp.os.carrier import Header, Message, Reply
 from grabbergui.net.yarp.os.link import Link, greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import literal_contact
@@ -45,11 +45,16 @@ class RpcClient:
         TransportError, RemoteProtocolError. After any of them the next call connects again.
         """
         reply = self._exchange(request, timeout, raw=False)
-        return None if reply is None else Bottle.decode_from(reply, 0, self.dialect)[0]
+        if reply is None:
+            return None
+        if reply.bottle is not None:
+            return reply.bottle
+        return Bottle.decode_from(reply.body, 0, self.dialect)[0]
 
     def call_raw(self, request: Bottle | Buffer | Sequence[Buffer], timeout: float = 2.0) -> bytes:
         """Send a request; return all bytes before the acknowledgement, for replies that are no Bottle."""
-        return bytes(self._exchange(request, timeout, raw=True) or b"")
+        reply = self._exchange(request, timeout, raw=True)
+        return bytes(reply.body) if reply else b""
 
     def close(self) -> None:
         """Close the connection. May be called twice; never raises."""
@@ -64,7 +69,7 @@ class RpcClient:
 
     def _exchange(
         self, request: Bottle | Buffer | Sequence[Buffer], timeout: float, *, raw: bool
-    ) -> memoryview | None:
+    ) -> Reply | None:
         message = Message("d", parts=_parts(request, self.dialect))
         with self._lock:
             fresh = self._link is None
@@ -76,7 +81,7 @@ class RpcClient:
                     raise
             return self._once(message, timeout, raw)
 
-    def _once(self, message: Message, timeout: float, raw: bool) -> memoryview | None:
+    def _once(self, message: Message, timeout: float, raw: bool) -> Reply | None:
         try:
             link = self._link = self._link or self._connect(timeout)
             deadline = time.monotonic() + timeout
@@ -84,8 +89,6 @@ class RpcClient:
             try:
                 link.send(message)
                 reply = link.answer(deadline)
-                if isinstance(reply, Reply):
-                    link.expect(Ack, deadline)
             except AckTimeoutError as error:
                 raise AckTimeoutError(f"{self.target} did not answer in time") from error
             except TransportError as error:
@@ -98,7 +101,7 @@ class RpcClient:
         except BaseException:
             self._drop()  # anything that still arrives would be taken for the next reply
             raise
-        return reply.body if isinstance(reply, Reply) else None
+        return reply
 
     def _connect(self, timeout: float) -> Link:
         contact = self._names.query(self.target) if self._names else literal_contact(self.target)

@@ -21,6 +21,8 @@ from grabbergui.net.yarp.os.bottle import Buffer
 BUFFER_BYTES = 4 << 20
 CONNECT_TIMEOUT = 5.0
 _GATHER = 64
+_SMALL_BYTES = 1 << 14
+"""Size of a message whose pieces are joined, since that costs less than a gathering write."""
 NO_MORE_THREADS = "this program has as many threads as it may (`ulimit -u`, systemd's TasksMax)"
 
 
@@ -87,11 +89,13 @@ def set_deadline(sock: socket.socket, seconds: float | None, *, sending: bool = 
 
 def send(sock: socket.socket, parts: Sequence[Buffer]) -> int:
     """Write all parts as one; returns their bytes. Raises AckTimeoutError, TransportError."""
-    pending = [view for view in (memoryview(part).cast("B") for part in parts) if len(view)]
+    pending = [memoryview(part).cast("B") for part in parts if len(part)]
+    if len(pending) > 1 and sum(map(len, pending)) <= _SMALL_BYTES:
+        pending = [memoryview(b"".join(pending))]
     total = 0
     try:
         while pending:
-            if sys.platform == "win32":
+            if len(pending) == 1 or sys.platform == "win32":
                 sent = sock.send(pending[0])
             else:
                 sent = sock.sendmsg(pending[:_GATHER])
