@@ -16,6 +16,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from benchmarks import _document
@@ -30,42 +31,52 @@ from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.recording.recorder import Recorder, RecordingProgress
-from grabbergui.recording.writer import RecordingKind, create_writer
+from grabbergui.recording.writer import RecordingKind, RecordingWriter, create_writer
 
-METHOD = """Pictures of the simulated sensor with its noise (BayerRG8), written as fast as each kind of
-recording takes them into a folder {where}. CPU is of the whole process, all threads. Then the simulated
-camera's stream for {seconds:g} seconds, by the recorder of the window and of `grabbergui record`{rounds}.
-*21 frames a second* is what an 8.8 MP camera sends over USB3."""
+METHOD = """Frames of the simulated sensor with its noise, written as fast as each kind of recording takes
+them into a folder {where}. CPU is of the whole process, all threads. Then the simulated camera's stream for
+{seconds:g} seconds, by the recorder of the window and of `grabbergui record`{rounds}. *21 frames a second* is
+what an 8.8 MP camera sends over USB3. OpenCV's movies are what recordings were before."""
 READING = [
     "MCAP and TIFF are bounded by the disk: 8.8 MP at 21 frames a second are 186 MB/s.",
     "PNG is compressed on up to four cores, since one takes 8.8 MP some 55 ms; with fewer than two cores to "
     "spare it does not keep up with 8.8 MP at 21 frames a second. A Bayer pattern is kept as it is.",
-    "A movie of a Bayer camera is of its colours, which are computed first. "
-    "Lossless H.264 keeps each frame by itself, which is faster than differences. HEVC, AV1 and FFV1 make "
-    "smaller files and are for smaller frames or lower rates.",
+    "Lossless H.264 keeps each frame by itself, which is faster than differences. FFV1 makes smaller files; "
+    "it and HEVC are for smaller frames or lower rates.",
+    "A movie of a Bayer camera is of its colours, which are computed first.",
     "What is too slow loses frames at the recorder's queue, which counts and shows them; the camera and the "
-    "picture do not notice.",
+    "window do not notice.",
 ]
-NAMES = {
-    RecordingKind.MCAP: "x.mcap",
-    RecordingKind.TIFF: "tiff",
-    RecordingKind.PNG: "png",
-    RecordingKind.H264: "h264.mp4",
-    RecordingKind.HEVC: "hevc.mp4",
-    RecordingKind.AV1: "av1.mp4",
-    RecordingKind.LOSSLESS: "lossless.mp4",
-    RecordingKind.FFV1: "ffv1.mp4",
-}
-KIND_NAMES = {
-    RecordingKind.MCAP: "MCAP",
-    RecordingKind.TIFF: "folder of TIFF",
-    RecordingKind.PNG: "folder of PNG",
-    RecordingKind.H264: "movie, H.264",
-    RecordingKind.HEVC: "movie, HEVC",
-    RecordingKind.AV1: "movie, AV1",
-    RecordingKind.LOSSLESS: "movie, H.264 lossless",
-    RecordingKind.FFV1: "movie, FFV1",
-}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One kind of recording of one pixel format."""
+
+    title: str
+    kind: RecordingKind | None
+    "None for a movie by OpenCV."
+    name: str
+    pixel_format: str = "Mono8"
+    code: str = ""
+    "OpenCV's name of the codec."
+    live: bool = True
+    "Whether the camera's stream is recorded as well, which is a goal."
+
+
+ROWS = (
+    Row("MCAP", RecordingKind.MCAP, "x.mcap", "BayerRG8"),
+    Row("folder of TIFF", RecordingKind.TIFF, "tiff", "BayerRG8"),
+    Row("folder of PNG", RecordingKind.PNG, "png", "BayerRG8"),
+    Row("movie, H.264", RecordingKind.H264, "h264.mp4"),
+    Row("movie, H.264 lossless", RecordingKind.LOSSLESS, "lossless.mp4"),
+    Row("movie, H.264, of Bayer", RecordingKind.H264, "colour.mp4", "BayerRG8", live=False),
+    Row("movie, FFV1", RecordingKind.FFV1, "ffv1.mp4", live=False),
+    Row("movie, HEVC", RecordingKind.HEVC, "hevc.mp4", live=False),
+    Row("movie, AV1", RecordingKind.AV1, "av1.mp4", live=False),
+    Row("movie, OpenCV MPEG-4", None, "opencv.mp4", code="mp4v", live=False),
+    Row("movie, OpenCV FFV1", None, "opencv-ffv1.mp4", code="FFV1", live=False),
+)
 SIZES = (("3 MP", 2048, 1536), ("8.8 MP", SENSOR_WIDTH, SENSOR_HEIGHT))
 CAMERA_RATE = 21.0
 
@@ -91,13 +102,13 @@ def measure(arguments: list[str] | None = None) -> Section:
     memory = Path("/dev/shm")
     folder = options.folder or (memory if memory.is_dir() else Path(tempfile.gettempdir()))
     before = machine()
-    speeds: dict[tuple[str, RecordingKind], Speed] = {}
+    speeds: dict[tuple[str, Row], Speed] = {}
     for size, width, height in SIZES:
-        frames = pictures(width, height)
-        for kind in list(NAMES) * options.rounds:
-            speed = written(kind, frames, options.frames, folder)
-            speeds[size, kind] = max(speeds.get((size, kind), speed), speed, key=lambda one: one.rate)
-            print(size, kind.value, speed, flush=True)
+        frames = {name: pictures(width, height, name) for name in ("Mono8", "BayerRG8")}
+        for row in list(ROWS) * options.rounds:
+            speed = written(row, frames[row.pixel_format], options.frames, folder)
+            speeds[size, row] = max(speeds.get((size, row), speed), speed, key=lambda one: one.rate)
+            print(size, row.title, speed, flush=True)
     live = recorded(folder, options.seconds, options.rounds)
     where = "in memory" if folder == memory else "on a disk"
     return Section(
@@ -106,15 +117,15 @@ def measure(arguments: list[str] | None = None) -> Section:
         METHOD.format(where=where, seconds=options.seconds, rounds=rounds_text(options.rounds)),
         [_table(speeds), _live_table(live)],
         [_chart(speeds)],
-        [_goal(kind, live[kind]) for kind in NAMES if kind is not RecordingKind.LOSSLESS],
+        [_goal(row, progress) for row, progress in live.items()],
         READING,
         before,
     )
 
 
-def pictures(width: int, height: int, count: int = 6) -> list[Frame]:
-    """A moment of the simulated studio."""
-    sensor, pixel_format = Sensor(), by_name("BayerRG8")
+def pictures(width: int, height: int, name: str = "BayerRG8", count: int = 6) -> list[Frame]:
+    """Return a moment of the simulated studio."""
+    sensor, pixel_format = Sensor(), by_name(name)
     left, top = (SENSOR_WIDTH - width) // 2, (SENSOR_HEIGHT - height) // 2
     optics = Optics(ratios=(1.6, 1.0, 1.3))
     settings = FrameSettings(width, height, left, top, pixel_format, optics, 5_000.0, 6.0, 2.0)
@@ -126,10 +137,30 @@ def pictures(width: int, height: int, count: int = 6) -> list[Frame]:
     return frames
 
 
-def written(kind: RecordingKind, frames: list[Frame], count: int, folder: Path) -> Speed:
+class OpenCvMovie:
+    """A movie by OpenCV's writer."""
+
+    def __init__(self, path: Path, code: str, frame: Frame) -> None:
+        size, colour = (frame.width, frame.height), [cv2.VIDEOWRITER_PROP_IS_COLOR, 0]
+        fourcc = cv2.VideoWriter.fourcc(*code)
+        self._movie = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, fourcc, CAMERA_RATE, size, colour)
+
+    def write(self, frame: Frame) -> None:
+        self._movie.write(frame.mono())
+
+    def close(self) -> None:
+        self._movie.release()
+
+
+def written(row: Row, frames: list[Frame], count: int, folder: Path) -> Speed:
     """Write some frames, closing included."""
     with tempfile.TemporaryDirectory(dir=folder, prefix="recording-benchmark-") as place:
-        writer = create_writer(kind, Path(place) / NAMES[kind], DeviceInfo("sim:"), CAMERA_RATE)
+        path = Path(place) / row.name
+        writer: OpenCvMovie | RecordingWriter
+        if row.kind is None:
+            writer = OpenCvMovie(path, row.code, frames[0])
+        else:
+            writer = create_writer(row.kind, path, DeviceInfo("sim:"), CAMERA_RATE)
         began, cpu = time.perf_counter(), cpu_seconds()
         for index in range(count):
             source = frames[index % len(frames)]
@@ -144,26 +175,28 @@ def written(kind: RecordingKind, frames: list[Frame], count: int, folder: Path) 
     return Speed(count / took, cpu / count, size / count)
 
 
-def recorded(folder: Path, seconds: float, rounds: int) -> dict[RecordingKind, RecordingProgress]:
-    """The simulated camera's stream, 8.8 MP at its rate, by the recorder of window and command line."""
+def recorded(folder: Path, seconds: float, rounds: int) -> dict[Row, RecordingProgress]:
+    """Record the simulated camera's stream, 8.8 MP at its rate, as window and command line do."""
     _, width, height = SIZES[-1]
-    uri = f"sim:?width={width}&height={height}&fps={CAMERA_RATE:g}&pixel_format=BayerRG8"
-    grabber = sources.create(uri)
+    grabber = sources.create(f"sim:?width={width}&height={height}&fps={CAMERA_RATE:g}")
     grabber.open()
     try:
-        grabber.start()
-        found: dict[RecordingKind, RecordingProgress] = {}
-        for kind in list(NAMES) * rounds:
+        found: dict[Row, RecordingProgress] = {}
+        for row in [row for row in ROWS if row.live and row.kind is not None] * rounds:
+            grabber.stop()
+            grabber.write_feature("PixelFormat", row.pixel_format)
+            grabber.start()
             with tempfile.TemporaryDirectory(dir=folder, prefix="recording-benchmark-") as place:
-                path = Path(place) / NAMES[kind]
-                recorder = Recorder(grabber, create_writer(kind, path, grabber.info, CAMERA_RATE))
+                assert row.kind is not None
+                writer = create_writer(row.kind, Path(place) / row.name, grabber.info, CAMERA_RATE)
+                recorder = Recorder(grabber, writer)
                 recorder.start()
                 time.sleep(seconds)
                 recorder.stop()
                 recorder.wait()
             progress = recorder.progress
-            found[kind] = min(found.get(kind, progress), progress, key=lambda one: one.dropped)
-            print(kind.value, recorder.progress, flush=True)
+            found[row] = min(found.get(row, progress), progress, key=lambda one: one.dropped)
+            print(row.title, recorder.progress, flush=True)
             _require_room(folder)
     finally:
         grabber.close()
@@ -175,47 +208,50 @@ def _require_room(folder: Path) -> None:
         raise SystemExit(f"{folder} has {free >> 20} MiB left; name another with --folder")
 
 
-def _table(speeds: dict[tuple[str, RecordingKind], Speed]) -> Table:
+def _table(speeds: dict[tuple[str, Row], Speed]) -> Table:
     rows = [
         [
             size,
-            KIND_NAMES[kind],
+            row.title,
+            row.pixel_format,
             f"{speed.rate:.1f}",
             f"{speed.cpu * 1e3:.1f} ms",
             f"{speed.size / 1e6:.2f} MB",
             f"{speed.rate * speed.size / 1e6:.0f} MB/s",
         ]
-        for (size, kind), speed in speeds.items()
+        for (size, row), speed in speeds.items()
     ]
-    return Table(["picture", "recording", "frames/s", "CPU a frame", "size a frame", "written"], rows)
+    return Table(
+        ["frame", "recording", "pixel format", "frames/s", "CPU a frame", "size a frame", "written"], rows
+    )
 
 
-def _chart(speeds: dict[tuple[str, RecordingKind], Speed]) -> Chart:
+def _chart(speeds: dict[tuple[str, Row], Speed]) -> Chart:
     sizes = dict.fromkeys(size for size, _ in speeds)
     return Chart(
         "recording-speed",
         f"Frames a second that a recording takes, {os.cpu_count()} cores",
         "frames/s",
-        [KIND_NAMES[kind] for kind in NAMES],
-        {size: [speeds[size, kind].rate for kind in NAMES] for size in sizes},
+        [row.title for row in ROWS],
+        {size: [speeds[size, row].rate for row in ROWS] for size in sizes},
         CAMERA_RATE,
         "8.8 MP over USB3",
         logarithmic=True,
     )
 
 
-def _live_table(live: dict[RecordingKind, RecordingProgress]) -> Table:
+def _live_table(live: dict[Row, RecordingProgress]) -> Table:
     rows = [
-        [KIND_NAMES[kind], str(progress.frames), str(progress.dropped), progress.reason or ""]
-        for kind, progress in live.items()
+        [row.title, row.pixel_format, str(progress.frames), str(progress.dropped), progress.reason]
+        for row, progress in live.items()
     ]
     title = f"The camera at {CAMERA_RATE:g} frames a second, 8.8 MP:"
-    return Table(["recording", "frames", "lost", "ended by itself"], rows, title)
+    return Table(["recording", "pixel format", "frames", "lost", "ended by itself"], rows, title)
 
 
-def _goal(kind: RecordingKind, progress: RecordingProgress) -> Goal:
+def _goal(row: Row, progress: RecordingProgress) -> Goal:
     return Goal(
-        f"8.8 MP at {CAMERA_RATE:g} frames a second recorded as {KIND_NAMES[kind]} without a loss",
+        f"8.8 MP {row.pixel_format} at {CAMERA_RATE:g} frames a second recorded as {row.title}, none lost",
         f"{progress.frames} recorded, {progress.dropped} lost",
         progress.dropped == 0 and progress.frames > 0,
     )
