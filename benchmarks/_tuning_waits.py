@@ -118,7 +118,7 @@ def _change(camera: FrameGrabber, queue: FrameQueue, feature: str, value: str | 
 
 _SCRIPT = """
 import statistics, time
-canvas, connection = desk.window.picture.canvas, desk.program.connection
+canvas, connection = app.window.picture.canvas, app.program.connection
 show, seen, painted = canvas.setPicture, [0], []
 
 def set_picture(image, width, height):
@@ -126,21 +126,21 @@ def set_picture(image, width, height):
     show(image, width, height)
 
 canvas.setPicture = set_picture
-desk.window.picture.painted.connect(lambda: painted.append((time.monotonic(), seen[0])))
-desk.open({uri!r})
-desk.until(lambda: painted, {patience}, "a picture")
+app.window.picture.painted.connect(lambda: painted.append((time.monotonic(), seen[0])))
+app.open({uri!r})
+app.until(lambda: painted, {patience}, "a picture")
 first = painted[0][0]
 connection.open_additional("sim:?width=640&height=480&fps=100")
-desk.until(lambda: len(connection.sources) == 2, {patience}, "a second camera")
-desk.wait(1.0)
+app.until(lambda: len(connection.sources) == 2, {patience}, "a second camera")
+app.wait(1.0)
 widths, switched = (640, {width}), []
 for number in range(20):
-    desk.wait(0.1)
+    app.wait(0.1)
     painted.clear()
     other = next(source for source in connection.sources if source is not connection.source)
     began = time.monotonic()
     connection.make_current(other)
-    desk.until(lambda: any(w == widths[number % 2] for _, w in painted), {patience}, "the other camera")
+    app.until(lambda: any(w == widths[number % 2] for _, w in painted), {patience}, "the other camera")
     switched.append(next(at for at, w in painted if w == widths[number % 2]) - began)
 print(first, statistics.median(switched))
 """

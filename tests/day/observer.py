@@ -11,7 +11,7 @@ import sys
 from PyQt5.QtCore import QPoint, QSocketNotifier
 from PyQt5.QtWidgets import QAbstractButton, QApplication, QPushButton
 
-window, program = desk.window, desk.program  # noqa: F821  what a script finds
+window, program = app.window, app.program  # noqa: F821  what a script finds
 
 
 def place(widget, x=0.5, y=0.5):
@@ -125,4 +125,4 @@ listener = QSocketNotifier(sys.stdin.fileno(), QSocketNotifier.Read)
 listener.activated.connect(answer)
 print(json.dumps({"answer": "ready"}), flush=True)
 while True:
-    desk.wait(0.5)  # noqa: F821  ends with the window
+    app.wait(0.5)  # noqa: F821  ends with the window

@@ -207,19 +207,19 @@ def test_on_a_fine_screen_all_is_larger_and_sharp(tmp_path, scale):
     script = tmp_path / "script.py"
     script.write_text("""
 from PyQt5.QtGui import QImage
-desk.window.resize(1200, 760)
-desk.open("sim:?width=640&height=480&test_pattern=GreyHorizontalRamp")
-desk.until(lambda: desk.window.picture.canvas.pictureSize == (640, 480))
-desk.window.actionOneToOne.trigger()
-desk.wait_for_frames(5)
-desk.wait(0.5)
-canvas = desk.window.picture.canvas
+app.window.resize(1200, 760)
+app.open("sim:?width=640&height=480&test_pattern=GreyHorizontalRamp")
+app.until(lambda: app.window.picture.canvas.pictureSize == (640, 480))
+app.window.actionOneToOne.trigger()
+app.wait_for_frames(5)
+app.wait(0.5)
+canvas = app.window.picture.canvas
 assert abs(canvas.zoom - 1) < 0.01, canvas.zoom
-desk.window.actionStop.trigger()
-desk.until(desk.window.actionStart.isEnabled)
-desk.wait(0.5)
+app.window.actionStop.trigger()
+app.until(app.window.actionStart.isEnabled)
+app.wait(0.5)
 shown = canvas.grab().toImage().convertToFormat(QImage.Format_Grayscale8)
-raw = desk.program.picture.frame.raw()
+raw = app.program.picture.frame.raw()
 place = canvas.frameToView(320, 240)
 ratio = canvas.devicePixelRatioF()
 x, y = round(place.x() * ratio), round(place.y() * ratio)
@@ -228,7 +228,7 @@ same = sum(
     for dx in range(-40, 40) for dy in range(-40, 40)
 )
 assert same == 6400, f"{same} of 6400 pixels are the frame's own"
-desk.screenshot("window.png")
+app.screenshot("window.png")
 """)
     environment = {**os.environ, "HOME": str(tmp_path), "QT_SCALE_FACTOR": scale}
     environment.pop("QT_QPA_PLATFORM", None)

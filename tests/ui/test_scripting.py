@@ -37,20 +37,20 @@ def test_the_example_runs_and_says_that_the_camera_is_fit(run, tmp_path, capsys)
 
 def test_it_has_the_windows_own_objects(run, tmp_path, capsys):
     code = run("""
-desk.open("sim:?width=320&height=240")
-desk.set("Gain", 6)
-assert desk.get("Gain").value == 6 == desk.grabber.feature("Gain").value
-desk.until(desk.window.actionUndo.isEnabled)
-desk.window.actionUndo.trigger()
-desk.until(lambda: desk.get("Gain").value == 0)
-desk.execute("TimestampLatch")
-frame = desk.wait_for_frames(3)
+app.open("sim:?width=320&height=240")
+app.set("Gain", 6)
+assert app.get("Gain").value == 6 == app.grabber.feature("Gain").value
+app.until(app.window.actionUndo.isEnabled)
+app.window.actionUndo.trigger()
+app.until(lambda: app.get("Gain").value == 0)
+app.execute("TimestampLatch")
+frame = app.wait_for_frames(3)
 assert (frame.width, frame.height) == (320, 240)
-desk.program.connection.open_additional("sim:colour")
-desk.until(lambda: len(desk.window.gallery.tiles) == 2)
-desk.screenshot("tiles/gallery.png", desk.window.gallery)
-desk.close()
-assert not desk.messages, desk.messages
+app.program.connection.open_additional("sim:colour")
+app.until(lambda: len(app.window.gallery.tiles) == 2)
+app.screenshot("tiles/gallery.png", app.window.gallery)
+app.close()
+assert not app.messages, app.messages
 print("through")
 """)
     assert (code, capsys.readouterr().out) == (0, "through\n")
@@ -58,17 +58,23 @@ print("through")
 
 
 ENDS = (
-    ("desk.get('Gain')", 1, "nothing is open"),
-    ("desk.end(7)", 7, ""),
+    ("app.get('Gain')", 1, "nothing is open"),
+    ("app.end(7)", 7, ""),
     ("import sys\nsys.exit(5)", 5, ""),
     ("import sys\nsys.exit('no good')", 1, "no good\n"),
     ("assert 1 > 2, 'one is not more'", 1, "AssertionError: one is not more\n"),
-    ("desk.open('sim:nonsense')", 1, "no simulated camera 'nonsense'"),
-    ("desk.open('sim:?width=320')\ndesk.set('Gain', 1000)", 1, "Gain=1000"),
-    ("desk.until(lambda: False, 0.1, 'it is never')", 1, "it is never after 0.1 s"),
-    ("desk.window.close()\ndesk.wait(1)\nprint('never')", 1, ""),
+    ("app.open('sim:nonsense')", 1, "no simulated camera 'nonsense'"),
+    ("app.open('sim:?width=320')\napp.set('Gain', 1000)", 1, "Gain=1000"),
+    ("app.until(lambda: False, 0.1, 'it is never')", 1, "it is never after 0.1 s"),
+    ("app.window.close()\napp.wait(1)\nprint('never')", 1, ""),
 )
 """Scripts, what their exit code is, and what they leave on stderr; the last one takes the window away."""
+
+
+def test_the_former_name_still_works_and_names_the_new_one(run, capsys):
+    with pytest.warns(DeprecationWarning, match=r"write app\.messages"):
+        assert run("print(desk.messages)") == 0
+    assert capsys.readouterr().out == "[]\n"
 
 
 def test_the_exit_code_says_how_it_went(run, capsys):
@@ -86,7 +92,7 @@ def test_a_source_that_was_refused_before_the_script_began_ends_the_wait(run, wi
     program.connection.failed.connect(refusals.append)
     program.begin("sim:nonsense")
     window_desk.until(lambda: refusals)
-    assert run("desk.wait_for_source()") == 1
+    assert run("app.wait_for_source()") == 1
     assert "no simulated camera 'nonsense'" in capsys.readouterr().err
 
 
@@ -112,14 +118,14 @@ def started(tmp_path, text, *options):
 
 
 def test_a_source_on_the_command_line_is_open_already(tmp_path):
-    text = "desk.wait_for_source()\nprint(desk.wait_for_frames().width)"
-    process = started(tmp_path, text + "\ndesk.end(4)", "sim:?width=320")
+    text = "app.wait_for_source()\nprint(app.wait_for_frames().width)"
+    process = started(tmp_path, text + "\napp.end(4)", "sim:?width=320")
     out, _ = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (4, "320\n")
 
 
 def test_a_source_on_the_command_line_that_does_not_open_ends_the_wait(tmp_path):
-    process = started(tmp_path, "desk.wait_for_source()\nprint('never')", "gentl:/no/such.cti")
+    process = started(tmp_path, "app.wait_for_source()\nprint('never')", "gentl:/no/such.cti")
     out, errors = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (1, "") and "no GenTL producer" in errors
 
@@ -131,13 +137,13 @@ def test_a_shipped_script_is_found_from_any_folder(tmp_path, monkeypatch):
 
 
 def test_a_time_limit_ends_it_with_a_failure(tmp_path):
-    process = started(tmp_path, "desk.wait(30)\nprint('never')", "--duration", "1")
+    process = started(tmp_path, "app.wait(30)\nprint('never')", "--duration", "1")
     out, errors = process.communicate(timeout=PROGRAM)
     assert (process.returncode, out) == (1, "") and "Traceback" not in errors
 
 
 def test_an_interrupt_ends_it(tmp_path):
-    process = started(tmp_path, "print('up', flush=True)\ndesk.wait(30)\nprint('never')")
+    process = started(tmp_path, "print('up', flush=True)\napp.wait(30)\nprint('never')")
     try:
         assert process.stdout.readline() == "up\n"
         process.send_signal(signal.SIGTERM)

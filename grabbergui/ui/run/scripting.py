@@ -1,7 +1,7 @@
-"""Runs a script of the user's with the objects of the window: for tests on a robot without a screen.
+"""Runs a user's script with the objects of the window, for example on a robot without a screen.
 
-A script is plain Python from top to bottom and finds one name, `desk`. It runs on the GUI thread; whenever
-it waits, the window lives.
+A script is plain Python and finds one name, `app`. It runs on the GUI thread; whenever it waits, the window
+handles its events.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType
@@ -29,21 +30,21 @@ from grabbergui.ui.views.main_window import MainWindow
 T = TypeVar("T")
 
 PATIENCE = 10.0
-"Seconds that a call waits where nothing else is said."
+"Seconds that a call waits by default."
 EXIT_FAILURE = 1
 _POLL_MS = 10
 
 
 class _Ended(BaseException):
-    """The script is not to go on: it ended itself, or the window was closed under it."""
+    """The script must not go on: it ended itself, or the window was closed meanwhile."""
 
     def __init__(self, code: int) -> None:
         super().__init__(code)
         self.code = code
 
 
-class ScriptDesk:
-    """What a script can use. Calls wait until it is so, and raise GrabberError where it is not."""
+class ScriptApi:
+    """The object `app` of a script. Calls return when they are done, and raise GrabberError when they fail."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -55,24 +56,24 @@ class ScriptDesk:
 
     @property
     def window(self) -> MainWindow:
-        """The window; its actions and widgets do what they do for people."""
+        """The window; its actions and widgets act as they do for the operator."""
         return self.program.window
 
     @property
     def grabber(self) -> FrameGrabber:
-        """The source at hand as a frame grabber. Raises GrabberError where nothing is open."""
+        """The current source. Raises GrabberError if nothing is open."""
         grabber = self._source().grabber
         assert grabber is not None
         return grabber
 
     @property
     def messages(self) -> list[str]:
-        """What the window says now, the newest first."""
+        """The messages that the window shows, the newest first."""
         program = self.program
         return [message.text for message in program.messages.shown(program.connection.source)]
 
     def open(self, uri: str, timeout: float = PATIENCE) -> FrameGrabber:
-        """Open a source in place of what is at hand, and start it."""
+        """Open a source in place of the current one, start it, and return it."""
         del self._failures[:]
         connection = self.program.connection
         before = connection.source
@@ -114,7 +115,7 @@ class ScriptDesk:
         self.until(lambda: self.program.connection.wait_closed(0), timeout, "a source does not close")
 
     def get(self, name: str) -> Feature:
-        """A feature as it is now."""
+        """Read a feature."""
         grabber = self.grabber
         return self._on_source(lambda: grabber.feature(name))
 
@@ -131,7 +132,7 @@ class ScriptDesk:
         self._on_source(lambda: grabber.execute(name))
 
     def wait_for_frames(self, count: int = 1, timeout: float = PATIENCE) -> Frame:
-        """Wait for so many frames more, and return the last. Raises FrameTimeoutError."""
+        """Wait for `count` more frames, and return the last. Raises FrameTimeoutError."""
         queue, frame = self.grabber.open_queue(count), None
         try:
             for _ in range(count):
@@ -145,7 +146,7 @@ class ScriptDesk:
         self,
         condition: Callable[[], object],
         timeout: float = PATIENCE,
-        otherwise: str = "it did not come so",
+        otherwise: str = "the condition was not met",
     ) -> None:
         """Wait until a condition is true. Raises GrabberError after `timeout` seconds."""
         deadline = time.monotonic() + timeout
@@ -155,7 +156,7 @@ class ScriptDesk:
             self.wait(_POLL_MS / 1000)
 
     def wait(self, seconds: float) -> None:
-        """Let the window live for a while."""
+        """Let the window handle its events for a while."""
         loop = QEventLoop()
         ended = False
 
@@ -166,7 +167,7 @@ class ScriptDesk:
 
         QTimer.singleShot(round(seconds * 1000), end)
         loop.exec_()
-        if not ended or self._closed:  # the window was closed, or the program told to end
+        if not ended or self._closed:  # the window was closed, or the program was asked to end
             raise _Ended(EXIT_FAILURE)
 
     def screenshot(self, path: str | Path, widget: QWidget | None = None) -> Path:
@@ -185,7 +186,7 @@ class ScriptDesk:
     def _source(self) -> OpenSource:
         source = self.program.connection.source
         if source is None or source.tracked_grabber is None:
-            raise GrabberError("nothing is open; call desk.open('sim:') first")
+            raise GrabberError("nothing is open; call app.open('sim:') first")
         return source
 
     def _on_source(self, job: Callable[[], T]) -> T:
@@ -214,6 +215,17 @@ class ScriptDesk:
         self._closed = True
 
 
+class _FormerName:
+    """The object `app` under the name `desk` that it had in version 0.1."""
+
+    def __init__(self, app: ScriptApi) -> None:
+        self._app = app
+
+    def __getattr__(self, name: str) -> Any:
+        warnings.warn(f"`desk` is called `app` now: write app.{name}", DeprecationWarning, stacklevel=2)
+        return getattr(self._app, name)
+
+
 def load_script(path: Path) -> CodeType:
     """Read and compile a script of the user's, or one that is shipped. Raises UsageError."""
     path = find_file(path, "script")
@@ -231,8 +243,9 @@ def run_script(script: CodeType, program: Program) -> int:
     0 where it ran through, what it ended with where it ended itself, 1 where it failed or the window was
     closed under it: then its own lines of the traceback are on stderr.
     """
-    desk = ScriptDesk(program)
-    names: dict[str, Any] = {"__name__": "__main__", "__file__": script.co_filename, "desk": desk}
+    app = ScriptApi(program)
+    names: dict[str, Any] = {"__name__": "__main__", "__file__": script.co_filename, "app": app}
+    names["desk"] = _FormerName(app)
     try:
         exec(script, names)  # the user's own script, which the user named
     except _Ended as ended:
@@ -240,21 +253,21 @@ def run_script(script: CodeType, program: Program) -> int:
     except SystemExit as ended:
         return _code(ended)
     except Exception as error:
-        _tell(error, script.co_filename)
+        _print_traceback(error, script.co_filename)
         return EXIT_FAILURE
     return 0
 
 
 def _code(ended: SystemExit) -> int:
-    """As Python itself takes it: a number, nothing, or a text for stderr."""
+    """Return the exit code as Python reads it: from a number, nothing, or a text for stderr."""
     if ended.code is None or isinstance(ended.code, int):
         return ended.code or 0
     print(ended.code, file=sys.stderr)
     return EXIT_FAILURE
 
 
-def _tell(error: Exception, script: str) -> None:
-    """The lines of the script that led to an error, without those of the program below."""
+def _print_traceback(error: Exception, script: str) -> None:
+    """Print the script's lines that led to an error, without those of the program below."""
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename == script]
     lines = ["Traceback (most recent call last):\n", *traceback.format_list(frames)]
     print("".join([*lines, *traceback.format_exception_only(type(error), error)]), end="", file=sys.stderr)
