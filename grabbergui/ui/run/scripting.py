@@ -44,7 +44,7 @@ class _Ended(BaseException):
 
 
 class ScriptApi:
-    """The object `app` of a script. Calls return when they are done, and raise GrabberError when they fail."""
+    """The object `app` of a script. Calls return when they are done; those that fail raise GrabberError."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
