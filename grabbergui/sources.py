@@ -1,7 +1,7 @@
-"""Which kinds of source there are, and how each is found and opened.
+"""The kinds of source, and how each is found and opened.
 
-The only place that knows every kind; it imports each on demand, so that one whose packages are missing
-costs nothing and hinders no other.
+The only module that knows every kind. It imports each on demand, so that a missing package disables only the
+kind that needs it.
 """
 
 from __future__ import annotations
@@ -10,31 +10,104 @@ import importlib
 import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from enum import Enum
 from types import ModuleType
-from typing import cast
+from typing import Any, cast
 
 from grabbergui.core.errors import GrabberError, SourceUnavailableError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.source_options import (
+    GigeUriOptions,
+    NoOptions,
+    PlaybackOptions,
+    Ros2Options,
+    SimulatedOptions,
+    U3vOptions,
+    YarpOptions,
+)
 from grabbergui.core.uri import SourceUri
 
 log = logging.getLogger(__name__)
 
-_KINDS: dict[str, str] = {
-    "sim": "grabbergui.driver.sim.source",
-    "gige": "grabbergui.driver.gige.source",
-    "u3v": "grabbergui.driver.u3v.source",
-    "gentl": "grabbergui.driver.gentl.source",
-    "aravis": "grabbergui.driver.aravis.source",
-    "yarp": "grabbergui.net.yarp.source",
-    "ros2": "grabbergui.net.ros2.source",
-    "file": "grabbergui.recording.playback",
+
+class SourceKind(str, Enum):
+    """The kinds of source; the values are the schemes of their URIs."""
+
+    SIM = "sim"
+    GIGE = "gige"
+    U3V = "u3v"
+    GENTL = "gentl"
+    ARAVIS = "aravis"
+    YARP = "yarp"
+    ROS2 = "ros2"
+    FILE = "file"
+
+    @property
+    def options(self) -> type[Any]:
+        """The dataclass of this kind's options, as in `core.source_options`."""
+        return _OPTIONS.get(self, NoOptions)
+
+    @property
+    def forms(self) -> tuple[tuple[str, str], ...]:
+        """Examples of URIs without options, each with its meaning; the shortest first."""
+        return _FORMS[self]
+
+
+_MODULES: dict[str, str] = {
+    SourceKind.SIM: "grabbergui.driver.sim.source",
+    SourceKind.GIGE: "grabbergui.driver.gige.source",
+    SourceKind.U3V: "grabbergui.driver.u3v.source",
+    SourceKind.GENTL: "grabbergui.driver.gentl.source",
+    SourceKind.ARAVIS: "grabbergui.driver.aravis.source",
+    SourceKind.YARP: "grabbergui.net.yarp.source",
+    SourceKind.ROS2: "grabbergui.net.ros2.source",
+    SourceKind.FILE: "grabbergui.recording.playback",
 }
-"""Scheme to the module with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
+"""Modules with `create(uri) -> FrameGrabber` and `discover(timeout) -> list[DeviceInfo]`."""
+
+_OPTIONS: dict[SourceKind, type[Any]] = {
+    SourceKind.SIM: SimulatedOptions,
+    SourceKind.GIGE: GigeUriOptions,
+    SourceKind.U3V: U3vOptions,
+    SourceKind.YARP: YarpOptions,
+    SourceKind.ROS2: Ros2Options,
+    SourceKind.FILE: PlaybackOptions,
+}
+
+_FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
+    SourceKind.SIM: (
+        ("sim:", "the built-in simulated camera"),
+        ("sim:colour", "the same in colour"),
+        ("sim:scene", "a simulated camera in a room, with a person who holds a marker"),
+        ("sim:board", "a simulated camera that is shown a board to calibrate by"),
+    ),
+    SourceKind.GIGE: (
+        ("gige:", "the first GigE Vision camera found"),
+        ("gige:192.168.0.10", "by IP address"),
+        ("gige:SERIAL", "by serial number; likewise MAC address or user-defined name"),
+    ),
+    SourceKind.U3V: (
+        ("u3v:", "the first USB3 Vision camera found"),
+        ("u3v:SERIAL", "by serial number; likewise GUID or bus and port, as in `1-2.3`"),
+    ),
+    SourceKind.GENTL: (
+        ("gentl:", "the first camera of the first GenTL producer below GENICAM_GENTL64_PATH"),
+        ("gentl:FILE", "the first camera of a producer, a .cti file"),
+        ("gentl:FILE#CAMERA", "by GenTL id, serial number or user-defined name"),
+    ),
+    SourceKind.ARAVIS: (
+        ("aravis:", "the first camera that Aravis finds"),
+        ("aravis:192.168.0.10", "by IP address; likewise serial number or Aravis's id"),
+    ),
+    SourceKind.YARP: (("yarp:/PORT", "a frame grabber, or any port that sends images"),),
+    SourceKind.ROS2: (("ros2:/TOPIC", "a served camera, or any image topic"),),
+    SourceKind.FILE: (("file:PATH", "a recording: a folder of images, a movie, or .mcap"),),
+}
 
 
 def schemes() -> list[str]:
-    """The kinds of source that a URI can name."""
-    return list(_KINDS)
+    """List the schemes that a URI can begin with."""
+    return [kind.value for kind in SourceKind]
 
 
 def parse(uri: str) -> SourceUri:
@@ -55,8 +128,8 @@ def create(uri: str | SourceUri) -> FrameGrabber:
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
     """Every source found within `timeout` seconds, all kinds at once; a kind that fails finds none."""
-    with ThreadPoolExecutor(len(_KINDS)) as pool:
-        found = pool.map(lambda scheme: _discover(scheme, timeout), _KINDS)
+    with ThreadPoolExecutor(len(_MODULES)) as pool:
+        found = pool.map(lambda scheme: _discover(scheme, timeout), schemes())
         return [info for infos in found for info in infos]
 
 
@@ -66,8 +139,8 @@ def discover_kind(scheme: str, timeout: float = 1.0) -> list[DeviceInfo]:
 
 
 def _known(uri: SourceUri) -> SourceUri:
-    if uri.scheme not in _KINDS:
-        known = ", ".join(f"{scheme}:" for scheme in _KINDS)
+    if uri.scheme not in _MODULES:
+        known = ", ".join(f"{scheme}:" for scheme in schemes())
         raise UsageError(f"'{uri}' is of no known kind; there are {known}")
     return uri
 
@@ -85,6 +158,6 @@ def _discover(scheme: str, timeout: float) -> list[DeviceInfo]:
 
 def _load(scheme: str) -> ModuleType:
     try:
-        return importlib.import_module(_KINDS[scheme])
+        return importlib.import_module(_MODULES[scheme])
     except ImportError as error:
         raise SourceUnavailableError(f"{scheme}: sources need a package that is missing: {error}") from error

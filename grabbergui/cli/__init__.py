@@ -25,6 +25,16 @@ EXIT_FAILURE = 1
 EXIT_USAGE = 2
 EXIT_INTERRUPTED = 130
 EXIT_TERMINATED = 143
+EXIT_CODES = {
+    0: "ended as asked; also on Ctrl-C or SIGTERM where a command runs until then",
+    EXIT_FAILURE: "something failed, and one line on stderr says what: no such camera, no name server, no "
+    "control. `diff`: the settings differ; `doctor`: a problem was found; `servo`: the marker was not "
+    "reached; `terminal`: a line of a script was refused; `gui --offscreen`: no image came",
+    EXIT_USAGE: "wrong usage: an option, a value, or a file that does not exist",
+    EXIT_INTERRUPTED: "Ctrl-C before it was done; the camera is released first",
+    EXIT_TERMINATED: "SIGTERM before it was done; the camera is released first",
+}
+"""What the shell learns."""
 
 _FAMILIES = (
     "gui", "sources", "features", "events", "settings", "grab", "record", "terminal",
@@ -111,17 +121,35 @@ def _give_up_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def command_parsers() -> dict[str, tuple[str, argparse.ArgumentParser]]:
+    """Return the one-line help and the parser of every command, in the order of `--help`."""
+    parser = argparse.ArgumentParser(prog="grabbergui")
+    commands = parser.add_subparsers()
+    for name in _FAMILIES:
+        importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
+    summaries = {action.dest: action.help or "" for action in commands._choices_actions}
+    return {name: (summaries.get(name, ""), command) for name, command in commands.choices.items()}
+
+
+class _Parser(argparse.ArgumentParser):
+    """Ends its help with the kinds of source, which take a while to import."""
+
+    def format_help(self) -> str:
+        from grabbergui.cli.reference import sources_help
+
+        self.epilog = sources_help()
+        return super().format_help()
+
+
 def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="grabbergui",
         description="Tune GenICam cameras live. Without a command: the window on SOURCE.",
-        epilog="A SOURCE is sim: (the built-in simulated camera), gige: or u3v: (the first found), "
-        "gige:192.168.0.10, gige:SERIAL, u3v:SERIAL, gentl:FILE, aravis:, yarp:/PORT, ros2:/NAME, file:PATH. "
-        "`grabbergui list` shows those that can be seen.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"grabbergui {__version__}")
     _add_log_options(parser)
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=argparse.ArgumentParser)
     for name in _FAMILIES:
         importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
     for command in commands.choices.values():

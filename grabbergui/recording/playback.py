@@ -1,7 +1,6 @@
 """A recording as a source: `file:folder`, `file:movie.mp4`, `file:recording.mcap`.
 
-It is paced by the times at which its frames were recorded. Options: `loop=0` plays once, `speed=2` twice as
-fast.
+It is paced by the times at which its frames were recorded. Its options are in `PlaybackOptions`.
 """
 
 from __future__ import annotations
@@ -15,9 +14,9 @@ from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, 
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.source_options import PlaybackOptions, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import playback_features as features
-from grabbergui.recording.playback_features import FASTEST, SLOWEST
 from grabbergui.recording.recording import Recording, open_recording
 
 log = logging.getLogger(__name__)
@@ -264,9 +263,7 @@ def create(uri: SourceUri) -> FrameGrabber:
     """The recording that a URI names, not yet opened. Raises UsageError."""
     if not uri.name:
         raise UsageError("file: needs a recording, as in file:folder, file:movie.mp4 or file:recording.mcap")
-    unknown = uri.options.keys() - {"loop", "speed"}
-    if unknown:
-        raise UsageError(f"file: has no option '{min(unknown)}'; there are loop and speed")
+    options = read_options(PlaybackOptions, uri)
     try:
         path = Path(uri.name).expanduser()
     except RuntimeError as error:
@@ -274,22 +271,4 @@ def create(uri: SourceUri) -> FrameGrabber:
     info = DeviceInfo(
         str(uri), "Recording", model=path.name, bus="File", address=str(path), user_name=path.name
     )
-    return PlaybackGrabber(
-        info, path, loop=_loop(uri.option("loop", "1")), speed=_speed(uri.option("speed", "1"))
-    )
-
-
-def _loop(text: str) -> bool:
-    if text.lower() not in ("0", "1", "false", "true", "off", "on", "no", "yes"):
-        raise UsageError(f"file:?loop={text}: allowed is 0 or 1")
-    return text.lower() in ("1", "true", "on", "yes")
-
-
-def _speed(text: str) -> float:
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = 0.0
-    if not SLOWEST <= speed <= FASTEST:
-        raise UsageError(f"file:?speed={text}: allowed is {SLOWEST:g} to {FASTEST:g}")
-    return speed
+    return PlaybackGrabber(info, path, loop=options.loop, speed=options.speed)

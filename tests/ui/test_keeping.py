@@ -95,7 +95,7 @@ def test_what_is_no_file_of_settings_is_said(desk, tmp_path):
 
 
 def test_a_recording_is_made_and_played_back(desk, monkeypatch):
-    monkeypatch.setitem(sources._KINDS, "file", "grabbergui.recording.playback")
+    monkeypatch.setitem(sources._MODULES, "file", "grabbergui.recording.playback")
     bar = desk.window.recordingBar
     bar.kindBox.setCurrentIndex(bar.kindBox.findData(RecordingKind.MCAP))
     desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)

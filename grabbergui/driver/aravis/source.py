@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 
-from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.source_options import NoOptions, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.aravis.device import AravisDevice
 from grabbergui.driver.aravis.library import find_cameras, load
@@ -17,8 +17,7 @@ SEARCH = "GRABBERGUI_ARAVIS"
 
 def create(uri: SourceUri) -> FrameGrabber:
     """The camera that a URI names, not yet opened. Raises UsageError, SourceUnavailableError."""
-    if uri.options:
-        raise UsageError(f"{uri}: aravis: sources have no options")
+    read_options(NoOptions, uri)
     load()
     info = DeviceInfo(str(uri), bus="Aravis", address=uri.name)
     return Camera(AravisDevice(uri.name, info))

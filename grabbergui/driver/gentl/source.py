@@ -9,8 +9,9 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
-from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError, UsageError
+from grabbergui.core.errors import GrabberError, MissingFileError, SourceNotFoundError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.source_options import NoOptions, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gentl.device import GentlDevice
@@ -21,8 +22,7 @@ log = logging.getLogger(__name__)
 
 def create(uri: SourceUri) -> FrameGrabber:
     """The camera that a URI names, not yet opened. Raises UsageError, SourceNotFoundError."""
-    if uri.options:
-        raise UsageError(f"{uri}: gentl: sources have no options")
+    read_options(NoOptions, uri)
     file, _, name = uri.name.partition("#")
     path = _producer_file(file)
     return Camera(GentlDevice(path, name, DeviceInfo(str(uri), bus="GenTL", address=name)))

@@ -13,6 +13,7 @@ from dataclasses import replace
 from grabbergui.core import pfnc
 from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.source_options import SimulatedOptions, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.device import SimulatedDevice
@@ -80,7 +81,7 @@ def served_at(uri: SourceUri, place: str) -> SourceUri:
 
 
 def _power_on(uri: SourceUri) -> dict[Register, RegisterValue]:
-    return {**_KINDS.get(uri.name, {}), **power_on_values(uri.options)}
+    return {**_KINDS.get(uri.name, {}), **power_on_values(uri)}
 
 
 def _pixel_format(text: str) -> int:
@@ -90,7 +91,7 @@ def _pixel_format(text: str) -> int:
         raise ValueError("no such pixel format") from None
 
 
-_OPTIONS: dict[str, tuple[Register, Callable[[str], RegisterValue]]] = {
+_REGISTERS: dict[str, tuple[Register, Callable[[str], RegisterValue]]] = {
     "width": (reg.WIDTH, int),
     "height": (reg.HEIGHT, int),
     "fps": (reg.FRAME_RATE, float),
@@ -109,13 +110,12 @@ def _upper(camel: str) -> str:
     return "".join(f"_{letter}" if letter.isupper() else letter for letter in camel).strip("_").upper()
 
 
-def power_on_values(options: dict[str, str]) -> dict[Register, RegisterValue]:
-    """Options by name to register values. Raises UsageError with what is allowed."""
+def power_on_values(uri: SourceUri) -> dict[Register, RegisterValue]:
+    """Return the register values that a URI's options ask for. Raises UsageError with the allowed ones."""
+    read_options(SimulatedOptions, uri)  # refuses an unknown option; the registers check the values
     values: dict[Register, RegisterValue] = {}
-    for name, text in options.items():
-        if name not in _OPTIONS:
-            raise UsageError(f"sim: has no option '{name}'; there are {', '.join(_OPTIONS)}")
-        register, convert = _OPTIONS[name]
+    for name, text in uri.options.items():
+        register, convert = _REGISTERS[name]
         try:
             value = convert(text)
             register.check(value)

@@ -9,6 +9,7 @@ import time
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.source_options import Ros2Options, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
 
@@ -20,10 +21,8 @@ def create(uri: SourceUri) -> FrameGrabber:
 
     if not uri.name.strip("/"):
         raise UsageError("ros2: which topic? Write ros2:/camera; `grabbergui list` shows the image topics")
-    qos = uri.option("qos", "sensor_data")
-    if qos not in ("sensor_data", "reliable"):
-        raise UsageError(f"{uri}: quality of service '{qos}': write ?qos=sensor_data or ?qos=reliable")
-    return Ros2Grabber(uri.name, str(uri), reliable=qos == "reliable")
+    options = read_options(Ros2Options, uri)
+    return Ros2Grabber(uri.name, str(uri), reliable=options.qos == "reliable")
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
+from grabbergui.core.source_options import YarpOptions, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.net.yarp.client import BUS, YarpGrabber
 from grabbergui.net.yarp.client_link import GrabberLink
@@ -17,7 +18,6 @@ from grabbergui.net.yarp.os.names import check_port_name
 
 log = logging.getLogger(__name__)
 
-_OPTIONS = ("carrier", "nameserver", "bind")
 _RPC = "/rpc"
 _AT_ONCE = 16
 _MOST = 64
@@ -27,23 +27,20 @@ _MOST = 64
 def create(uri: SourceUri) -> FrameGrabber:
     """The grabber for a port. Raises UsageError."""
     name = uri.name or "/grabber"
-    unknown = sorted(set(uri.options) - set(_OPTIONS))
-    if unknown:
-        raise UsageError(f"'{uri}': no option {unknown[0]}, there are {', '.join(_OPTIONS)}")
+    options = read_options(YarpOptions, uri)
     try:
         check_port_name(name)
-        chosen = uri.option("carrier", "fast_tcp")
-        if carrier.by_name(chosen).text:
-            raise UsageError(f"'{uri}': pictures cannot travel over {chosen}")
+        if carrier.by_name(options.carrier).text:
+            raise UsageError(f"'{uri}': images cannot travel over {options.carrier}")
     except UsageError:
         raise
     except GrabberError as error:
         raise UsageError(f"'{uri}': {error}") from error
     return YarpGrabber(
         name,
-        nameserver=uri.option("nameserver"),
-        carrier=chosen,
-        bind=uri.option("bind"),
+        nameserver=options.nameserver,
+        carrier=options.carrier,
+        bind=options.bind,
         uri=str(uri),
     )
 

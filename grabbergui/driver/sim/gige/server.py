@@ -310,7 +310,7 @@ def serve(
     """Run a camera at each address until `stop` is set.
 
     The first has the serial number `serial`, the others count on from it; without one, each has that of its
-    address (`registers.serial_at`). `power_on` is what `source.power_on_values` makes of options. `ready` is
+    address (`registers.serial_at`). `power_on` is what `source.power_on_values` makes of a URI. `ready` is
     called with a sentence that says where each camera is.
     Raises SourceUnavailableError where an address cannot be had.
     """
