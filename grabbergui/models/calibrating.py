@@ -25,6 +25,7 @@ from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
+from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
 
@@ -169,12 +170,13 @@ class CalibratingModel:
 
         def write() -> None:
             if self._result is None:
-                self.failed.emit("there is no calibration to save yet")
+                self.failed.emit(translate("Calibrating", "there is no calibration to save yet"))
                 return
             try:
                 camera_info.save(self._result.calibration, path)
             except OSError as error:
-                self.failed.emit(f"the calibration could not be saved: {error}")
+                text = translate("Calibrating", "the calibration could not be saved: {0}")
+                self.failed.emit(text.format(error.strerror or error))
             else:
                 self.saved.emit(path)
 
@@ -199,14 +201,15 @@ class CalibratingModel:
                 self._see(frame)
                 self._problem = ""
             except UsageError as error:  # another size: the views so far are of no use
-                self._complain(str(error))
+                self._complain(error_text(error))
                 self._begin()
             except GrabberError as error:
-                self._complain(str(error))
+                self._complain(error_text(error))
             except Exception as error:
                 # A damaged payload may be shorter than it claims; the next one may do.
                 log.exception("a picture could not be looked at")
-                self._complain(f"frame {frame.frame_id} cannot be looked at: {error}")
+                text = translate("Calibrating", "frame {0} cannot be evaluated: {1}")
+                self._complain(text.format(frame.frame_id, error))
         self._work()
 
     def _work(self) -> None:
@@ -252,7 +255,7 @@ class CalibratingModel:
         try:
             result = self._collector.solve(self.name, used)
         except GrabberError as error:
-            self.failed.emit(str(error))
+            self.failed.emit(error_text(error))
             return
         self._result = result
         chosen = frozenset(number for number, error in enumerate(result.errors) if np.isfinite(error))

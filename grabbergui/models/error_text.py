@@ -26,6 +26,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import Feature
+from grabbergui.models.driver_texts import driver_text
 from grabbergui.models.features.text import access_text, range_text
 from grabbergui.models.language import is_translated, translate
 
@@ -51,14 +52,14 @@ def lost_text(title: str, reason: str) -> str:
     if reason and not is_translated():
         return reason
     text = translate("Errors", "the connection to {0} was lost").format(title)
-    return f"{text}: {reason}" if reason else text
+    return f"{text}: {driver_text(reason)}" if reason else text
 
 
 def returned_text(problems: Sequence[str]) -> str:
     """How a source came back after it was lost; `problems` are what is not as before, a sentence each."""
     if not problems:
         return translate("Errors", "set as before")
-    shown = "; ".join(problems[:MOST_PROBLEMS])
+    shown = "; ".join(map(driver_text, problems[:MOST_PROBLEMS]))
     if len(problems) > MOST_PROBLEMS:
         shown += translate("Errors", "; and {0} more").format(len(problems) - MOST_PROBLEMS)
     return translate("Errors", "but not as before: {0}").format(shown)
@@ -78,22 +79,24 @@ def _about_feature(error: FeatureError, feature: Feature | None) -> str:
     if isinstance(error, FeatureValueError) and feature is not None:
         text = translate("Errors", "{0} does not take this value; allowed is {1}")
         return text.format(name, range_text(feature))
-    return translate("Errors", "{0} was refused: {1}").format(name, error)
+    return translate("Errors", "{0} was refused: {1}").format(name, driver_text(error))
 
 
 def _about_source(error: Exception, source: str) -> str:
     """Where the source's own name is told; empty for the errors of other kinds."""
     if isinstance(error, OtherCameraError):
         text = translate("Errors", "{0} may be another camera than the one you named: {1}")
-        return text.format(source, error)
+        return text.format(source, driver_text(error))
     if isinstance(error, SourceNotFoundError):
         return translate("Errors", "{0} was not found; check address, power and cable").format(source)
     if isinstance(error, AckTimeoutError):
         return translate("Errors", "{0} does not answer; check address, power and cable").format(source)
     if isinstance(error, AccessDeniedError):
-        return translate("Errors", "no access to {0}: {1}").format(source, error)
+        return translate("Errors", "no access to {0}: {1}").format(source, driver_text(error))
     if isinstance(error, SourceUnavailableError):
-        return translate("Errors", "{0} cannot be used on this computer: {1}").format(source, error)
+        return translate("Errors", "{0} cannot be used on this computer: {1}").format(
+            source, driver_text(error)
+        )
     return ""
 
 
@@ -112,5 +115,5 @@ _KINDS: tuple[tuple[type[GrabberError], Callable[[], str]], ...] = (
 def _by_kind(error: Exception) -> str:
     for kind, sentence in _KINDS:
         if isinstance(error, kind):
-            return sentence().format(error)
-    return str(error)
+            return sentence().format(driver_text(error))
+    return driver_text(error)

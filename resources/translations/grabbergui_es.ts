@@ -37,104 +37,119 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="270"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="271"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="274"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="272"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="173"/>
+        <source>there is no calibration to save yet</source>
+        <translation>todavía no hay ninguna calibración que guardar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="178"/>
+        <source>the calibration could not be saved: {0}</source>
+        <translation>no se pudo guardar la calibración: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/calibrating.py" line="211"/>
+        <source>frame {0} cannot be evaluated: {1}</source>
+        <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
 </context>
 <context>
@@ -228,7 +243,7 @@ It {1}.</source>
         <translation>Cancelar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="330"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="333"/>
         <source>{0} is not calibrated</source>
         <translation>{0} no está calibrada</translation>
     </message>
@@ -344,7 +359,7 @@ It {1}.</source>
         <translation>Olvidar las vistas tomadas hasta ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="133"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
         <source>Views</source>
         <translation>Vistas</translation>
     </message>
@@ -364,7 +379,7 @@ It {1}.</source>
         <translation>Esquinas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Error</source>
         <translation>Error</translation>
     </message>
@@ -389,72 +404,72 @@ It {1}.</source>
         <translation>&amp;Siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="172"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="173"/>
         <source>no pictures come from the camera</source>
         <translation>la cámara no envía imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="276"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="279"/>
         <source>the board is seen</source>
         <translation>se ve el tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="133"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
         <source>Board</source>
         <translation>Tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="133"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="134"/>
         <source>Result</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
         <source>Take &amp;views</source>
         <translation>Tomar &amp;vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
         <source>&amp;Finish</source>
         <translation>&amp;Terminar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="141"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="142"/>
         <source>&amp;Save…</source>
         <translation>&amp;Guardar…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="182"/>
         <source>{0:.0%} of the picture is covered</source>
         <translation>Está cubierto el {0:.0%} de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>&lt;b&gt;{0:.3f} px&lt;/b&gt; over {1} views</source>
         <translation>&lt;b&gt;{0:.3f} px&lt;/b&gt; en {1} vistas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Focal lengths</source>
         <translation>Distancias focales</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Centre</source>
         <translation>Centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="192"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="193"/>
         <source>Distortion</source>
         <translation>Distorsión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="222"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="225"/>
         <source>{0}, left out</source>
         <translation>{0}, excluida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="234"/>
+        <location filename="../../grabbergui/ui/views/calibration_dialogs.py" line="237"/>
         <source>view {0}, errors enlarged {1} times</source>
         <translation>vista {0}, errores ampliados {1} veces</translation>
     </message>
@@ -921,104 +936,217 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Drivers</name>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera is lost: {0}</source>
+        <translation>se perdió la cámara: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera has not answered for {0} s</source>
+        <translation>la cámara no responde desde hace {0} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>another application took control of the camera for itself alone</source>
+        <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>another application, at {0}, took control of the camera</source>
+        <translation>otra aplicación, en {0}, tomó el control de la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera took our control back; its heartbeat may have expired, or it has restarted</source>
+        <translation>la cámara retiró el control; puede que expirase su heartbeat o que se haya reiniciado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} was lost while it was opened</source>
+        <translation>{0} se perdió mientras se abría</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} is not open</source>
+        <translation>{0} no está abierta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} was unplugged</source>
+        <translation>{0} se desconectó</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} was not acknowledged within {1} s ({2} tries)</source>
+        <translation>{0} no se confirmó en {1} s ({2} intentos)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} was not acknowledged within {1} s; the camera had asked for patience</source>
+        <translation>{0} no se confirmó en {1} s; la cámara había pedido más tiempo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} did not answer in time</source>
+        <translation>{0} no respondió a tiempo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} did not answer within {1} s</source>
+        <translation>{0} no respondió en {1} s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the device takes no commands; unplug it and plug it in again</source>
+        <translation>el dispositivo no acepta órdenes; desconéctelo y vuelva a conectarlo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>another application at {0} controls {1}; close it there</source>
+        <translation>otra aplicación en {0} controla {1}; ciérrela allí</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>another application controls {0}; close it there</source>
+        <translation>otra aplicación controla {0}; ciérrela allí</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>another application controls the camera: {0}</source>
+        <translation>otra aplicación controla la cámara: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} is in use by another application; close it there</source>
+        <translation>otra aplicación usa {0}; ciérrela allí</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera is open for reading only; another application may control it</source>
+        <translation>la cámara está abierta solo para lectura; puede que otra aplicación la controle</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera answers reads but not this write; another application may control it</source>
+        <translation>la cámara responde a las lecturas pero no a esta escritura; puede que otra aplicación la controle</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera is served read-only</source>
+        <translation>la cámara se sirve solo para lectura</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} is not there any more</source>
+        <translation>{0} ya no existe</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>{0} is {1} instead of {2}</source>
+        <translation>{0} es {1} en lugar de {2}</translation>
+    </message>
+</context>
+<context>
     <name>Errors</name>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="53"/>
+        <location filename="../../grabbergui/models/error_text.py" line="54"/>
         <source>the connection to {0} was lost</source>
         <translation>se perdió la conexión con {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="69"/>
+        <location filename="../../grabbergui/models/error_text.py" line="70"/>
         <source>another application controls it</source>
         <translation>otra aplicación la controla</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="75"/>
+        <location filename="../../grabbergui/models/error_text.py" line="76"/>
         <source>the camera has no {0}</source>
         <translation>la cámara no tiene {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="79"/>
+        <location filename="../../grabbergui/models/error_text.py" line="80"/>
         <source>{0} does not take this value; allowed is {1}</source>
         <translation>{0} no admite este valor; se permite: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="81"/>
+        <location filename="../../grabbergui/models/error_text.py" line="82"/>
         <source>{0} was refused: {1}</source>
         <translation>la cámara rechazó {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="90"/>
+        <location filename="../../grabbergui/models/error_text.py" line="91"/>
         <source>{0} was not found; check address, power and cable</source>
         <translation>no se encuentra {0}; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="92"/>
+        <location filename="../../grabbergui/models/error_text.py" line="93"/>
         <source>{0} does not answer; check address, power and cable</source>
         <translation>{0} no responde; compruebe dirección, alimentación y cable</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="94"/>
+        <location filename="../../grabbergui/models/error_text.py" line="95"/>
         <source>no access to {0}: {1}</source>
         <translation>no hay acceso a {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="96"/>
+        <location filename="../../grabbergui/models/error_text.py" line="97"/>
         <source>{0} cannot be used on this computer: {1}</source>
         <translation>{0} no se puede usar en este equipo: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>the camera does not answer: {0}</source>
         <translation>la cámara no responde: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>the connection to the camera was lost: {0}</source>
         <translation>se perdió la conexión con la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>the camera cannot be reached: {0}</source>
         <translation>no se llega a la cámara: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>the camera refused it: {0}</source>
         <translation>la cámara lo rechazó: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>access denied: {0}</source>
         <translation>acceso denegado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>not found: {0}</source>
         <translation>no encontrado: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="100"/>
+        <location filename="../../grabbergui/models/error_text.py" line="103"/>
         <source>this cannot be understood: {0}</source>
         <translation>no se entiende: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="87"/>
+        <location filename="../../grabbergui/models/error_text.py" line="88"/>
         <source>{0} may be another camera than the one you named: {1}</source>
         <translation>{0} puede no ser la cámara que indicó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="63"/>
+        <location filename="../../grabbergui/models/error_text.py" line="64"/>
         <source>; and {0} more</source>
         <translation>; y {0} más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="60"/>
+        <location filename="../../grabbergui/models/error_text.py" line="61"/>
         <source>set as before</source>
         <translation>ajustada como antes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/error_text.py" line="64"/>
+        <location filename="../../grabbergui/models/error_text.py" line="65"/>
         <source>but not as before: {0}</source>
         <translation>pero no como antes: {0}</translation>
     </message>
@@ -1176,97 +1304,97 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="225"/>
+        <location filename="../../grabbergui/models/features/text.py" line="231"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="229"/>
+        <location filename="../../grabbergui/models/features/text.py" line="235"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="231"/>
+        <location filename="../../grabbergui/models/features/text.py" line="237"/>
         <source>is not available just now; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="233"/>
+        <location filename="../../grabbergui/models/features/text.py" line="239"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="234"/>
+        <location filename="../../grabbergui/models/features/text.py" line="240"/>
         <source>cannot be used just now</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="241"/>
+        <location filename="../../grabbergui/models/features/text.py" line="247"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="243"/>
+        <location filename="../../grabbergui/models/features/text.py" line="249"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="246"/>
+        <location filename="../../grabbergui/models/features/text.py" line="252"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="247"/>
+        <location filename="../../grabbergui/models/features/text.py" line="253"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="249"/>
+        <location filename="../../grabbergui/models/features/text.py" line="255"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="253"/>
+        <location filename="../../grabbergui/models/features/text.py" line="259"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="264"/>
+        <location filename="../../grabbergui/models/features/text.py" line="270"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="264"/>
+        <location filename="../../grabbergui/models/features/text.py" line="270"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="276"/>
+        <location filename="../../grabbergui/models/features/text.py" line="282"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="284"/>
+        <location filename="../../grabbergui/models/features/text.py" line="290"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="285"/>
+        <location filename="../../grabbergui/models/features/text.py" line="291"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="287"/>
+        <location filename="../../grabbergui/models/features/text.py" line="293"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="279"/>
+        <location filename="../../grabbergui/models/features/text.py" line="285"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="227"/>
+        <location filename="../../grabbergui/models/features/text.py" line="233"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
@@ -2353,6 +2481,14 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Picture</name>
+    <message>
+        <location filename="../../grabbergui/models/picture/picture.py" line="230"/>
+        <source>frame {0} ({1}) cannot be shown: {2}</source>
+        <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
+    </message>
+</context>
+<context>
     <name>PictureNote</name>
     <message>
         <location filename="../../grabbergui/ui/forms/picture_note.ui" line="30"/>
@@ -3018,22 +3154,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
         <source>Turning of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>

@@ -1,7 +1,11 @@
 """Errors and features in words: as they are written, and in the user's language."""
 
+import re
+from pathlib import Path
+
 import pytest
 
+import grabbergui
 from grabbergui.core.errors import (
     AccessDeniedError,
     AckTimeoutError,
@@ -15,6 +19,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
+from grabbergui.models import driver_texts
 from grabbergui.models.error_text import error_text, held_text, lost_text
 from grabbergui.models.features.text import access_text, range_text
 from grabbergui.models.language import set_translator
@@ -91,3 +96,24 @@ def test_in_another_language_the_commonest_are_worded_by_their_kind(foreign, err
 def test_a_lost_or_held_source_in_another_language(foreign):
     assert lost_text("GV01", "no answer") == "<the connection to GV01 was lost>: no answer"
     assert held_text(AccessDeniedError("x")) == "<another application controls it>"
+
+
+def test_every_known_sentence_is_still_said_by_a_driver():
+    root = Path(grabbergui.__file__).parent
+    files = [path for room in ("driver", "net", "core") for path in (root / room).rglob("*.py")]
+    said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))
+    for template in driver_texts._SENTENCES:
+        parts = sorted(re.split(r"\{\d\}(?: s)?|; ", template), key=len)[-2:]
+        assert any(len(part) > 7 and part.strip(" ,(") in said for part in parts), template
+
+
+def test_drivers_sentences_are_translated_with_those_within_them(foreign):
+    set_translator(lambda context, text: f"<{text}>", ",")
+    sentence = "the camera is lost: the camera has not answered for 1.5 s"
+    expected = "<the camera is lost: <the camera has not answered for 1,5 s>>"
+    assert driver_texts.driver_text(sentence) == expected
+    assert lost_text("GV01", sentence) == f"<the connection to GV01 was lost>: {expected}"
+    held = "another application at 10.0.0.2 controls GV01 (10.0.0.1); close it there"
+    assert driver_texts.driver_text(held) == f"<{held}>"
+    assert driver_texts.driver_text("Gain is 6.5 instead of 0") == "<Gain is 6,5 instead of 0>"
+    assert driver_texts.driver_text("nobody has heard of this") == "nobody has heard of this"

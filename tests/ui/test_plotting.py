@@ -55,6 +55,15 @@ def test_a_feature_is_plotted_from_its_menu_and_follows_the_camera(desk):
     assert desk.program.values.names == ()
 
 
+def test_value_range_and_axis_have_the_unit_that_the_value_needs(desk):
+    desk.grabber.write_feature("ExposureTime", 10_000.0)
+    choose(desk, "ExposureTime", "Plot over time")
+    row = desk.window.values.row("ExposureTime")
+    desk.until(lambda: row.valueLabel.text() == "10 ms")
+    assert row.rangeLabel.text() == "10 … 10"
+    assert row.plot.getAxis("left").scale == 1e-3
+
+
 def test_pausing_hiding_and_clearing(desk):
     choose(desk, "Gain", "Plot over time")
     choose(desk, "ExposureTime", "Plot over time")

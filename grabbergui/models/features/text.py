@@ -20,6 +20,7 @@ from grabbergui.core.features import (
     format_number,
     format_value,
 )
+from grabbergui.models.driver_texts import driver_text
 from grabbergui.models.language import localized, translate
 
 CODED = (Representation.HEX_NUMBER, Representation.IPV4_ADDRESS, Representation.MAC_ADDRESS)
@@ -83,6 +84,11 @@ def quantity_text(number: int | float, unit: str, digits: int = DIGITS, shown_in
         digits = max(digits, len(str(abs(number)))) if isinstance(number, int) else digits
         number = number / 10**powers
     return f"{number_text(number, digits)} {unit_text(shown)}".rstrip()
+
+
+def in_unit(number: float, unit: str, shown_in: str) -> float:
+    """Return a number that has `unit` in another unit of its family: 10 for 10000 us shown in ms."""
+    return number / 10.0 ** _power_between(unit, shown_in)
 
 
 def _power_between(unit: str, larger: str) -> int:
@@ -222,7 +228,7 @@ def parse_coded(text: str, representation: Representation) -> int:
 def access_text(feature: Feature) -> str:
     """Why it cannot be written, as the end of a sentence."""
     if feature.problem:
-        return translate("Features", "is not available: {0}").format(feature.problem)
+        return translate("Features", "is not available: {0}").format(driver_text(feature.problem))
     if feature.constant:
         return translate("Features", "is read-only")
     if feature.access is AccessMode.NOT_IMPLEMENTED:

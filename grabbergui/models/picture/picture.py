@@ -15,6 +15,8 @@ from grabbergui.core.frame_queue import FrameQueue, RateMeter
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
+from grabbergui.models.error_text import error_text
+from grabbergui.models.language import translate
 from grabbergui.models.picture.rendering import DisplaySettings, render
 
 log = logging.getLogger(__name__)
@@ -220,12 +222,13 @@ class PictureModel:
             image = render(frame, region, size, settings)
             picture = Picture(frame, image, *settings.orientation.view_size(frame.width, frame.height))
         except PixelFormatError as error:
-            self._report(str(error))
+            self._report(error_text(error))
             return
         except Exception as error:
             # A damaged payload may be shorter than it claims; the picture must go on with the next one.
             log.exception("a frame could not be converted")
-            self._report(f"frame {frame.frame_id} ({frame.pixel_format}) cannot be shown: {error}")
+            text = translate("Picture", "frame {0} ({1}) cannot be shown: {2}")
+            self._report(text.format(frame.frame_id, frame.pixel_format, error))
             return
         self._problem = ""
         # Every tenth line and column is plenty to tell black from not black.

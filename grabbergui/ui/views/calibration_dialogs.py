@@ -27,6 +27,7 @@ from grabbergui.calibration.collector import FEWEST_VIEWS, Verdict
 from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.calibrating import Look, Solution, verdict_text
+from grabbergui.models.language import localized
 from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
@@ -204,7 +205,9 @@ class CalibrationDialog(QDialog):
             ),
             (self.tr("Distortion"), " ".join(f"{value:.4f}" for value in result.calibration.distortion)),
         )
-        table = "".join(f"<tr><td>{name}&nbsp;&nbsp;</td><td>{text}</td></tr>" for name, text in rows)
+        table = "".join(
+            f"<tr><td>{name}&nbsp;&nbsp;</td><td>{localized(text)}</td></tr>" for name, text in rows
+        )
         self.resultLabel.setText(f"<table>{table}</table>")
         with QSignalBlocker(self.views):
             current = self.views.indexOfTopLevelItem(self.views.currentItem())
@@ -212,7 +215,7 @@ class CalibrationDialog(QDialog):
             for number, corners in enumerate(solution.corners):
                 used = number in solution.used
                 row = QTreeWidgetItem(
-                    [f"{number + 1}", str(len(corners)), f"{result.error_of(number):.3f} px"]
+                    [f"{number + 1}", str(len(corners)), localized(f"{result.error_of(number):.3f} px")]
                 )
                 row.setCheckState(0, Qt.CheckState.Checked if used else Qt.CheckState.Unchecked)
                 for column in (1, 2):

@@ -20,6 +20,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.core.pixels import DisplayImage
+from grabbergui.models.language import localized
 from grabbergui.models.servoing import CURVE_SECONDS, Entry, Posture, Tuning, state_text
 from grabbergui.servo.overlay import Drawing, colour_of
 from grabbergui.servo.state_machine import State
@@ -133,7 +134,7 @@ class ServoWindow(QWidget):
 
     def addEntry(self, entry: Entry) -> None:
         """Add a line to the history."""
-        row = QTreeWidgetItem([f"{entry.time:.2f} s", state_text(entry.state), entry.reason])
+        row = QTreeWidgetItem([localized(f"{entry.time:.2f} s"), state_text(entry.state), entry.reason])
         row.setIcon(1, _dot(QColor(*colour_of(entry.state))))
         row.setTextAlignment(0, int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter))
         row.setToolTip(2, entry.reason)

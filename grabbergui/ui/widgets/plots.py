@@ -13,7 +13,7 @@ from PyQt5.QtGui import QColor, QPalette
 from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
 
 from grabbergui.core.features import FeatureDescription
-from grabbergui.models.features.text import breakable, number_text, unit_text
+from grabbergui.models.features.text import breakable, in_unit, number_text, quantity_text, shown_unit
 from grabbergui.models.language import localized
 from grabbergui.servo.overlay import AXIS_COLOURS
 from grabbergui.ui import icons
@@ -219,7 +219,7 @@ class CurveRow(QWidget):
 
     def setUnit(self, unit: str) -> None:
         """Say what the value is in; shown with the next samples."""
-        self._unit = unit_text(unit)
+        self._unit = unit
 
     def setOverlaid(self, colour: str) -> None:
         """Be the legend, in that colour, of a curve that another plot shows; empty: show it here."""
@@ -235,10 +235,14 @@ class CurveRow(QWidget):
             self.valueLabel.setText("–")
             self.rangeLabel.clear()
             return
-        last = float(values[-1])
-        self.valueLabel.setText(f"{number_text(last)} {self._unit}".rstrip() if np.isfinite(last) else "–")
-        low, high = (number_text(float(end), RANGE_DIGITS) for end in (finite.min(), finite.max()))
-        self.rangeLabel.setText(f"{low} … {high}")
+        low, high, last = float(finite.min()), float(finite.max()), float(values[-1])
+        # One unit for value, range and axis, so that they can be compared.
+        shown = shown_unit(max(abs(low), abs(high)), self._unit)
+        self.plot.getAxis("left").setScale(in_unit(1.0, self._unit, shown))
+        text = quantity_text(last, self._unit, shown_in=shown)
+        self.valueLabel.setText(text if np.isfinite(last) else "–")
+        ends = (number_text(in_unit(end, self._unit, shown), RANGE_DIGITS) for end in (low, high))
+        self.rangeLabel.setText(" … ".join(ends))
 
     def clear(self) -> None:
         """Nothing was read."""
