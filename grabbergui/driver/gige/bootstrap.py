@@ -108,7 +108,7 @@ class StreamChannel:
 
     @property
     def source_port(self) -> int:
-        """SCSP: the device's UDP port, 0 where it does not say."""
+        """SCSP: the device's UDP port, 0 if it does not report one."""
         return self._at(0x0D1C)
 
 
@@ -137,7 +137,7 @@ class MessageCapability(IntFlag):
     """Message channel capability, register 0x0930."""
 
     SOURCE_PORT = 0x80000000
-    "MCSP tells where messages come from."
+    "MCSP holds the port that messages are sent from."
 
 
 class Control(IntFlag):
@@ -166,7 +166,7 @@ class IpConfigurationBit(IntFlag):
 
 
 class PacketSizeFlag(IntFlag):
-    """Flags beside the size in SCPS."""
+    """Flags next to the size in SCPS."""
 
     BIG_ENDIAN_PIXELS = 0x20000000
     DO_NOT_FRAGMENT = 0x40000000

@@ -42,34 +42,34 @@ from grabbergui.driver.gige.stream.resend import ResendPolicy
 log = logging.getLogger(__name__)
 
 SWITCHOVER_KEY = 0x4742
-"""Offers control to those who ask for it by this key: our own programs, when their user wants it. A program
-that asks without it is refused, so that none loses control by accident."""
+"""Control is handed over to programs that request it with this key: our own, when their user wants it. Others
+are refused, so that no program loses control by accident."""
 
 BRIEF = ControlTiming(ack_timeout=0.2, tries=2)
-"For what a camera may leave unanswered: taking control from another, releasing it on the way out."
+"For commands that a camera may leave unanswered: taking control from another program, releasing it."
 
 
 @dataclass(frozen=True)
 class GigeOptions:
-    """What may be chosen for one camera."""
+    """Options of one camera."""
 
     packet_size: PacketSizePolicy = field(default_factory=PacketSizePolicy)
     resend: ResendPolicy = field(default_factory=ResendPolicy)
     packet_delay: PacketDelayPolicy = field(default_factory=PacketDelayPolicy)
     multicast: str = ""
-    "The group that the camera is to send its stream to, for others to listen in; empty: to us alone."
+    "Multicast group that the camera sends its stream to, for others to receive too; empty: to us alone."
     batched: bool = True
-    "Many datagrams a system call, where the system can."
+    "Many datagrams in one system call, if the system can."
     packet_ring: bool = False
-    "No system calls at all, where we may open packet sockets; see `packet_ring`."
+    "No system calls at all, if we may open packet sockets; see `stream.packet_ring`."
     search_timeout: float = 1.0
-    "Seconds that a camera has to answer to its name."
+    "Seconds in which a camera must answer a search for its name."
 
 
 class GigeDevice(Device):
     """One camera, named by IP address, serial number, MAC address or user name; empty: the first found.
 
-    The name is only the way to the camera met first: opened again, it is the same unit or an error.
+    The name only leads to a camera the first time: opened again, it is the same unit or an error.
     """
 
     chunk_layout = DataLayout.GIGE_VISION
@@ -80,9 +80,9 @@ class GigeDevice(Device):
         self.options = options or GigeOptions()
         self.info = DeviceInfo(f"gige:{name}", bus="GigE Vision", address=name if is_ip_address(name) else "")
         self.identity: Identity | None = None
-        "What the camera says it is, once open."
+        "Identity that the camera reports, once open."
         self.interface: Interface | None = None
-        "The host's network interface towards the camera, once open."
+        "The host's network interface to the camera, once open."
         self._link: ControlLink | None = None
         self._memory: DeviceMemory | None = None
         self._stream: Stream | None = None
@@ -92,9 +92,9 @@ class GigeDevice(Device):
 
     # -- connection ------------------------------------------------------------------------------
     def open(self, access: Access) -> Access:
-        """See Device. Writes nothing but the control privilege."""
+        """Connect and take control, or only read. Writes nothing but the control privilege."""
         self.close()
-        # An address is that address, whoever else is found under a serial number seen there.
+        # An address is taken literally, even if its camera's serial number was found elsewhere.
         found = None if is_ip_address(self.name) else self.search()
         link = ControlLink(found.ip if found else self.name)
         memory = DeviceMemory(link)
@@ -111,7 +111,7 @@ class GigeDevice(Device):
             controlling = access is Access.CONTROL
             link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
         except BaseException:
-            self._let_go(link, memory)
+            self._disconnect(link, memory)
             raise
         self._link, self._memory = link, memory
         self._stream = Stream(
@@ -127,7 +127,7 @@ class GigeDevice(Device):
         return access
 
     def close(self) -> None:
-        """See Device."""
+        """Close stream, events and connection, and release control. May be called twice."""
         link, memory = self._link, self._memory
         self.close_stream()
         messages, self._messages = self._messages, None
@@ -138,17 +138,17 @@ class GigeDevice(Device):
                 messages.abandon()
         self._link = self._memory = self._stream = None
         if link is not None and memory is not None:
-            self._let_go(link, memory)
+            self._disconnect(link, memory)
 
-    def _let_go(self, link: ControlLink, memory: DeviceMemory) -> None:
-        # The heart stops first: a released control must not look like a lost one.
+    def _disconnect(self, link: ControlLink, memory: DeviceMemory) -> None:
+        # The heartbeat stops first: control that we release must not look lost.
         link.stop_heartbeat()
         if memory.writable:
             self._release(link)
         link.close()
 
     def _release(self, link: ControlLink) -> None:
-        """Let control go: a camera that keeps it for a closed link keeps everybody out for seconds."""
+        """Release control; otherwise the camera refuses everybody until the heartbeat timeout."""
         release = WriteReg(((Register.CCP, 0),))
         if link.lost is not None:
             link.send_last(release)
@@ -159,7 +159,7 @@ class GigeDevice(Device):
             log.info("releasing %s: %s", self.info.uri, error)
 
     def search(self) -> FoundDevice:
-        """Find the camera of this name; once it was met, that same unit, wherever it is by now.
+        """Find the camera of this name; once it was opened, the same unit at whatever address it has now.
 
         Raises SourceNotFoundError; OtherCameraError if another camera answers, or more than one.
         """
@@ -209,25 +209,25 @@ class GigeDevice(Device):
         self.info = replace(info, uri=uri, address=ip, note="")
 
     def _ask_identity(self, ip: str, memory: DeviceMemory) -> Identity:
-        """By DISCOVERY, which every device answers in full; by its registers where a router eats that."""
+        """Return the identity from DISCOVERY; from registers if a router drops that."""
         found = search.ask(ip, self.options.search_timeout / 4)
         return found.identity if found else Identity.decode(memory.read(0, bootstrap.IDENTITY_BYTES))
 
     def _take_control(self, link: ControlLink, capability: Capability) -> None:
         privilege = link.read_register(Register.CCP)
         held = bool(privilege & (Control.CONTROL | Control.EXCLUSIVE))
-        asked: int = Control.CONTROL
+        privilege_wanted: int = Control.CONTROL
         if held and self.take_over and capability & Capability.SWITCHOVER:
-            asked |= SWITCHOVER_KEY << 16
+            privilege_wanted |= SWITCHOVER_KEY << 16
         try:
-            # Some devices do not answer what they refuse, so a held one is not asked for long.
-            link.execute(WriteReg(((Register.CCP, asked),)), BRIEF if held else None)
+            # Some devices do not answer a refused write, so do not insist if another program has control.
+            link.execute(WriteReg(((Register.CCP, privilege_wanted),)), BRIEF if held else None)
         except DeviceStatusError as error:
             if error.status == Status.ACCESS_DENIED:
                 raise self._denied(link) from error
             raise
         except AckTimeoutError as error:
-            # Only the answer may have been lost. What is another's is not released by us.
+            # Perhaps only the answer was lost, so release; a device ignores this from others than the holder.
             self._release(link)
             link.read_register(Register.CCP)
             raise self._denied(link) from error
@@ -243,14 +243,14 @@ class GigeDevice(Device):
 
     @staticmethod
     def _holder(link: ControlLink, capability: Capability) -> Holder | None:
-        """Who the device says is in control, right after that was us: a router may hide who we are."""
+        """Read who is in control right after we took it: behind a router this is not our own address."""
         needed = Capability.PRIMARY_APPLICATION | Capability.CONCATENATION
         if capability & needed != needed:
             return None
         try:
             _, *holder = PRIVILEGE_AND_HOLDER.decode_ack(link.execute(PRIVILEGE_AND_HOLDER))
         except (DeviceStatusError, ProtocolError) as error:
-            log.info("who is in control cannot be read: %s", error)
+            log.info("the holder of control cannot be read: %s", error)
             return None
         return holder[0], holder[1]
 
@@ -259,7 +259,7 @@ class GigeDevice(Device):
             address = link.read_register(Register.PRIMARY_APPLICATION_IP)
             holder = f" at {socket.inet_ntoa(address.to_bytes(4, 'big'))}" if address else ""
         except GrabberError:
-            holder = ""  # who it is, is a nicety
+            holder = ""  # only a detail of the message
         return AccessDeniedError(
             f"another application{holder} controls {self.info.title} ({self.info.address}); close it there"
         )
@@ -270,35 +270,35 @@ class GigeDevice(Device):
 
     # -- memory ----------------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
-        """See Device."""
+        """Read memory of any length and alignment. Raises as `DeviceMemory.read`."""
         return self._opened().read(address, length)
 
     def write(self, address: int, data: bytes) -> None:
-        """See Device."""
+        """Write memory of any length and alignment. Raises as `DeviceMemory.write`."""
         self._opened().write(address, data)
 
     def description(self) -> bytes:
-        """See Device."""
+        """Fetch the GenICam XML that the URL registers name. Raises TransportError."""
         memory = self._opened()
         urls = [memory.read_text(bootstrap.FIRST_URL), memory.read_text(bootstrap.SECOND_URL)]
         return fetch_description(urls, memory.read)
 
     # -- events ----------------------------------------------------------------------------------
     def open_events(self) -> None:
-        """See Device."""
+        """Open the message channel, if the camera has one."""
         memory = self._opened()
         if self._messages is not None or not memory.read_register(Register.MESSAGE_CHANNELS):
             return
         local_ip = self._require_interface().ip
-        self._messages = MessageChannel(memory, self.info.address, local_ip, self._tell_event)
+        self._messages = MessageChannel(memory, self.info.address, local_ip, self._report_event)
 
-    def _tell_event(self, event_id: int, message: bytes) -> None:
+    def _report_event(self, event_id: int, message: bytes) -> None:
         if self.on_event is not None:
             self.on_event(event_id, message)
 
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """See Device."""
+        """Open stream channel 0; `deliver` is called on the receiving thread."""
         memory, stream = self._opened(), self._stream
         assert stream is not None
         stream.open(request, deliver, self._tick_frequency)
@@ -307,26 +307,26 @@ class GigeDevice(Device):
             settle_delay(memory, StreamChannel(0), policy, stream.packet_size, self._tick_frequency)
 
     def close_stream(self) -> None:
-        """See Device."""
+        """Close the stream channel; nothing is delivered any more on return."""
         stream = self._stream
         if stream is not None:
             stream.close()
             self._last_statistics = stream.statistics()
 
     def stream_statistics(self) -> StreamStatistics:
-        """See Device."""
+        """Return a snapshot of the counters of this or the last stream. Any thread."""
         stream = self._stream
         return stream.statistics() if stream is not None else replace(self._last_statistics)
 
     @property
     def local_address(self) -> str:
-        """The host's IP address towards the camera; empty while closed."""
+        """The host's IP address on the way to the camera; empty while closed."""
         link = self._link
         return link.local_address if link is not None else ""
 
     @property
     def stream_port(self) -> int:
-        """The UDP port that pictures come to, which a firewall must let through; 0 before."""
+        """The UDP port that frames arrive at, which a firewall must let through; 0 before a stream."""
         stream = self._stream
         return stream.port if stream is not None else 0
 

@@ -21,7 +21,7 @@ MAX_PAYLOAD = 540
 MAX_MEMORY = 536
 "Bytes that one READMEM or WRITEMEM may carry."
 MEMORY_CHUNK = 512
-"Bytes that we ask for at once; what other hosts use, so every device has seen it."
+"Bytes that we request at once. Other hosts do the same, so every device knows it."
 MAX_READS = 135
 "Registers in one READREG."
 MAX_WRITES = 67
@@ -37,7 +37,7 @@ FLAG_SCHEDULED = 0x80
 
 
 class CommandCode(IntEnum):
-    """What a command asks. Its acknowledge has the next higher value."""
+    """Code of a command. Its acknowledge has the next higher value."""
 
     DISCOVERY = 0x0002
     FORCEIP = 0x0004
@@ -86,7 +86,7 @@ class Status(IntEnum):
 
 
 def status_text(status: int) -> str:
-    """A status for people: `ACCESS_DENIED (0x8006)`."""
+    """Return a status as display text: `ACCESS_DENIED (0x8006)`."""
     try:
         return f"{Status(status).name} (0x{status:04X})"
     except ValueError:
@@ -116,7 +116,7 @@ class CommandHeader:
             raise RemoteProtocolError(f"GVCP command begins with 0x{key:02X} instead of 0x{KEY:02X}")
         if length != len(datagram) - cls.FORMAT.size:
             raise RemoteProtocolError(
-                f"GVCP command announces {length} bytes, {len(datagram) - cls.FORMAT.size} came"
+                f"GVCP command announces {length} bytes, {len(datagram) - cls.FORMAT.size} arrived"
             )
         if req_id == 0:
             raise RemoteProtocolError("GVCP command with req_id 0")
@@ -125,7 +125,7 @@ class CommandHeader:
 
 @dataclass(frozen=True)
 class Ack:
-    """An acknowledge, its payload not yet looked into."""
+    """An acknowledge with its payload still encoded."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct(">HHHH")
 
@@ -138,7 +138,7 @@ class Ack:
 
     @property
     def failed(self) -> bool:
-        """Whether the device refused; the payload then means nothing."""
+        """Whether the device refused; the payload is then meaningless."""
         return bool(self.status & 0x8000)
 
     def encode(self) -> bytes:
@@ -157,14 +157,14 @@ class Ack:
         status, acknowledge, length, ack_id = cls.FORMAT.unpack_from(datagram)
         payload = bytes(datagram[cls.FORMAT.size : cls.FORMAT.size + length])
         if len(payload) < length and not status & 0x8000:
-            raise RemoteProtocolError(f"GVCP acknowledge announces {length} bytes, {len(payload)} came")
+            raise RemoteProtocolError(f"GVCP acknowledge announces {length} bytes, {len(payload)} arrived")
         return cls(status, acknowledge, ack_id, payload)
 
 
 def encode_command(
     command: CommandCode, payload: bytes, req_id: int, flags: int = FLAG_ACK_REQUIRED
 ) -> bytes:
-    """The datagram of a command. Raises LocalProtocolError for what no device could take."""
+    """Return the datagram of a command. Raises LocalProtocolError for values that cannot be encoded."""
     if not 1 <= req_id <= 0xFFFF:
         raise LocalProtocolError(f"req_id {req_id} is not in 1 … 65535")
     if len(payload) > MAX_PAYLOAD:
@@ -215,11 +215,11 @@ class ReadReg:
         return struct.pack(f">{len(values)}I", *values)
 
     def decode_ack(self, payload: bytes) -> tuple[int, ...]:
-        """The values. Raises RemoteProtocolError when there are not as many as asked for."""
+        """Return the values. Raises RemoteProtocolError unless there are as many as requested."""
         values = _words(payload, "READREG_ACK")
         if len(values) != len(self.addresses):
             raise RemoteProtocolError(
-                f"READREG_ACK of {len(values)} registers, {len(self.addresses)} were asked for"
+                f"READREG_ACK of {len(values)} registers, {len(self.addresses)} were requested"
             )
         return values
 
@@ -291,7 +291,7 @@ class ReadMem:
         if address != self.address or len(payload) - 4 != self.count:
             raise RemoteProtocolError(
                 f"READMEM_ACK of {len(payload) - 4} bytes at 0x{address:X},"
-                f" {self.count} at 0x{self.address:X} were asked for"
+                f" {self.count} at 0x{self.address:X} were requested"
             )
         return payload[4:]
 
@@ -320,7 +320,7 @@ class WriteMem:
 
 @dataclass(frozen=True)
 class PacketResend:
-    """PACKETRESEND_CMD: send these packets of a block again. Nobody acknowledges it."""
+    """PACKETRESEND_CMD: send these packets of a block again. It is never acknowledged."""
 
     CODE: ClassVar[CommandCode] = CommandCode.PACKETRESEND
     STANDARD: ClassVar[struct.Struct] = struct.Struct(">HHII")
@@ -366,7 +366,7 @@ class PacketResend:
 
 
 def encode_pending_ack(milliseconds: int, ack_id: int) -> bytes:
-    """The datagram that says an acknowledge will take so long."""
+    """Return the datagram that announces how long an acknowledge will take."""
     return Ack(Status.SUCCESS, PENDING_ACK, ack_id, struct.pack(">HH", 0, milliseconds)).encode()
 
 
@@ -378,4 +378,4 @@ def decode_pending_ack(payload: bytes) -> float:
 
 
 Request = ReadReg | WriteReg | ReadMem | WriteMem
-"""What a control channel carries."""
+"""Commands of a control channel."""

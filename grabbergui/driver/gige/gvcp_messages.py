@@ -1,4 +1,4 @@
-"""GVCP messages besides registers: device events and action commands."""
+"""GVCP messages other than register access: discovery, FORCEIP, device events, actions."""
 
 from __future__ import annotations
 
@@ -72,10 +72,10 @@ class Event:
             if command == CommandCode.EVENT:
                 end = position + layout.size
             else:
-                # Only extended entries tell their length, so a standard one is the last.
+                # Only extended entries contain their length, so a standard one is the last.
                 end = position + size if extended and size else len(payload)
             if not position + layout.size <= end <= len(payload):
-                raise RemoteProtocolError(f"GVCP event of {size} bytes, {len(payload) - position} came")
+                raise RemoteProtocolError(f"GVCP event of {size} bytes, {len(payload) - position} arrived")
             data = payload[position + layout.size : end]
             events.append(cls(event_id, block_id, timestamp, channel, data, extended))
             position = end
@@ -121,7 +121,7 @@ DISCOVERY_REQ_ID = 0xFFFF
 def encode_discovery(req_id: int = DISCOVERY_REQ_ID, *, allow_broadcast_ack: bool = False) -> bytes:
     """The datagram of DISCOVERY_CMD.
 
-    With `allow_broadcast_ack` a device in another subnet can be heard too.
+    With `allow_broadcast_ack` a device in another subnet can answer too.
     """
     flags = FLAG_ACK_REQUIRED | (FLAG_BROADCAST_ACK if allow_broadcast_ack else 0)
     return encode_command(CommandCode.DISCOVERY, b"", req_id, flags)
@@ -199,7 +199,7 @@ class Identity:
 
 
 def text_of(raw: bytes) -> str:
-    """A string register: up to the first zero, whatever the bytes; unprintable characters are dropped."""
+    """Decode a string register up to the first zero; unprintable characters are dropped."""
     text = raw.split(b"\0", 1)[0].decode("utf-8", "replace")
     return "".join(character for character in text if character.isprintable()).strip()
 

@@ -1,7 +1,7 @@
 """GVSP, the stream protocol of GigE Vision: packet headers, leaders and trailers.
 
-A block (one picture) is a leader, payload packets and a trailer, numbered by packet_id from 0. All integers
-are big-endian. Nothing here touches a socket; `block_assembler` puts packets together.
+A block (one frame) is a leader, payload packets and a trailer, numbered by packet_id from 0. All integers
+are big-endian. Nothing here touches a socket; `stream.assembler` puts packets together.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FLAG_RESEND = 0x1
 
 
 class PacketFormat(IntEnum):
-    """What a packet carries."""
+    """Content of a packet."""
 
     LEADER = 1
     TRAILER = 2
@@ -39,7 +39,7 @@ class PacketFormat(IntEnum):
 
 
 class PayloadKind(IntEnum):
-    """What a block is, chunks left aside."""
+    """Content of a block, apart from chunks."""
 
     IMAGE = 1
     RAW = 2
@@ -94,12 +94,12 @@ class PacketHeader:
 
     @property
     def failed(self) -> bool:
-        """Whether the packet only says that it has no data."""
+        """Whether the packet only reports a status and has no data."""
         return bool(self.status & 0x8000)
 
     @property
     def sent_again(self) -> bool:
-        """Whether the device says that it sends the packet because it was asked to."""
+        """Whether the device flags the packet as resent."""
         return bool(self.flags & FLAG_RESEND) or self.status == Status.PACKET_RESEND
 
     def encode(self) -> bytes:
@@ -130,7 +130,7 @@ class PacketHeader:
 
 @dataclass(frozen=True)
 class Leader:
-    """What a block will be. Sizes are of the image, or of a multi-part block's first image."""
+    """Description of a block. Sizes are of the image, or of a multi-part block's first image."""
 
     IMAGE: ClassVar[struct.Struct] = struct.Struct(">BBHQIIIIIHH")
     IMAGE_FIELDS: ClassVar[struct.Struct] = struct.Struct(">IIIIIHH")
@@ -158,7 +158,7 @@ class Leader:
 
     @property
     def kind_name(self) -> str:
-        """What the block is, in words."""
+        """Content of the block as display text."""
         return _KIND_NAMES.get(self.kind, "an unknown kind of data")
 
     @property
@@ -167,7 +167,7 @@ class Leader:
         return bool(self.payload_type & CHUNK_BIT) or self.kind == PayloadKind.EXTENDED_CHUNK
 
     @property
-    def is_picture(self) -> bool:
+    def is_image(self) -> bool:
         """Whether the layout of the pixels is known."""
         return bool(self.width and self.height and self.pixel_format)
 
@@ -183,10 +183,10 @@ class Leader:
 
     @cached_property
     def payload_bytes(self) -> int | None:
-        """Bytes of the whole payload where the leader tells, else None."""
+        """Bytes of the whole payload; None if the leader does not contain it."""
         if self.parts:
             return sum(part.length for part in self.parts)
-        return self.image_bytes if self.is_picture and not self.has_chunks else None
+        return self.image_bytes if self.is_image and not self.has_chunks else None
 
     def encode(self) -> bytes:
         """The bytes after the header of an image or multi-part leader."""
@@ -210,7 +210,7 @@ class Leader:
     def decode(cls, body: bytes | memoryview) -> Leader:
         """Read what follows the header. Raises RemoteProtocolError.
 
-        Of kinds that are no picture only type and timestamp are read.
+        Of kinds that are no image only type and timestamp are read.
         """
         if len(body) < 4:
             raise RemoteProtocolError(f"GVSP leader of {len(body)} bytes")
@@ -236,7 +236,7 @@ class Leader:
     def _of_parts(cls, payload_type: int, timestamp: int, body: bytes | memoryview) -> Leader:
         count = (len(body) - cls.COMMON.size) // Part.FORMAT.size
         parts = tuple(Part.decode(body, cls.COMMON.size + index * Part.FORMAT.size) for index in range(count))
-        image = next((part for part in parts if part.is_picture), None)
+        image = next((part for part in parts if part.is_image), None)
         if image is None:
             return cls(payload_type, timestamp, parts=parts)
         return cls(payload_type, timestamp, image.pixel_format, *image.geometry, parts=parts)
@@ -261,7 +261,7 @@ class Part:
     region: int = 0
 
     @property
-    def is_picture(self) -> bool:
+    def is_image(self) -> bool:
         """Whether it is an image of its own."""
         return self.data_type in self.IMAGE_TYPES
 
@@ -305,7 +305,7 @@ class Trailer:
 
     payload_type: int = PayloadKind.IMAGE
     height: int = 0
-    "Lines really sent; 0 where the device does not say."
+    "Lines that were sent; 0 if the device does not report it."
     payload_bytes: int | None = None
     "Bytes of the whole payload, of blocks with chunks."
 
@@ -339,7 +339,7 @@ class Trailer:
 
 @dataclass(frozen=True)
 class PartPosition:
-    """What precedes the data of a multi-part payload packet."""
+    """The header of the data in a multi-part payload packet."""
 
     SIZE: ClassVar[int] = 8
 

@@ -84,7 +84,7 @@ def test_a_payload_beyond_reason_takes_no_memory(
 ) -> None:
     lie_about_payload(simulated, size)
     grabber.open()
-    with pytest.raises(TransportError, match=f"pictures of {size} bytes; check PayloadSize"):
+    with pytest.raises(TransportError, match=f"frames of {size} bytes; check PayloadSize"):
         grabber.start()
     assert not grabber.streaming
 

@@ -145,7 +145,7 @@ def test_endless_patience_is_not_given() -> None:
             channel.receive(gvcp.encode_pending_ack(1000, exchange.req_id), now)
         now = min(now + 0.9, channel.timer() or now)
         channel.handle_timer(now)
-    assert now <= 5.0 and "patience" in str(exchange.error)
+    assert now <= 5.0 and "more time" in str(exchange.error)
 
 
 def test_request_ids_skip_zero_and_those_in_use() -> None:

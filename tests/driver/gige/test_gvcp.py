@@ -106,7 +106,7 @@ def test_truncated_messages_are_refused_at_every_length(name: str) -> None:
 def test_bytes_beyond_the_announced_length_are_refused_in_commands_and_cut_off_in_acks() -> None:
     command = gvcp.encode_command(CommandCode.READREG, bytes(4), 7)
     assert gvcp.split_command(command)[1] == bytes(4)
-    with pytest.raises(RemoteProtocolError, match="announces 4 bytes, 8 came"):
+    with pytest.raises(RemoteProtocolError, match="announces 4 bytes, 8 arrived"):
         gvcp.split_command(command + bytes(4))
     ack = Ack(0, CommandCode.READREG + 1, 7, b"\x01\x02\x03\x04")
     # Some devices pad to the shortest Ethernet frame.

@@ -1,10 +1,14 @@
-"""The control channel as a sans-I/O protocol: request ids, turns, retries, pending acknowledges, deadlines.
+"""The control channel as a sans-I/O protocol: request ids, turns, retries, pending acknowledges, heartbeat.
 
 A device handles one command at a time, so commands are sent in the order in which they were started, each
-when the one before it is done. Urgent ones (the heartbeat's) are sent at once. The channel reads no clock
-and opens no socket. Its driver (`control_link`) sends what `datagrams()` gives, feeds what arrives to
-`receive()`, and calls `handle_timer()` when `timer()` says so. Times are seconds of any monotonic clock. One
-thread at a time.
+when the one before it is done. Urgent ones (the heartbeat's) are sent at once. The driver (`link`) sends the
+`datagrams()`, feeds received ones to `receive()`, and calls `handle_timer()` at `timer()`. Nothing here reads
+a clock or opens a socket; times are seconds of any monotonic clock. One thread at a time.
+
+Control expires unless its holder talks to the device. Reading CCP is the one command that every device
+counts, and its value shows whether control is still ours; if the device can, the address of the holder is
+read with it, since after an interruption another application may hold control. A camera that stops answering,
+or whose control went elsewhere, is noticed within two seconds.
 """
 
 from __future__ import annotations
@@ -21,16 +25,16 @@ from grabbergui.driver.gige.gvcp import Ack, ReadReg, Request, Status
 
 @dataclass(frozen=True)
 class ControlTiming:
-    """How patient a command is."""
+    """Timeouts and retries of a command."""
 
     ack_timeout: float = 0.4
     "Seconds after which an unanswered command is sent again."
     tries: int = 4
-    "How often it is sent in all, so that a dead camera is known to be dead within two seconds."
+    "How often it is sent in all: a dead camera is noticed within two seconds."
     busy_pause: float = 0.02
     "Seconds before a command that met a busy device is sent again."
     pending_limit: float = 30.0
-    "Seconds that a device may ask us to wait in all."
+    "Seconds for which a device may postpone its acknowledge in all."
 
 
 class Exchange:
@@ -44,18 +48,18 @@ class Exchange:
         self.urgent = urgent
         "Whether it is sent without waiting for its turn."
         self.payload: bytes | None = None
-        "The acknowledge's payload once it came."
+        "The acknowledge's payload, once received."
         self.error: GrabberError | None = None
-        "Why there is none."
+        "Why no acknowledge is to be expected."
         self.pending = False
-        "Whether the device asked for more time."
+        "Whether the device announced a late acknowledge (PENDING_ACK)."
         self._timing = timing
         self._datagram = gvcp.encode_command(request.CODE, request.payload(), req_id)
         self.started = now
         "When it was sent first."
         self._tries = 0
         self.deadline = now
-        "When something must be done about it."
+        "When it must be sent, sent again or given up."
 
     @property
     def is_write(self) -> bool:
@@ -74,7 +78,7 @@ class Exchange:
             waited = now - self.started
             self.error = AckTimeoutError(
                 f"{self._describe()} was not acknowledged within {waited:.1f} s"
-                + ("; the camera had asked for patience" if self.pending else f" ({self._tries} tries)")
+                + ("; the camera had asked for more time" if self.pending else f" ({self._tries} tries)")
             )
             return None
         if not self._tries:
@@ -121,9 +125,9 @@ class ControlChannel:
     def __init__(self, timing: ControlTiming | None = None) -> None:
         self.timing = timing or ControlTiming()
         self.last_heard: float | None = None
-        "When the device last answered anything."
+        "When the device last acknowledged anything."
         self.ignored = 0
-        "Datagrams that were no answer to anything under way."
+        "Datagrams that acknowledged no exchange in progress."
         self._exchanges: dict[int, Exchange] = {}
         self._outgoing: list[bytes] = []
         self._next_id = 1
@@ -163,7 +167,7 @@ class ControlChannel:
         self._exchanges.pop(exchange.req_id, None)
 
     def datagrams(self) -> Iterator[bytes]:
-        """What is to be sent, each once."""
+        """Yield the datagrams to send, each once."""
         while self._outgoing:
             yield self._outgoing.pop(0)
 
@@ -172,7 +176,7 @@ class ControlChannel:
         return min((exchange.deadline for exchange in self._in_flight()), default=None)
 
     def handle_timer(self, now: float) -> None:
-        """Send whose turn has come, and send again or give up what was not answered in time."""
+        """Send commands whose turn has come; repeat or give up those not acknowledged in time."""
         for exchange in list(self._in_flight()):
             if exchange.deadline <= now:
                 datagram = exchange.next_try(now)
@@ -182,7 +186,7 @@ class ControlChannel:
 
     @property
     def patient(self) -> bool:
-        """Whether the device asked for time for some command, so that its silence means nothing."""
+        """Whether the device announced a late acknowledge, so that its silence means nothing."""
         return any(exchange.pending for exchange in self._exchanges.values())
 
     def waiting_since(self, moment: float) -> bool:
@@ -210,16 +214,16 @@ class ControlChannel:
 
 @dataclass(frozen=True)
 class Pulse:
-    """How often the heartbeat beats, and how long it bears silence."""
+    """Period of the heartbeat, and how long the device may be silent."""
 
     period: float = 0.4
     "Seconds between two reads of CCP."
     timing: ControlTiming = field(default_factory=lambda: ControlTiming(ack_timeout=0.2, tries=6))
-    "Of each read. Together: at most 1.6 s until silence is taken for loss."
+    "Of each read. Both together: silence counts as loss after at most 1.6 s."
 
     @classmethod
     def for_timeout(cls, timeout_ms: int) -> Pulse:
-        """Fast enough for a device whose heartbeat timeout is this; 0 where it has none."""
+        """Return a pulse fast enough for a heartbeat timeout; 0: the device has none."""
         return cls(min(0.4, timeout_ms / 4000)) if timeout_ms else cls()
 
 
@@ -244,9 +248,9 @@ class Heartbeat:
         now: float,
         holder: Holder | None = None,
     ) -> None:
-        """`holder` is who we are to the device, read after control was taken; None where it does not tell."""
+        """`holder` is our address as the device sees it, read after control was taken; None if unknown."""
         self.lost: str | None = None
-        "Why the camera is lost, for people; None while it is not."
+        "Why the camera is lost, as display text; None while it is not."
         self._channel = channel
         self._pulse = pulse
         self._controlling = controlling
@@ -257,7 +261,7 @@ class Heartbeat:
         self._next = now
 
     def timer(self) -> float | None:
-        """When `handle_timer` wants to be called next; the channel has its own timer beside."""
+        """When `handle_timer` wants to be called next; the channel has a timer of its own."""
         return self._next if self._exchange is None and self.lost is None else None
 
     @property
@@ -301,5 +305,5 @@ class Heartbeat:
             self.lost = f"another application, at {address}, took control of the camera"
 
     def _excused(self, exchange: Exchange) -> bool:
-        """A device busy with a write may be deaf until it has done it."""
+        """A device busy with a write may answer nothing until it is done."""
         return self._channel.patient or self._channel.waiting_since(exchange.started)

@@ -1,7 +1,7 @@
-"""The GenICam XML: where a device says it is, and getting it from there.
+"""The GenICam XML: its place as the device reports it, and fetching it.
 
 The first URL, then the second: `Local:name.zip;address;length` in the device's memory (numbers in
-hexadecimal), `File:` on this host. What comes from a device is not trusted: sizes are limited before
+hexadecimal), `File:` on this host. Data from a device is not trusted: sizes are limited before
 anything is read, and only files below a folder that the user named are.
 """
 
@@ -57,7 +57,7 @@ def parse_url(url: str) -> LocalFile | Path:
 
 
 def fetch_description(urls: list[str], read: Callable[[int, int], bytes]) -> bytes:
-    """The XML behind the first URL that gives one; `read(address, length)` reads the device's memory.
+    """Return the XML behind the first URL that works; `read(address, length)` reads the device's memory.
 
     Raises TransportError naming what was wrong with each URL.
     """
@@ -73,7 +73,7 @@ def fetch_description(urls: list[str], read: Callable[[int, int], bytes]) -> byt
             log.info("description at '%s': %s", url, error)
             problems.append(f"{url}: {error}")
     reasons = "; ".join(problems) or "its URL registers are empty"
-    raise TransportError(f"the camera's description cannot be had: {reasons}")
+    raise TransportError(f"the camera's description cannot be read: {reasons}")
 
 
 def _fetch(location: LocalFile | Path, read: Callable[[int, int], bytes]) -> bytes:

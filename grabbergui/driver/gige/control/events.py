@@ -1,4 +1,4 @@
-"""The message channel: what the device tells by itself arrives on a socket of its own and is acknowledged."""
+"""The message channel: events that the device sends by itself, on a socket of its own."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ REMEMBERED = 64
 
 
 class MessageInbox:
-    """What arrives on the channel: messages in, acknowledges and events out. No I/O."""
+    """Turns messages into acknowledges and events. No I/O."""
 
     def __init__(self) -> None:
         self.ignored = 0
         "Malformed datagrams."
         self.repeated = 0
-        "Messages that came once more because their acknowledge was lost."
-        self._heard: deque[int] = deque(maxlen=REMEMBERED)
+        "Messages received again because their acknowledge was lost."
+        self._received: deque[int] = deque(maxlen=REMEMBERED)
 
     def receive(self, datagram: bytes) -> tuple[bytes, tuple[Event, ...]]:
-        """The acknowledge to send (empty where none is wanted), and the events not heard before."""
+        """Return the acknowledge to send (empty if none is required) and the new events."""
         try:
             header, payload = split_command(datagram)
             if header.command not in (CommandCode.EVENT, CommandCode.EVENTDATA):
@@ -46,15 +46,15 @@ class MessageInbox:
         wanted = header.flags & FLAG_ACK_REQUIRED
         ack = Ack(Status.SUCCESS, header.command + 1, header.req_id).encode() if wanted else b""
         # Only what is acknowledged is ever repeated.
-        if wanted and header.req_id in self._heard:
+        if wanted and header.req_id in self._received:
             self.repeated += 1
             return ack, ()
-        self._heard.append(header.req_id)
+        self._received.append(header.req_id)
         return ack, events
 
 
 class MessageChannel:
-    """Hears one device until closed. `on_event` is called on a thread of its own and returns at once."""
+    """Receives the events of one device; `on_event` is called on its thread, and returns at once."""
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class MessageChannel:
         local_ip: str,
         on_event: Callable[[int, bytes], None],
     ) -> None:
-        """Begin to listen and tell the device where. Raises TransportError, and as register writes do."""
+        """Open a socket and write its address to the device. Raises TransportError, or as writes do."""
         self.inbox = MessageInbox()
         self._memory = memory
         self._device_ip = device_ip
@@ -85,11 +85,11 @@ class MessageChannel:
 
     @property
     def port(self) -> int:
-        """The host's UDP port that messages come to."""
+        """The host's UDP port that messages arrive at."""
         return int(self._socket.getsockname()[1])
 
     def close(self) -> None:
-        """Tell the device to be silent and end the thread. Called once; never raises."""
+        """Close the channel in the device and end the thread. Called once; never raises."""
         try:
             self._memory.write_register(Register.MCP, 0)
         except GrabberError as error:
@@ -97,7 +97,7 @@ class MessageChannel:
         self.abandon()
 
     def abandon(self) -> None:
-        """End the thread without a word to a device that is gone."""
+        """End the thread without a command to the device, which is lost."""
         self._closing = True
         if self._thread is not threading.current_thread():
             self._thread.join()
@@ -110,7 +110,7 @@ class MessageChannel:
         if memory.read_register(Register.MESSAGE_CAPABILITY) & MessageCapability.SOURCE_PORT:
             source_port = memory.read_register(Register.MCSP) & PORT_MASK
             if source_port:
-                # A datagram to where messages come from lets them through a stateful firewall.
+                # A datagram to the port that messages are sent from opens a stateful firewall for them.
                 self._socket.sendto(b"", (self._device_ip, source_port))
 
     def _run(self) -> None:
@@ -135,5 +135,5 @@ class MessageChannel:
             except OSError as error:
                 log.debug("acknowledging an event: %s", error)
         for event in events:
-            # GenApi's adapter takes whole messages; one event each, so that every one is told apart.
+            # GenApi's adapter takes whole messages: make one for each event.
             self._on_event(event.event_id, event.encode(1, ack_required=False))

@@ -34,7 +34,7 @@ class ControlLink:
         self._received = threading.Condition(threading.Lock())
         "Guards the channel, the heartbeat and the socket; notified when any of them has changed."
         self._receiving = False
-        "Whether a thread waits for datagrams, for all that wait."
+        "Whether one of the waiting threads receives for all."
         self._closed = False
         self._resting = threading.Event()
         "Set once the heartbeat is to stop."
@@ -49,13 +49,13 @@ class ControlLink:
         self._poller = selectors.DefaultSelector()
         self._poller.register(self._socket, selectors.EVENT_READ)
         self._waker, self._woken = socket.socketpair()
-        "What is sent into the first makes the receiving thread look for what has changed."
+        "A byte sent into the first wakes the receiving thread."
         self._woken.setblocking(False)
         self._poller.register(self._woken, selectors.EVENT_READ)
         self.local_address: str = self._socket.getsockname()[0]
-        "The host's IP address towards this device."
+        "The host's IP address on the way to the device."
         self.local_port: int = self._socket.getsockname()[1]
-        "The UDP port by which the device knows who controls it."
+        "The UDP port by which the device identifies its controller."
 
     @property
     def lost(self) -> str | None:
@@ -78,7 +78,7 @@ class ControlLink:
                     self._send_due()
             finally:
                 self._channel.cancel(exchange)
-                self._received.notify_all()  # somebody else may receive, or have his turn
+                self._received.notify_all()  # another thread may receive now, or its command may be sent
         if exchange.error is not None:
             raise exchange.error
         assert exchange.payload is not None
@@ -200,7 +200,7 @@ class ControlLink:
         except BlockingIOError:
             return  # its checksum was wrong
         except OSError as error:
-            # The host over there has no such port: as good as no answer, and it may come back.
+            # The device's port is closed (ICMP): the same as no answer, and it may open again.
             log.debug("control channel: %s", error)
             return
         self._channel.receive(datagram, time.monotonic())

@@ -28,15 +28,15 @@ SPACE = 1 << 32
 
 
 class DeviceMemory:
-    """What the protocol allows in aligned pieces, offered in any. Any thread may call."""
+    """Reads and writes of any length and alignment, by the protocol's aligned ones. Any thread may call."""
 
     def __init__(self, link: ControlLink) -> None:
         self._link = link
         self.capability = Capability(0)
-        "What the device can; to be set once it is known."
+        "The device's capabilities; set while it is opened."
         self.writable = False
         "Whether we have control."
-        self._pending_asked = False
+        self._pending_acks_enabled = False
 
     def read(self, address: int, length: int) -> bytes:
         """Exactly `length` bytes. Raises DeviceStatusError, TransportError, RemoteProtocolError."""
@@ -54,7 +54,7 @@ class DeviceMemory:
         if (first, end) != (address, address + len(data)):
             around = self.read(first, end - first)
             data = around[: address - first] + data + around[address - first + len(data) :]
-        self._ask_for_pending_acks()
+        self._enable_pending_acks()
         for at in range(0, len(data), MEMORY_CHUNK):
             self._write_aligned(first + at, data[at : at + MEMORY_CHUNK])
 
@@ -90,7 +90,7 @@ class DeviceMemory:
         try:
             self._link.execute(request)
         except AckTimeoutError as error:
-            # Some devices do not answer what they refuse; that they answer a read tells them from dead ones.
+            # Some devices do not answer a refused write; unlike dead ones they answer a read.
             self._link.read_register(Register.CCP)
             raise AccessDeniedError(
                 "the camera answers reads but not this write; another application may control it"
@@ -101,7 +101,7 @@ class DeviceMemory:
             raise
 
     def _in_control(self) -> bool:
-        """Devices answer ACCESS_DENIED for locked features too; then control is still ours."""
+        """Return whether control is ours: devices answer ACCESS_DENIED for locked features too."""
         try:
             privilege = self._link.read_register(Register.CCP)
             if not privilege & (Control.CONTROL | Control.EXCLUSIVE):
@@ -113,11 +113,11 @@ class DeviceMemory:
             return False
         return self.writable
 
-    def _ask_for_pending_acks(self) -> None:
-        """Before the first write, so that opening writes nothing: say that we wait for slow acknowledges."""
-        if self._pending_asked or not self.capability & Capability.PENDING_ACK:
+    def _enable_pending_acks(self) -> None:
+        """Enable PENDING_ACK before the first write, and not before, so that opening writes nothing."""
+        if self._pending_acks_enabled or not self.capability & Capability.PENDING_ACK:
             return
-        self._pending_asked = True
+        self._pending_acks_enabled = True
         configuration = self._link.read_register(Register.GVCP_CONFIGURATION)
         if not configuration & GvcpConfiguration.PENDING_ACK:
             self.write_register(Register.GVCP_CONFIGURATION, configuration | GvcpConfiguration.PENDING_ACK)

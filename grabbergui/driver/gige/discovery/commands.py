@@ -28,10 +28,10 @@ TRIES = 3
 
 
 def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
-    """Give the camera of a MAC an address until it is switched off; the address that acknowledged.
+    """Give the camera of a MAC an address until it is switched off; return the address that acknowledged.
 
     The command goes to every network by broadcast, so the camera's present address does not matter. Raises
-    UsageError for malformed addresses, SourceNotFoundError where nobody acknowledges within `timeout`
+    UsageError for malformed addresses, SourceNotFoundError if no camera acknowledges within `timeout`
     seconds, DeviceStatusError where the camera refuses.
     """
     try:
@@ -56,7 +56,7 @@ def force_ip(command: ForceIp, timeout: float = 1.0) -> str:
 def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) -> None:
     """Send an action to cameras by address, and wait until each has acknowledged.
 
-    Raises AckTimeoutError naming those that did not, DeviceStatusError for one that came too late.
+    Raises AckTimeoutError naming those that did not, DeviceStatusError for one whose time had passed.
     """
     waiting = set(addresses)
     datagram = action.encode(1)
@@ -105,7 +105,7 @@ def _first_ack(senders: list[socket.socket], command: CommandCode, timeout: floa
 
 
 def _ack(sender: socket.socket, command: CommandCode) -> str | None:
-    """Who acknowledged; None for what is no answer to this. Raises DeviceStatusError for a refusal."""
+    """Return who acknowledged; None for any other datagram. Raises DeviceStatusError for a refusal."""
     try:
         datagram, (source, _) = sender.recvfrom(2048)
         ack = Ack.decode(datagram)

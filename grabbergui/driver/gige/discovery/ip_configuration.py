@@ -1,4 +1,4 @@
-"""How a camera gets its address at power-on, and writing the one it shall keep.
+"""How a camera gets its address at power-on, and writing a persistent one.
 
 GigE Vision 2.x, 16.1: a persistent address, DHCP and a link-local address, each switched on or off; the first
 of them that works is taken.
@@ -19,11 +19,11 @@ NONE = "0.0.0.0"
 
 @dataclass(frozen=True)
 class IpConfiguration:
-    """What a camera's registers say."""
+    """Content of a camera's address registers."""
 
     current_ip: str
     ways: IpConfigurationBit
-    "What is tried at power-on."
+    "Ways tried at power-on."
     supported: IpConfigurationBit
     persistent_ip: str = NONE
     persistent_mask: str = NONE
@@ -58,7 +58,7 @@ def read_configuration(device: Device) -> IpConfiguration:
 
 
 def keep_address(device: Device, ip: str, mask: str, gateway: str = NONE) -> IpConfiguration:
-    """Write the address that the camera takes from its next power-on; what it then reports.
+    """Write the address that the camera uses from its next power-on; return what it then reports.
 
     Raises UsageError for addresses that make no sense together, TransportError for a camera that cannot or
     does not keep them, and as `Device.write`.

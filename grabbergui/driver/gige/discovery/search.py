@@ -1,4 +1,4 @@
-"""Finding devices: DISCOVERY by broadcast on every interface, by unicast where told."""
+"""Finding devices: DISCOVERY by broadcast on every interface, by unicast to given addresses."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NO_MAC = "00:00:00:00:00:00"
 NAMESAKES_S = 0.05
 """Seconds to wait for a second camera that answers to the same name."""
 MAX_DEVICES = 1024
-"Answers beyond are ignored: a flood must not grow memory."
+"Further answers are ignored: a flood must not exhaust memory."
 
 
 @dataclass(frozen=True)
@@ -37,17 +37,17 @@ class FoundDevice:
     ip: str
     "Where to talk to it: its own address, or the one it answered from where it reports none."
     interface: Interface
-    "The host's interface that heard it."
+    "The host's interface that received its answer."
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What tells it from all others, whichever way its answer came."""
+        """Identity of the device, on whichever interface its answer arrived."""
         mac = self.identity.mac
         return (mac, self.ip) if mac != NO_MAC else (self.identity.serial, self.ip)
 
     @property
     def reachable(self) -> bool:
-        """Whether its address is in a subnet of the interface that heard it, or on this machine."""
+        """Whether its address is in the subnet of `interface`, or on this machine."""
         here = self.interface.loopback or ipaddress.IPv4Address(self.ip).is_loopback
         return here or self.interface.reaches(self.ip)
 
@@ -61,7 +61,7 @@ class FoundDevice:
         )
 
     def info(self) -> DeviceInfo:
-        """As a list of sources shows it."""
+        """Return the device as an entry of the source list."""
         identity = self.identity
         mac = identity.mac if identity.mac != NO_MAC else ""
         note = ""
@@ -91,7 +91,7 @@ def discover(
 ) -> list[FoundDevice]:
     """Every device that answers within `timeout` seconds, each once, sorted by address.
 
-    `addresses` are asked by unicast beside (devices behind a router, or at another loopback address).
+    `addresses` are also asked by unicast (devices behind a router, or at another loopback address).
     """
     return Search(addresses, broadcast=broadcast).run(timeout)
 
@@ -138,7 +138,7 @@ def ask(ip: str, timeout: float) -> FoundDevice | None:
 
 
 class Search:
-    """One round of questions. Used once."""
+    """One search. Used once."""
 
     def __init__(self, addresses: Iterable[str] = (), *, broadcast: bool = True) -> None:
         self._addresses = list(addresses)
@@ -148,9 +148,9 @@ class Search:
     def run(
         self, timeout: float, until: Callable[[FoundDevice], bool] | None = None, linger: float = 0.0
     ) -> list[FoundDevice]:
-        """Ask, ask again half-way for those who did not hear, and collect the answers.
+        """Send DISCOVERY, repeat it half-way in case a datagram was lost, and collect the answers.
 
-        Half-way interfaces count too that have just come up: a cable is put back while a search is on.
+        The second round includes interfaces that have come up since: a cable may just have been plugged in.
         The search ends `linger` seconds after the first device for which `until` holds.
         """
         begun = time.monotonic()
@@ -227,7 +227,7 @@ class Search:
         ip = source if identity.ip == "0.0.0.0" or interface.loopback else identity.ip
         device = FoundDevice(identity, ip, interface)
         known = self._found.get(device.key)
-        # One device may be heard on several interfaces; the one that its address belongs to is the way to it.
+        # A device may answer on several interfaces; prefer the one in whose subnet its address is.
         if (known is None and len(self._found) < MAX_DEVICES) or (known and not known.reachable):
             self._found[device.key] = device
         return device

@@ -142,7 +142,7 @@ class Block:
 
     def _take_leader(self, body: memoryview) -> None:
         self.leader = leader = Leader.decode(body)
-        if not leader.is_picture:
+        if not leader.is_image:
             self.refused = True
             self.layout.warn_once(
                 f"the camera sends {leader.kind_name} (payload type 0x{leader.payload_type:04X})",
@@ -287,7 +287,7 @@ class Block:
         """Where in the buffer the result begins and ends."""
         before = 0
         for part in leader.parts:
-            if part.is_picture:
+            if part.is_image:
                 return before, min(before + part.length, size)
             before += part.length
         if self.trailer is not None and self.trailer.payload_bytes and not leader.parts:

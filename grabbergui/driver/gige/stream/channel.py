@@ -44,11 +44,11 @@ from grabbergui.driver.gige.stream.sockets import (
 log = logging.getLogger(__name__)
 
 MAX_PAYLOAD_BYTES = 1 << 30
-"Of one picture. What a camera announces beyond is a fault, not a picture."
+"Largest payload of a frame; a camera that announces more is faulty."
 BURST_SHARE = 0.25
-"Of the socket's buffer that packets sent again, which come at once, may take."
+"Share of the socket's buffer that resent packets may take, which arrive in one burst."
 READY_BUFFERS = 4
-"Buffers made before the first packet, so that none waits for the system's memory."
+"Buffers allocated before the first packet, so that no packet waits for memory from the system."
 
 
 class Stream:
@@ -66,9 +66,9 @@ class Stream:
         packet_ring: bool = False,
         multicast: str = "",
     ) -> None:
-        """`interface` is the host's towards the device. Nothing happens before `open`.
+        """`interface` is the host's, on the way to the device. Nothing is done before `open`.
 
-        `multicast` is the group that the device is to send to; empty: to us alone.
+        `multicast` is the group that the device sends to; empty: to us alone.
         """
         self._memory = memory
         self._device_ip = device_ip
@@ -82,17 +82,17 @@ class Stream:
         self._receiver: StreamReceiver | None = None
         self._statistics = StreamStatistics()
         self.port = 0
-        "The host's UDP port that pictures come to; 0 before the stream was first opened."
+        "The host's UDP port that frames arrive at; 0 before the stream was first opened."
         self.packet_size = 0
-        "Bytes of a packet as the camera finally holds it, IP and UDP headers included."
+        "Bytes of a packet that the camera sends, IP and UDP headers included."
 
     def open(self, request: StreamRequest, deliver: Callable[[Frame], None], tick_frequency: int) -> None:
-        """Receive from now on. Raises TransportError, AccessDeniedError, and as registers do."""
+        """Start to receive. Raises TransportError, AccessDeniedError, and as registers do."""
         self.close()
         self._statistics = StreamStatistics()
         if not 0 < request.payload_size <= MAX_PAYLOAD_BYTES:
             raise TransportError(
-                f"the camera announces pictures of {request.payload_size} bytes; check PayloadSize"
+                f"the camera announces frames of {request.payload_size} bytes; check PayloadSize"
             )
         receiver = self._open_socket(request.payload_size)
         try:
@@ -118,7 +118,7 @@ class Stream:
             raise
 
     def close(self) -> None:
-        """Stop receiving and tell the camera to stop sending. May be called twice; never raises."""
+        """Close the channel in the camera and stop receiving. May be called twice; never raises."""
         receiver, self._receiver = self._receiver, None
         if receiver is None:
             return
@@ -162,12 +162,12 @@ class Stream:
         return receiver
 
     def _listen_in(self, payload_size: int) -> socket.socket:
-        """Beside another controller only a multicast stream can be received."""
+        """Join the multicast stream that another controller opened."""
         group = socket.inet_ntoa(self._memory.read_register(self._channel.destination).to_bytes(4, "big"))
         port = self._memory.read_register(self._channel.port) & PORT_MASK
         if not is_multicast(group) or not port:
             raise AccessDeniedError(
-                f"the camera sends its pictures to {group}, not to a multicast group, so only its controller"
+                f"the camera sends its frames to {group}, not to a multicast group, so only its controller"
                 " receives them; close the other application or let it stream to 239.x.x.x"
             )
         receiver = open_stream_socket(listening_address(group), payload_size, port, shared=True)
@@ -181,7 +181,7 @@ class Stream:
         return receiver
 
     def _open_firewall(self, receiver: socket.socket) -> None:
-        """A datagram to the port that pictures come from lets their answers through a stateful firewall."""
+        """Open a stateful firewall by a datagram to the port that frames are sent from."""
         source_port = self._memory.read_register(self._channel.source_port) & PORT_MASK
         if source_port:
             try:
@@ -194,13 +194,13 @@ class Stream:
             return PlainSource(receiver, self._device_ip)
         if self._packet_ring and (ring := self._open_ring(receiver, payload_size)):
             return ring
-        # What is sent to a group comes to each of its sockets.
+        # A datagram to a multicast group would arrive at each of the sockets.
         alone = self._memory.writable and not self._multicast
         more = widen(receiver, wanted_bytes(payload_size), self.packet_size) if alone else []
         return recvmmsg.BatchSource(receiver, self._device_ip, more)
 
     def _open_ring(self, receiver: socket.socket, payload_size: int) -> PacketRing | None:
-        """None, with a warning, if this process or this machine cannot have one."""
+        """Return None, with a warning, if this process or machine cannot have one."""
         wanted = wanted_bytes(payload_size)
         try:
             if usable(self._interface, self.packet_size):
@@ -218,10 +218,10 @@ class Stream:
         return None
 
     def _resend_policy(self, pool: BufferPool, receiver: socket.socket) -> ResendPolicy:
-        """What was asked for, as far as the camera can and the memory reaches."""
+        """Return the policy, limited to what the camera can do and the buffers hold."""
         can = bool(self._memory.capability & Capability.PACKETRESEND) and self._memory.writable
         burst = int(BURST_SHARE * buffer_bytes(receiver) / kernel_bytes(self.packet_size))
-        # Blocks that wait for packets must not take the buffers that consumers need.
+        # Incomplete blocks must not take the buffers that consumers need.
         max_blocks = min(self._resend.max_blocks, pool.limit // 2)
         return replace(
             self._resend,
@@ -232,7 +232,7 @@ class Stream:
 
 
 def make_pool(payload_size: int) -> BufferPool:
-    """Buffers for one stream, some of them made already."""
+    """Return buffers for one stream, some of them allocated already."""
     pool = BufferPool(payload_size)
     ready = [pool.take() for _ in range(READY_BUFFERS)]
     del ready

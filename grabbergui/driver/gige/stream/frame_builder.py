@@ -1,4 +1,4 @@
-"""Finished blocks to frames: the words of `core` for what a leader says."""
+"""Finished blocks to frames, and device time to host time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ class FrameBuilder:
     """Makes the frames of one stream. One thread."""
 
     def __init__(self, tick_frequency: int, *, big_endian: bool = False) -> None:
-        """`tick_frequency` in Hz, 0 where the device has no clock; `big_endian` pixels as SCPS says."""
+        """`tick_frequency` in Hz, 0 if the device has no clock; `big_endian`: byte order of pixels."""
         self._tick_frequency = tick_frequency
         self._big_endian = big_endian
         self._clock = ClockMapper()
         self._formats: dict[int, pfnc.PixelFormat] = {}
 
     def build(self, block: Block) -> Frame:
-        """A frame that looks into the block's buffer."""
+        """Return a frame whose payload is a view of the block's buffer."""
         leader = block.leader
         assert leader is not None, "every finished block has one"
         arrival_ns = int(block.first_packet_at * 1e9)

@@ -7,37 +7,37 @@ import math
 from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
 LONGEST_PAUSE = 0.03
-"Seconds. Each wake-up costs about as much as a hundred packets; what was lost is asked for after it."
+"Seconds. A wake-up costs about as much as a hundred packets; lost ones are requested only after it."
 SHORTEST_PAUSE = 0.0002
 "Seconds; less is not worth the wake-up."
 LAST_PAUSE = 0.001
-"Seconds before a block's end at which all that came is taken, so that little is left to do at the end."
+"Seconds before a block's end at which waiting packets are taken, so that little work is left at the end."
 MOST_USUALLY_LATE = 0.0003
-"Seconds by which the last pause is cut short at most: packets that come meanwhile are taken one by one."
+"Seconds by which the last pause is shortened at most: packets that arrive then are taken one by one."
 FASTEST = 600e6
-"""Bytes a second, as the kernel counts: packets that always come faster gather by themselves while others are
-taken. A burst is waited for all the same if the camera rests after it."""
+"""Bytes a second, as the kernel counts: packets that always arrive faster gather by themselves while others
+are taken. A burst is waited for all the same if the camera rests after it."""
 BUFFER_SHARE = 0.25
 "Of the socket's buffer that may fill meanwhile, with how late a pause may end, and"
 PAUSE_SHARE = 1 / 16
-"how much in the pause alone: where all ends late, packets that are taken one by one would not come sooner."
+"how much in the pause alone: if every pause ends late, taking packets one by one would not help."
 BURST_SPAN = 0.0002
 "Seconds; over a shorter span no burst is measured."
 LEAST_SPAN = 0.0005
 "Seconds; over a shorter span no rate is measured."
 STEADY_SPAN = 0.002
-"Seconds within a block over which a burst weighs little, so that a rate tells when the block ends."
+"Seconds within a block over which a burst weighs little, so that the rate predicts the block's end."
 FALL, STEADY_FALL = 0.005, 0.02
 "Weight of a rate below the known one: a sender that stalled goes on as fast as before."
 RISE = 2.0
 """Times the known rate that a higher one counts for, and at once, since no buffer must run over. Not more: a
-thread that was held up sees packets come faster than they do."""
+thread that was delayed sees packets arrive faster than they do."""
 HALF_LIFE = 1.0
 "Seconds in which half is forgotten of how late pauses ended."
 
 
 class Pace:
-    """Learns the rate at which a stream's packets come, and tells how long to wait for the next batch."""
+    """Learns the rate of a stream's packets, and decides how long to wait for the next batch."""
 
     def __init__(self, buffer_bytes: int, most_packets: int) -> None:
         """`buffer_bytes` as the kernel counts; `most_packets` are taken in one batch."""
@@ -46,30 +46,30 @@ class Pace:
         self._peak = 0.0
         "Packets a second within a block, bursts and all: what the buffer must hold."
         self._rate = 0.0
-        "The same over longer: what tells when the block ends."
+        "The same over a longer time: it predicts the block's end."
         self._mean = 0.0
         "The same with the time between blocks; 0 while that is not known."
         self._ended = 0.0
         "When the last block had ended, and"
         self._since_end = 0
-        "how many packets came since."
+        "how many packets arrived since."
         self._since: float | None = None
         "From when on `_packets` of a block are counted; None between blocks."
         self._packets = 0
         self._looked_at = 0.0
-        "When the socket was last looked at: what came since is not counted yet."
+        "Time of the last read: packets that arrived since are not counted yet."
         self._late = 0.0
-        "Seconds that pauses lasted longer than asked for: on a busy machine a thread waits for its turn."
+        "Seconds by which pauses ended late: on a busy machine a thread waits for a processor."
         self._usually_late = 0.0
 
-    def slept(self, asked: float, took: float) -> None:
-        """A pause of `asked` seconds has lasted `took`."""
-        late = took - asked
+    def slept(self, intended: float, took: float) -> None:
+        """Note that a pause meant to last `intended` seconds lasted `took`."""
+        late = took - intended
         self._late = max(self._late, late)
         self._usually_late += (min(late, MOST_USUALLY_LATE) - self._usually_late) / 8
 
     def took(self, packets: int, now: float, *, more: bool) -> None:
-        """A batch was taken by `now`; `more` of its block is to come."""
+        """Note a batch read at `now`; `more`: its block has not ended."""
         if self._since is not None:
             span = now - self._looked_at
             if packets and span >= BURST_SPAN:
@@ -89,9 +89,9 @@ class Pace:
         self._looked_at = now
 
     def pause(self, expected: int, packet_bytes: int, now: float) -> float:
-        """Seconds to wait where `expected` packets of so many bytes are still to come until a block's end.
+        """Return the seconds to wait if `expected` packets of so many bytes remain until a block's end.
 
-        The last pause begins shortly before the end and ends with it, so that the picture is there soon.
+        The last pause begins shortly before the end and ends with it, so that the frame is complete soon.
         """
         if not expected or not self._rate or not self._peak:
             return 0.0
@@ -116,7 +116,7 @@ class Pace:
 
 
 def _followed(known: float, seen: float, fall: float) -> float:
-    """A known rate after another was seen."""
+    """Return the known rate, adjusted to a measured one."""
     if not known:
         return seen
     return min(seen, RISE * known) if seen > known else known + fall * (seen - known)

@@ -1,9 +1,9 @@
-"""Packets from memory that the kernel shares with us: no system call and no copy into our process. Linux.
+"""Packets from memory that the kernel shares with us, without a system call for receiving them. Linux.
 
 A packet socket with a ring (`packet(7)`, PACKET_RX_RING, TPACKET_V2) has each packet written into a slot of
-fixed length while it arrives; the process only looks at the slots. That needs CAP_NET_RAW, and it sees what
-arrives at the interface, before any firewall. A filter in the kernel lets in the stream's packets alone, and
-another keeps them from the UDP socket, which stays open so that its port is ours.
+fixed length while it arrives; the process only reads the slots. This needs CAP_NET_RAW, and receives what
+arrives at the interface, before any firewall. A filter in the kernel admits only the stream's packets, and
+another keeps them from the UDP socket, which stays open to reserve its port.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ OURS = 1
 IP_AT = 80
 "Bytes of a slot before the IP header: `struct tpacket2_hdr`, `struct sockaddr_ll` and what aligns them."
 PAYLOAD_AT, UDP_BYTES = 28, 8
-"From the IP header on, which has no options: the filter sees to that."
+"From the IP header on, which has no options: the filter rejects others."
 _UDP_LENGTH = slice(24, 26)
 ALIGNMENT = 16
 BLOCK_BYTES = 1 << 18
@@ -65,7 +65,7 @@ def usable(interface: Interface, packet_size: int) -> bool:
 
 
 class PacketRing(PacedSource):
-    """Feeds an assembler from a ring; from the UDP socket once packets come that do not fit its slots."""
+    """Feeds an assembler from a ring; from the UDP socket once packets arrive that do not fit its slots."""
 
     def __init__(
         self,
@@ -76,7 +76,7 @@ class PacketRing(PacedSource):
         packet_size: int,
         wanted: int,
     ) -> None:
-        """A ring for `wanted` bytes of payload behind the bound socket `receiver`, which stays the caller's.
+        """Make a ring for `wanted` bytes of payload, to receive in place of the bound socket `receiver`.
 
         `packet_size` counts the headers of IP and UDP. Raises OSError, PermissionError without CAP_NET_RAW.
         """
@@ -107,26 +107,25 @@ class PacketRing(PacedSource):
             (blocks, in_block, slot - IP_AT), np.uint8, self._memory, IP_AT, (*strides, 1)
         )
         self._block = self._slot = 0
-        "Where the next packet will be."
+        "Position of the next packet."
         self._wait = waiter([self._socket])
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
-        """See DatagramSource."""
+        """Take packets from the ring, or since they do not fit its slots, from the socket."""
         if self._fallback is None:
             super().receive(assembler, timeout)
         else:
             self._fallback.receive(assembler, timeout)
 
     def close(self) -> None:
-        """Give the memory back."""
+        """Release the memory."""
         self._socket.close()
-        # The memory goes with the last array that looks into it.
+        # The memory is unmapped with the last array that is a view of it.
         del self._headers, self._packets, self._memory
         if self._fallback is not None:
             self._fallback.close()
 
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        """See PacedSource."""
         if timeout and not self._headers["status"][self._block, self._slot] & OURS:
             self._wait(timeout)
         now = time.monotonic()
@@ -147,13 +146,13 @@ class PacketRing(PacedSource):
         return now
 
     def _take(self, assembler: BlockAssembler, count: int, now: float) -> bool:
-        """Give packets to the assembler, equally long neighbours at once; False where some do not fit."""
+        """Give packets to the assembler, those of equal length at once; return False if some do not fit."""
         headers = self._headers[self._block, self._slot : self._slot + count]
         packets = self._packets[self._block, self._slot : self._slot + count]
         if (headers["captured"] < headers["length"]).any() or (headers["network"] != IP_AT).any():
             self._fall_back()
             return False
-        # Not the captured length: Ethernet fills short packets up.
+        # Not the captured length: Ethernet pads short packets.
         lengths = packets[:, _UDP_LENGTH].view(">u2")[:, 0].astype(np.intp) - UDP_BYTES
         lengths = np.clip(lengths, 0, headers["captured"].astype(np.intp) - PAYLOAD_AT)
         breaks = ((lengths[1:] != lengths[:-1]).nonzero()[0] + 1).tolist()
@@ -163,8 +162,7 @@ class PacketRing(PacedSource):
         return True
 
     def _discard(self) -> None:
-        """See PacedSource."""
-        # All slots at once: what the kernel writes meanwhile into the first is taken for a gap at worst.
+        # All slots at once: a packet that the kernel writes meanwhile counts as lost at worst.
         statuses = self._headers["status"]
         waiting = (statuses & OURS).astype(bool)
         taken = int(waiting.sum())
@@ -174,7 +172,7 @@ class PacketRing(PacedSource):
         self._block, self._slot = divmod(at % statuses.size, in_block)
 
     def _fall_back(self) -> None:
-        """Packets were joined on their way, and are longer than a slot: take them from the UDP socket."""
+        """Receive from the UDP socket: packets are joined on their way (GRO), and longer than a slot."""
         log.info("packets come joined: they are received by system calls, not through a packet ring")
         self._receiver.setsockopt(socket.SOL_SOCKET, SO_DETACH_FILTER, 0)
         self._wait = waiter([])
@@ -183,7 +181,7 @@ class PacketRing(PacedSource):
 
 
 def _stream_filter(device_ip: str, port: int) -> list[tuple[int, int, int, int]]:
-    """Instructions that let in whole UDP packets from the device to our port, and nothing else."""
+    """Return a filter that admits unfragmented UDP packets from the device to our port, and nothing else."""
     source = int.from_bytes(socket.inet_aton(device_ip), "big")
     checks = [
         (_LOAD_BYTE, _PACKET_TYPE, _JUMP_IF_EQUAL, _OUTGOING, False),

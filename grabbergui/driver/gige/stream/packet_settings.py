@@ -1,4 +1,4 @@
-"""How large stream packets are: what the user asked, what the path carries, what the camera took."""
+"""Size and spacing of stream packets: what the user wants, the path carries and the camera accepts."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from grabbergui.driver.gige.gvsp import IP_UDP_BYTES
 log = logging.getLogger(__name__)
 
 SMALLEST = 576
-"Every path carries this."
+"Bytes that every path carries."
 STEP = 4
 "Packet sizes are multiples of it on most devices."
 TEST_WAIT = 0.05
 "Seconds until a test packet counts as lost."
 TEST_TRIES = 2
 USUAL_SIZES = (9000, 8228, 4088, 1500, 1400, SMALLEST)
-"Tried between the camera's present size and the interface's limit, largest first."
+"Sizes to try, largest first, with the camera's current size and the interface's limit."
 
 
 @dataclass(frozen=True)
 class PacketSizePolicy:
-    """`keep` what the camera holds, find the best (`auto`), or a number of bytes."""
+    """Which packet size to use: the camera's (`keep`), the best (`auto`), or a number of bytes."""
 
     mode: str = "auto"
     size: int = 0
@@ -44,7 +44,7 @@ class PacketSizePolicy:
 
     @classmethod
     def parse(cls, text: str) -> PacketSizePolicy:
-        """Of a URI's `packet_size`. Raises UsageError."""
+        """Parse a URI's `packet_size`. Raises UsageError."""
         if text in ("", "auto"):
             return cls()
         if text == "keep":
@@ -72,7 +72,7 @@ class PacketSizer:
     def settle(
         self, policy: PacketSizePolicy, receiver: socket.socket, device_ip: str, *, can_test: bool
     ) -> int:
-        """The size that holds in the end, read back from the camera.
+        """Settle the packet size; return it as read back from the camera.
 
         Never writes more than the interface carries in one piece. `receiver` is the stream's socket, which
         test packets arrive at. Raises as register reads and writes do.
@@ -140,9 +140,9 @@ class PacketSizer:
 ETHERNET_BYTES = 38
 "Preamble, header, checksum and gap around each IP datagram on the wire."
 USUAL_LINK = 1_000_000_000 / 8
-"Bytes per second, where the camera does not tell its link's speed."
+"Bytes per second, if the camera does not report its link's speed."
 SLOWEST = 10_000.0
-"Bytes per second below which no picture would ever arrive."
+"Bytes per second below which no frame would ever arrive."
 LONGEST = 0.1
 "Seconds between two packets."
 
@@ -154,7 +154,7 @@ _FACTORS = {None: 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 
 @dataclass(frozen=True)
 class PacketDelayPolicy:
-    """A pause, or the bandwidth that pauses shall leave; neither: what the camera holds."""
+    """A pause between packets, or a bandwidth that pauses limit; neither: the camera's own setting."""
 
     seconds: float | None = None
     bytes_per_second: float | None = None
@@ -162,9 +162,9 @@ class PacketDelayPolicy:
 
     @classmethod
     def parse(cls, delay: str, bandwidth: str) -> PacketDelayPolicy:
-        """Of a URI's `packet_delay` and `bandwidth`. Raises UsageError."""
+        """Parse a URI's `packet_delay` and `bandwidth`. Raises UsageError."""
         if delay and bandwidth:
-            raise UsageError("packet_delay and bandwidth say the same thing: write one of them")
+            raise UsageError("packet_delay and bandwidth exclude each other: write one of them")
         if bandwidth:
             match = _RATE.fullmatch(bandwidth)
             rate = float(match[1]) * _FACTORS[match[2]] if match else 0.0
@@ -180,7 +180,7 @@ class PacketDelayPolicy:
         return cls()
 
     def pause(self, packet_size: int, link: float) -> float | None:
-        """Seconds between the end of one packet and the begin of the next; None: leave it as it is.
+        """Return the seconds from the end of a packet to the next; None: leave the camera's setting.
 
         `packet_size` in bytes of an IP datagram, `link` in bytes per second on the wire.
         """
@@ -192,7 +192,7 @@ class PacketDelayPolicy:
 def settle_delay(
     memory: DeviceMemory, channel: StreamChannel, policy: PacketDelayPolicy, packet_size: int, frequency: int
 ) -> int:
-    """Write the pause in ticks of the camera's clock (`frequency` Hz); the ticks that it holds.
+    """Write the pause in ticks of the camera's clock (`frequency` Hz); return the ticks read back.
 
     Raises as register reads and writes do.
     """
@@ -200,13 +200,13 @@ def settle_delay(
     if pause is None:
         return memory.read_register(channel.packet_delay)
     if not frequency:
-        log.warning("this camera has no clock by which its packet delay could be told")
+        log.warning("this camera has no clock, so its packet delay cannot be set")
         return 0
     ticks = round(pause * frequency)
     memory.write_register(channel.packet_delay, ticks)
     held = memory.read_register(channel.packet_delay)
     if abs(held - ticks) > max(1, ticks // 10):
-        log.warning("packet delay of %d ticks was asked for, the camera holds %d", ticks, held)
+        log.warning("packet delay of %d ticks was requested, the camera uses %d", ticks, held)
     return held
 
 

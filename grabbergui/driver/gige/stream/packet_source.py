@@ -1,4 +1,4 @@
-"""How datagrams get from a socket to the assembler, without any extra package or system call."""
+"""Sources of packets: their interface, one that runs everywhere, and the pacing of those with batches."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from grabbergui.driver.gige.stream.pace import Pace
 
 MAX_DATAGRAM = 65536
 BURST = 64
-"Datagrams taken before timers and finished frames are looked after."
+"Datagrams taken before timers and finished frames have their turn."
 
 
 class DatagramSource(ABC):
@@ -24,8 +24,8 @@ class DatagramSource(ABC):
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
         """Wait at most `timeout` seconds for a datagram, then take what is there. Raises OSError."""
 
-    def close(self) -> None:  # noqa: B027 - most have nothing to let go
-        """Let go of what the source opened itself."""
+    def close(self) -> None:  # noqa: B027 - most own nothing
+        """Close what the source opened itself."""
 
 
 class PlainSource(DatagramSource):
@@ -38,7 +38,7 @@ class PlainSource(DatagramSource):
         receiver.setblocking(False)
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
-        """See DatagramSource."""
+        """Take up to `BURST` datagrams, a system call each."""
         receive_into, scratch, device_ip = self._socket.recvfrom_into, self._scratch, self._device_ip
         for count in range(BURST):
             try:
@@ -57,10 +57,10 @@ class PlainSource(DatagramSource):
 log = logging.getLogger(__name__)
 
 ANSWER_PAUSE = 0.001
-"Seconds that packets gather at most, where a block waits for some that were lost."
+"Seconds that packets may gather while a block waits for lost ones."
 OVERRUN = 0.03
-"""Seconds of work without once emptying the buffer, in which more frames were lost than came whole, after
-which all that waits is thrown away: behind a full buffer frames have holes, which cost more time to take."""
+"""Seconds of work without once emptying the buffer, with more incomplete frames than complete ones, after
+which all waiting packets are discarded: a full buffer makes holes in every frame, and holes cost time."""
 
 
 class PacedSource(DatagramSource):
@@ -69,29 +69,28 @@ class PacedSource(DatagramSource):
     def __init__(self, pace: Pace) -> None:
         self._pace = pace
         self._drained = True
-        "Whether the buffer was empty when it was last looked at."
+        "Whether the last read emptied the buffer."
         self._busy_since = 0.0
-        "The thread's CPU time when it was last found empty, or last judged whether too much comes, and"
+        "The thread's CPU time when the buffer was last empty, or overrun was last checked."
         self._lost_by_then = 0
-        "how many frames more were incomplete than whole by then."
-        self._told = False
-        "Whether it was told that packets were skipped."
+        "Incomplete less complete frames at that time."
+        self._overrun_logged = False
         self._flowing = False
-        "Whether anything came when it was last looked at."
+        "Whether the last read found packets."
 
     @abstractmethod
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        """Wait at most `timeout` seconds for packets and take what is there; when it was last looked for.
+        """Wait at most `timeout` seconds for packets and take all; return the time of the last read.
 
-        Clears `_drained` where more may be left. Raises OSError.
+        Clears `_drained` if more may be left. Raises OSError.
         """
 
     @abstractmethod
     def _discard(self) -> None:
-        """Throw away what waits."""
+        """Discard all waiting packets."""
 
     def receive(self, assembler: BlockAssembler, timeout: float) -> None:
-        """See DatagramSource."""
+        """Let packets gather if that delays no frame, then take all; discard them after an overrun."""
         before = assembler.statistics.packets
         if self._overrun(assembler.statistics):
             assembler.note_overrun()
@@ -105,7 +104,7 @@ class PacedSource(DatagramSource):
         self._pace.took(packets, now, more=assembler.block_in_progress)
 
     def _overrun(self, statistics: StreamStatistics) -> bool:
-        """Whether packets come faster than they can be taken. By CPU time: others may have had the rest."""
+        """Whether packets arrive faster than they are taken. By CPU time: other programs need some too."""
         worked = time.thread_time()
         if not self._drained and worked - self._busy_since <= OVERRUN:
             return False
@@ -115,18 +114,18 @@ class PacedSource(DatagramSource):
         return overrun
 
     def _skip(self) -> None:
-        """Throw away what waits: the oldest, and what comes next is whole again."""
+        """Discard waiting packets, so that the next frames are complete again."""
         self._discard()
         self._drained = True
-        if not self._told:
-            self._told = True
+        if not self._overrun_logged:
+            self._overrun_logged = True
             log.warning(
-                "packets come faster than this machine takes them: those that waited are skipped;"
+                "packets arrive faster than this machine takes them: waiting packets are discarded;"
                 " larger packets or a lower frame rate help"
             )
 
     def _gather(self, assembler: BlockAssembler, timeout: float) -> bool:
-        """Let packets gather for a while, where that delays no picture; whether there was time to."""
+        """Let packets gather if that delays no frame; return whether there was time."""
         begun = time.monotonic()
         pause = min(self._pace.pause(assembler.expected(), assembler.stride, begun), timeout)
         if assembler.block_waits:

@@ -20,7 +20,7 @@ from grabbergui.driver.gige.stream.packet_source import DatagramSource
 log = logging.getLogger(__name__)
 
 IDLE_WAIT = 0.1
-"Seconds that the thread waits for a datagram before it looks whether it shall end."
+"Seconds that the thread waits for a datagram before it checks whether to stop."
 
 
 class StreamReceiver:
@@ -35,7 +35,7 @@ class StreamReceiver:
         deliver: Callable[[Frame], None],
         source: DatagramSource,
     ) -> None:
-        """Takes the socket over. `deliver` is called on the receiving thread and returns at once."""
+        """Start the thread, which owns the socket. `deliver` is called on it and must return at once."""
         self._socket = receiver
         self._device = (device_ip, GVCP_PORT)
         self._assembler = assembler
@@ -57,7 +57,7 @@ class StreamReceiver:
         self._socket.close()
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot. Any thread."""
+        """Return a snapshot. Any thread."""
         frame_rate, bandwidth = self._rate.rates()
         return replace(self._assembler.statistics, frame_rate=frame_rate, bandwidth=bandwidth)
 
@@ -73,18 +73,18 @@ class StreamReceiver:
                 log.debug("stream socket: %s", error)
                 time.sleep(0.01)
             assembler.handle_timer(time.monotonic())
-            self._ask_again()
-            self._hand_over()
+            self._request_missing()
+            self._deliver_finished()
 
-    def _ask_again(self) -> None:
+    def _request_missing(self) -> None:
         for request in self._assembler.resend_requests():
             try:
                 self._socket.sendto(request.encode(self._next_req_id), self._device)
             except OSError as error:
-                log.debug("asking for lost packets: %s", error)
+                log.debug("requesting lost packets: %s", error)
             self._next_req_id = self._next_req_id % 0xFFFF + 1
 
-    def _hand_over(self) -> None:
+    def _deliver_finished(self) -> None:
         for block in self._assembler.finished():
             frame = self._builder.build(block)
             if block.complete:

@@ -1,8 +1,8 @@
 """Many datagrams with one system call, and many packets in one datagram. Linux.
 
-`recvmmsg` takes all that waits at the socket. With UDP_GRO the kernel also joins equally long packets that
-follow each other to one datagram of up to 64 KB, and says how long each of them was. Either way packets of
-equal length become the rows of an array, which the assembler takes whole.
+`recvmmsg` takes all datagrams waiting at the socket. With UDP_GRO the kernel also joins consecutive packets
+of equal length to one datagram of up to 64 KB, and reports the length of each. Either way packets of equal
+length become the rows of an array, which the assembler takes at once. Structures are those of 64-bit Linux.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from grabbergui.driver.gige.stream.sockets import buffer_bytes
 __all__ = ["BatchSource", "available"]
 
 BATCHES = 8
-"Calls before timers and finished frames are looked after."
+"Calls before timers and finished frames have their turn."
 SKIPS = 256
-"Calls that throw away at most: more comes meanwhile."
+"Calls to discard packets, at most: more arrive meanwhile."
 SLOTS = 512
 "Datagrams a call, at most."
 BATCH_BYTES = 2 << 20
-"Of all slots together: with less, calls cost more than copies; more does not fit into the processor's cache."
+"Of all slots together: with fewer, calls cost more than copies; more do not fit the processor's cache."
 USUAL_DATAGRAM = 1500
 SHORTEST_SLOT = 64
 SHRINK_AFTER = 512
 "Datagrams shorter than a slot, in a row, after which slots are made smaller."
 UDP_GRO = 104
-"Linux 5.0: option of a socket, and type of the control message that tells the length of joined packets."
+"Linux 5.0: option of a socket, and type of the control message with the length of joined packets."
 DONT_WAIT = 0x40
 "Linux's MSG_DONTWAIT; the socket module of some other systems lacks it."
 SOCKADDR_BYTES = 16
 FOREIGN = -1
-"Kind of a datagram that is not from our device. Other kinds: its length, and above that of joined packets."
+"Kind of a datagram not from our device. Other kinds: its length, and above it that of joined packets."
 LENGTH_BITS = 20
 LENGTH_MASK = (1 << LENGTH_BITS) - 1
 WHOLE = LENGTH_MASK
@@ -60,7 +60,7 @@ MMSGHDR = np.dtype(
         "itemsize": 64,
     }
 )
-"`struct mmsghdr`; what is left out stays zero."
+"`struct mmsghdr`; fields not listed stay zero."
 CONTROL = np.dtype(
     {
         "names": ["length", "level", "type", "packet_length"],
@@ -73,12 +73,12 @@ CONTROL = np.dtype(
 
 
 def available() -> bool:
-    """Whether this system has such structures and the call."""
+    """Return whether this system has these structures and the call."""
     return sys.platform == "linux" and ctypes.sizeof(ctypes.c_void_p) == 8
 
 
 def join_packets(receiver: socket.socket) -> bool:
-    """Let the kernel join packets that come to a socket, as UDP_GRO does; whether it can."""
+    """Let the kernel join the packets of a socket (UDP_GRO); return whether it can."""
     try:
         receiver.setsockopt(socket.SOL_UDP, UDP_GRO, 1)
     except OSError:
@@ -98,23 +98,23 @@ class Stretch(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Packets of equal length, where they lie."""
+    """Packets of equal length, in place."""
 
     array: NDArray[np.uint8]
-    "A packet a row; between them may be rows of no meaning."
+    "A packet in each row; some rows may be unused."
     at: NDArray[np.intp] | None
-    "In which rows packets are, in the order in which they came; None: in all."
+    "Rows that hold packets, in the order of arrival; None: all."
 
 
 class MessageSlots:
-    """Slots as long as the datagrams that come, so that these lie one after another without a gap."""
+    """Slots of the datagrams' own length, so that these lie one after another without a gap."""
 
     def __init__(self, device_ip: str) -> None:
         self._device_ip = int.from_bytes(socket.inet_aton(device_ip), "big")
         self._call = ctypes.CDLL(None, use_errno=True).recvmmsg
         self._data = np.zeros(BATCH_BYTES + MAX_DATAGRAM, np.uint8)
         self._overflow = np.zeros((SLOTS, MAX_DATAGRAM), np.uint8)
-        "What a slot is too short for. Hardly ever touched, so it takes no memory."
+        "The end of datagrams longer than a slot. Hardly ever touched, so it takes no memory."
         self._names = np.zeros((SLOTS, SOCKADDR_BYTES), np.uint8)
         self._sources = self._names[:, 4:8].view(">u4")[:, 0]
         self._control = np.zeros(SLOTS, CONTROL)
@@ -133,7 +133,7 @@ class MessageSlots:
         self._divide(USUAL_DATAGRAM)
 
     def receive(self, descriptor: int) -> int:
-        """Take datagrams that wait at a socket, without waiting for any; how many came. Raises OSError."""
+        """Take waiting datagrams from a socket; return how many. Never waits. Raises OSError."""
         self._control_lengths[: self.count] = CONTROL.itemsize
         messages = ctypes.c_void_p(self._messages.ctypes.data)
         received: int = self._call(descriptor, messages, self.count, DONT_WAIT, None)
@@ -145,7 +145,7 @@ class MessageSlots:
         raise OSError(code, os.strerror(code))
 
     def skip(self, descriptor: int) -> int:
-        """Throw away datagrams that wait at a socket, as many as one call takes; how many. Raises OSError."""
+        """Discard waiting datagrams, as many as one call takes; return how many. Raises OSError."""
         self._messages["iov_length"] = 0
         try:
             return self.receive(descriptor)
@@ -153,7 +153,7 @@ class MessageSlots:
             self._messages["iov_length"] = 2
 
     def stretches(self, received: int) -> list[Stretch]:
-        """What came in the first `received` slots."""
+        """Divide the first `received` slots into stretches."""
         kinds = self._lengths[:received].astype(np.int64)
         joined = self._control_lengths[:received] != 0
         if joined.any():
@@ -180,7 +180,7 @@ class MessageSlots:
         return Stretch(begin, end, WHOLE if whole else length, packet_length)
 
     def rows(self, stretch: Stretch) -> Rows | None:
-        """The packets of a stretch, where they lie evenly; they are not copied."""
+        """Return the packets of a stretch without copying, if their distance is constant."""
         begin, end, length, packet_length = stretch
         slots = self._data[begin * self._pitch : end * self._pitch]
         if length == WHOLE:
@@ -194,7 +194,7 @@ class MessageSlots:
         return None
 
     def datagram(self, slot: int, length: int) -> NDArray[np.uint8]:
-        """What a slot received, in one piece."""
+        """Return a slot's datagram in one piece."""
         begin = slot * self._pitch
         if length <= self._pitch:
             return self._data[begin : begin + length]
@@ -202,9 +202,9 @@ class MessageSlots:
         return np.concatenate([self._data[begin : begin + self._pitch], rest])
 
     def fit(self, received: int) -> None:
-        """Make slots as long as datagrams are: at once where these grow, later where they shrink.
+        """Adapt the slots to the datagrams' length: at once if these grow, later if they shrink.
 
-        What the slots hold is no longer to be had afterwards.
+        The slots' content is lost.
         """
         longest = int(self._lengths[:received].max())
         if longest > self._pitch:
@@ -236,7 +236,7 @@ def _addresses(array: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 class BatchSource(PacedSource):
-    """Feeds an assembler from a socket, or from several at one port, by batches. One thread."""
+    """Feeds an assembler from a socket, or several at one port, in batches. One thread."""
 
     def __init__(self, receiver: socket.socket, device_ip: str, more: Sequence[socket.socket] = ()) -> None:
         """`more` are further sockets at the same port, which become the source's own."""
@@ -249,10 +249,9 @@ class BatchSource(PacedSource):
         self._slots = MessageSlots(device_ip)
         super().__init__(Pace(sum(map(buffer_bytes, sockets)), SLOTS * BATCHES))
         self._newest = 0
-        "Which socket the last packets came from."
+        "Index of the socket that the last packets were read from."
 
     def _take_all(self, assembler: BlockAssembler, timeout: float) -> float:
-        """See PacedSource."""
         waiting = self._waiting(timeout)
         now = time.monotonic()
         for index in waiting:
@@ -265,14 +264,13 @@ class BatchSource(PacedSource):
             each.close()
 
     def _discard(self) -> None:
-        """See PacedSource."""
         for descriptor in self._descriptors:
             for _ in range(SKIPS):
                 if self._slots.skip(descriptor) < self._slots.count:
                     break
 
     def _waiting(self, timeout: float) -> list[int]:
-        """Which sockets to read, in the order in which packets are given to them; some may be empty."""
+        """Return which sockets to read, in the order in which the kernel fills them; some may be empty."""
         count = len(self._descriptors)
         if count == 1 and not timeout:
             return [0]
@@ -280,7 +278,7 @@ class BatchSource(PacedSource):
         return sorted(ready, key=lambda index: (index - self._newest) % count)
 
     def _drain(self, index: int, assembler: BlockAssembler) -> float:
-        """Take what waits at one socket; when it was last looked at."""
+        """Take all packets of one socket; return the time of the last read."""
         for _ in range(BATCHES):
             slots = self._slots.count
             received = self._slots.receive(self._descriptors[index])
@@ -294,7 +292,7 @@ class BatchSource(PacedSource):
         return now
 
     def _take(self, assembler: BlockAssembler, received: int, now: float) -> None:
-        """Give a batch to the assembler, stretches of equally long datagrams at once."""
+        """Give a batch to the assembler, stretches of datagrams of equal length at once."""
         for stretch in self._slots.stretches(received):
             if stretch.length == FOREIGN:
                 assembler.ignore(stretch.end - stretch.begin)
@@ -307,7 +305,7 @@ class BatchSource(PacedSource):
         self._slots.fit(received)
 
     def _take_apart(self, assembler: BlockAssembler, stretch: Stretch, now: float) -> None:
-        """Joined packets of which the last is shorter, or that are longer than a slot."""
+        """Take joined packets of which the last is shorter, or that are longer than a slot."""
         for slot in range(stretch.begin, stretch.end):
             datagram = self._slots.datagram(slot, stretch.length)
             whole = stretch.length - stretch.length % stretch.packet_length
