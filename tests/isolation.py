@@ -42,7 +42,7 @@ def workers_allowed() -> int:
     if sys.platform != "linux":
         return 0
     try:
-        separable = subprocess.run(["unshare", "--net", "--mount", "true"], capture_output=True, timeout=10)
+        separable = subprocess.run(["unshare", "--net", "--mount", "true"], capture_output=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return 0
     if separable.returncode:

@@ -13,6 +13,7 @@ import pytest
 from grabbergui.calibration import board_sheet
 from grabbergui.calibration.boards import SEARCH_PIXELS, BoardSettings, CharucoBoard, Chessboard
 from grabbergui.core.errors import UsageError
+from patience import PROGRAM
 
 CHARUCO = CharucoBoard(8, 6, 0.03, 0.022, "5X5_100")
 CHESSBOARD = Chessboard(8, 6, 0.03)
@@ -76,7 +77,7 @@ def test_the_pdf_holds_the_board_and_the_rule_in_points():
 def test_another_program_prints_the_pdf_at_its_true_size(board, tmp_path):
     board_sheet.save(board, tmp_path / "board.pdf")
     command = ["pdftoppm", "-r", "150", "-gray", "-singlefile", tmp_path / "board.pdf", tmp_path / "page"]
-    subprocess.run(command, check=True, timeout=30)
+    subprocess.run(command, check=True, timeout=PROGRAM)
     page = cv2.imread(str(tmp_path / "page.pgm"), cv2.IMREAD_GRAYSCALE)
     view = board.find(page)
     apart = np.linalg.norm(view.picture[-1] - view.picture[0]) / 150 * 0.0254

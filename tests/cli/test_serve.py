@@ -21,7 +21,7 @@ from grabbergui.core.features import AccessMode
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.rpc_client import RpcClient
-from patience import PATIENCE
+from patience import PATIENCE, PROGRAM
 
 SMALL = "sim:?width=64&height=48&fps=100"
 
@@ -86,7 +86,7 @@ def test_the_terminal_of_a_server_and_a_configuration_file(serve, tmp_path):
     process = serve("--from", str(tmp_path / "camera.ini"))
     line_with(process, "serving")
 
-    out, _ = process.communicate("get PixelFormat\nexit\n", timeout=10)
+    out, _ = process.communicate("get PixelFormat\nexit\n", timeout=PROGRAM)
 
     assert out.startswith("PixelFormat = BayerRG8")
     assert process.returncode == 0

@@ -8,6 +8,7 @@ import pytest
 from grabbergui.core.buffers import FEWEST, MOST, BufferPool
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import by_name
+from patience import PATIENCE
 
 
 def address(array):
@@ -102,7 +103,7 @@ def test_a_buffer_found_by_the_collector_inside_take_does_not_deadlock():
 
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
-    thread.join(10)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
 
 

@@ -53,7 +53,7 @@ def test_closing_wakes_who_waits_and_forgets_frames():
 
     def wait():
         try:
-            queue.get(30)
+            queue.get(PATIENCE)
         except FrameTimeoutError as error:
             caught.append(str(error))
 
@@ -62,7 +62,7 @@ def test_closing_wakes_who_waits_and_forgets_frames():
         thread.start()
     queue.close()
     for thread in threads:
-        thread.join(10)
+        thread.join(PATIENCE)
     assert caught == ["the stream was closed"] * 3
     queue.close()
     assert queue.closed and ids(queue) == []
@@ -104,7 +104,7 @@ def test_every_frame_put_by_many_threads_is_taken_or_counted():
         putter.join()
     rest = len(queue._frames)
     queue.close()
-    taker.join(10)
+    taker.join(PATIENCE)
     assert not taker.is_alive()
     assert 900 - rest <= len(taken) + queue.dropped <= 900
 

@@ -8,7 +8,7 @@ import pytest
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.config import Config
-from patience import slowness
+from patience import allowance
 from ros2_domain import own_domain
 
 
@@ -33,7 +33,7 @@ def config():
 
     With the limits of a real robot it would rightly not move at all there. Tests in simulated time hold them.
     """
-    config, slow = Config(), slowness()
+    config, slow = Config(), min(3 * allowance(), 30)
     limits = ("picture_timeout", "robot_timeout", "command_timeout", "freeze", "stuck", "guardian_timeout")
     relaxed = replace(config.safety, **{name: slow * getattr(config.safety, name) for name in limits})
     object.__setattr__(config, "safety", relaxed)  # past the check, which holds every user to 0.2 s

@@ -27,7 +27,7 @@ from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
-from patience import PROGRAM, TRIES, slowness, until
+from patience import PROGRAM, TRIES, allowance, until
 
 PROMISED = GOAL_MM / 1000
 """Metres that the hand may still move."""
@@ -273,7 +273,7 @@ def test_what_it_could_not_stop_must_not_move():
         with pytest.raises(
             SourceUnavailableError, match=r"could not stop the robot: /nobody.*127\.0\.0\.1:1"
         ):
-            link.await_ready(1.0)
+            link.await_ready(PROGRAM)
     finally:
         link.close()
 
@@ -297,7 +297,7 @@ def server(names):
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
 def test_teo_s_hand_moves_less_than_30_mm_after_its_program_is(simulated, server, number):
     moved = []
-    while not moved or moved[-1] >= PROMISED * slowness():
+    while not moved or moved[-1] >= PROMISED * allowance():
         assert len(moved) < TRIES, f"the hand moved {moved} m"
         with at_full_speed(simulated, "teo", server) as program:
             moved.append(moved_after(simulated, program.process.pid, number))

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -259,13 +260,16 @@ def test_joint_states_that_stand_still_stop_it_for_good(pilot, simulated, listen
     assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
 
 
-def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated):
+def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated, config):
+    others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
+    limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
+    object.__setattr__(config, "safety", limits)
     camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker))
     camera.open()
     server = Ros2GrabberServer(camera, "/camera")
     server.start()
     pictures = sources.create("ros2:/camera")
-    pilot = Pilot(pictures, robot, lambda frame: desk.detector(desk.Config(), desk.calibration()))
+    pilot = Pilot(pictures, robot, lambda frame: desk.detector(config, desk.calibration()), config)
     turns = []
     pilot.turned.connect(lambda turn, frame: turns.append(turn))
     try:
@@ -273,7 +277,7 @@ def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated):
         approaching(pilot, simulated)
         server.stop()
         until(lambda: turns[-1].state is State.LOST and turns[-1].time - last_moving(turns).time > 0.3)
-        assert last_moving(turns).time - pilot.loop.sighting.captured <= 0.15
+        assert last_moving(turns).time - pilot.loop.sighting.captured <= config.safety.picture_timeout
         assert "no fresh picture" in turns[-1].reason
         until(lambda: simulated.robot.speed < 1e-3)
     finally:

@@ -13,6 +13,8 @@ import time
 
 import pytest
 
+from patience import PATIENCE
+
 SMALL = "sim:?width=64&height=48&fps=2"
 READY = r"(?s)camera>.*\x1b\[\?25h"
 """The prompt, and the cursor behind it."""
@@ -35,7 +37,7 @@ class Terminal:
         )
         os.close(theirs)
 
-    def expect(self, pattern, seconds=20.0):
+    def expect(self, pattern, seconds=PATIENCE):
         """Read until the pattern is there; forgets what was read up to its end."""
         deadline = time.monotonic() + seconds
         while not (found := re.search(pattern, self.text)):

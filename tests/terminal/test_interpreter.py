@@ -12,6 +12,7 @@ from grabbergui import sources
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError, UsageError
 from grabbergui.terminal.console import FeatureCompleter
 from grabbergui.terminal.interpreter import Interpreter, answer
+from patience import PROGRAM
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +141,7 @@ def test_lines_from_a_pipe():
         input="set Gain 3\nget Nonsense\nexit\nget Width\n",
         capture_output=True,
         text=True,
-        timeout=30,
+        timeout=PROGRAM,
     )
 
     assert result.returncode == 1

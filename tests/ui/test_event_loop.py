@@ -14,7 +14,7 @@ from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.models.open_source import LinkState
 from grabbergui.ui.widgets.section import Section
-from patience import little_garbage, slowness
+from patience import allowance, little_garbage
 
 ATTEMPTS = 4
 "A busy machine may take a turn's time for itself; a window that blocks does so every time."
@@ -26,7 +26,7 @@ VENDORS = Path(
 
 def longest():
     """Seconds that a turn of the event loop may take: 0.1, more on a slow machine or among others' work."""
-    return 0.1 * max(slowness(), os.getloadavg()[0] / (os.cpu_count() or 1))
+    return 0.1 * allowance()
 
 
 @contextmanager

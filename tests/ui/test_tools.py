@@ -141,7 +141,7 @@ def test_clipping_is_marked_and_counted(desk):
     window.actionClipping.trigger()
     desk.until(lambda: "saturated" in window.picture.clippingLabel.text())
     desk.grabber.write_feature("ExposureTime", 1e6)
-    desk.until(lambda: float(window.picture.clippingLabel.text().split("%")[0]) > 50, seconds=20)
+    desk.until(lambda: float(window.picture.clippingLabel.text().split("%")[0]) > 50)
     desk.watch(3)
     pixels = screen(desk).reshape(-1, 3)
     assert np.mean((pixels[:, 0] > 200) & (pixels[:, 2] < 100)) > 0.3

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from grabbergui.driver.genapi import loading
+from patience import PROGRAM
 
 KILLS = int(os.environ.get("GRABBERGUI_KILLS", "1"))
 LOAD = f"""
@@ -63,4 +64,4 @@ def test_the_next_load_does_not_wait_for_the_dead(description, kill):
     victim.communicate()
 
     with started(description) as survivor:
-        assert survivor.wait(timeout=30) == 0
+        assert survivor.wait(timeout=PROGRAM) == 0

@@ -15,6 +15,7 @@ from genicam import genapi
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi import known_descriptions, loading, parse_cache
 from grabbergui.driver.genapi.known_descriptions import Known
+from patience import PROGRAM
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_text()
 LARGE = XML.replace("</RegisterDescription>", f"<!--{' ' * loading.LARGE}--></RegisterDescription>")
@@ -198,7 +199,7 @@ def test_a_semaphore_that_a_dead_process_holds_does_not_stop_a_known_description
     semaphore.write_bytes(bytes(32))  # taken
     command = [sys.executable, "-c", f"from {loading.__name__} import load; load(open(0).read())"]
     try:
-        assert subprocess.run(command, input=LARGE, text=True, timeout=30).returncode == 0
+        assert subprocess.run(command, input=LARGE, text=True, timeout=PROGRAM).returncode == 0
     finally:
         semaphore.unlink(missing_ok=True)
 
@@ -210,7 +211,7 @@ def test_a_semaphore_that_a_dead_process_holds_stops_nobody(tmp_path):
 
     def run(script: str) -> None:
         command = [sys.executable, "-c", f"import sys; xml = open(sys.argv[1]).read(); {script}", description]
-        done = subprocess.run(command, env={**os.environ, VARIABLE: str(tmp_path)}, timeout=30)
+        done = subprocess.run(command, env={**os.environ, VARIABLE: str(tmp_path)}, timeout=PROGRAM)
         assert done.returncode == 0
 
     run("from genicam import genapi; genapi.NodeMap().load_xml_from_string(xml)")

@@ -17,6 +17,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.core.features import AccessMode, FeatureKind, Representation, Visibility
 from grabbergui.driver.genapi.node_map import CameraNodeMap
+from patience import PATIENCE
 
 XML = (Path(__file__).parents[2] / "data" / "genapi" / "test_camera.xml").read_bytes()
 
@@ -220,7 +221,7 @@ def test_two_threads_do_not_lock_each_other_out(memory):
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20)
+        thread.join(PATIENCE)
 
     assert not any(thread.is_alive() for thread in threads)
     assert nodes.feature("Width").value == 396

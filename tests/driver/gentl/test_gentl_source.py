@@ -140,20 +140,20 @@ def test_two_cameras_of_one_producer_stream_at_once(grabber):
         queues = [camera.open_queue(8) for camera in (grabber, other)]
         for camera in (grabber, other):
             camera.start()
-        pictures = [queue.get(5).rgb() for queue in queues]
+        pictures = [queue.get(PATIENCE).rgb() for queue in queues]
     finally:
         other.close()
     assert not np.array_equal(*pictures)
-    assert queues[0].get(5).complete  # the other's end did not end this one's
+    assert queues[0].get(PATIENCE).complete  # the other's end did not end this one's
 
 
 def test_frames_keep_their_memory_and_give_it_back(grabber):
     queue = grabber.open_queue(2 * BUFFERS)
     grabber.start()
-    held = [queue.get(5) for _ in range(3)]
+    held = [queue.get(PATIENCE) for _ in range(3)]
     copies = [frame.raw().copy() for frame in held]
     for _ in range(BUFFERS + 2):
-        queue.get(5)
+        queue.get(PATIENCE)
     grabber.close()
     gc.collect()
     for frame, copy in zip(held, copies, strict=True):
@@ -165,7 +165,7 @@ def test_a_wait_for_frames_leaves_the_interpreter_to_others(grabber):
     """The binding keeps the GIL while it waits; other threads must not notice."""
     queue = grabber.open_queue()
     grabber.start()
-    queue.get(5)
+    queue.get(PATIENCE)
     for _ in range(TRIES):
         before = grabber.statistics().frames
         idle, long_pauses, last = threading.Event(), 0, time.monotonic()

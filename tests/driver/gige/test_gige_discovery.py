@@ -161,9 +161,9 @@ def test_an_interface_that_comes_up_during_a_search_is_searched_too(monkeypatch:
     address = f"127.88.{os.getpid() % 250 + 1}.1"
     with closing(GigeCamera(address)):
         begun = time.monotonic()
-        found = search.Search([address]).run(20.0, until=lambda device: device.ip == address)
+        found = search.Search([address]).run(8.0, until=lambda device: device.ip == address)
     assert address in [device.ip for device in found]
-    assert 1.0 <= time.monotonic() - begun < 20.0
+    assert time.monotonic() - begun >= 4.0, "nobody heard the first question, half-way comes the second"
 
 
 def test_a_camera_anywhere_on_the_loopback_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -171,5 +171,5 @@ def test_a_camera_anywhere_on_the_loopback_is_found(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(search, "interfaces", lambda: [lo])
     address = f"127.89.{os.getpid() % 250 + 1}.1"
     with closing(GigeCamera(address)):
-        found = search.Search().run(20.0, until=lambda device: device.ip == address)
+        found = search.Search().run(8.0, until=lambda device: device.ip == address)
     assert address in [device.ip for device in found]

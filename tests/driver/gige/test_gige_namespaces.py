@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from in_namespace import EXPOSURE, MANY
 
-from patience import PATIENCE, TRIES, slowness
+from patience import PATIENCE, TRIES, allowance
 
 HERE = Path(__file__).parent
 CAMERA, HOST = "10.77.0.1", "10.77.0.2"
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.netns
 
 
 def run(*command: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, capture_output=True, text=True, timeout=20)
+    return subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE)
 
 
 class Programs:
@@ -195,7 +195,7 @@ def test_a_cable_that_was_out_for_three_seconds(network: Network, report: Callab
     host = Host(network, f"gige:{CAMERA}")
     host.wait_for("frame")
     for _ in range(TRIES):  # processes that others keep waiting for seconds say nothing about us
-        missed, recovered = (seconds / slowness() for seconds in pull_cable(network, host))
+        missed, recovered = (seconds / allowance() for seconds in pull_cable(network, host))
         if missed < MISSED_SECONDS and recovered < RECOVERY_SECONDS:
             break
     told = host.end()

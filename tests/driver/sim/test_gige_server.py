@@ -331,7 +331,7 @@ def test_serving_several_cameras():
     server.start()
     until(lambda: len(told) == 2)
     stop.set()
-    server.join(10)
+    server.join(PATIENCE)
     assert not server.is_alive()
     assert told == [f"GigE Vision camera {s} is at {a}" for s, a in zip(("A7", "A8"), addresses, strict=True)]
 

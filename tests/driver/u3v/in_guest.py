@@ -18,11 +18,12 @@ from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
 
-from grabbergui.core.errors import GrabberError
-from grabbergui.core.grabber import ConnectionState
+from grabbergui.core.errors import AckTimeoutError, GrabberError
+from grabbergui.core.grabber import ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.u3v import registers
 from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.serve import serve
 from grabbergui.driver.u3v import source
@@ -35,6 +36,7 @@ CAMERAS = multiprocessing.get_context("forkserver")
 
 def camera(via: str, faults: dict[str, int], ready: Event, stop: Any) -> None:
     """The process that is the camera."""
+    registers.RESPONSE_TIME_MS = 5000  # the emulated machine may pause for longer than a camera does
     model = CameraModel(
         power_on={
             reg.WIDTH: 640,
@@ -83,11 +85,25 @@ def run(*command: str, timeout: float = 40.0) -> str:
             return host.communicate()[0]
 
 
+def opened(uri: str) -> FrameGrabber:
+    """Our own host's camera; opened again where the emulated machine answered too late."""
+    for tries_left in reversed(range(8)):
+        camera = source.create(SourceUri.parse(uri))
+        try:
+            camera.open()
+            break
+        except AckTimeoutError as error:
+            camera.close()
+            if not tries_left:
+                raise
+            print(f"opened again, because {error}", flush=True)
+    return camera
+
+
 def our_host(result: dict[str, Any]) -> None:
     """List, read, set, stream 50 frames."""
     result["listed"] = [info.as_dict() for info in source.discover(1.0)]
-    camera = source.create(SourceUri.parse("u3v:SIM001"))
-    camera.open()
+    camera = opened("u3v:SIM001")
     try:
         result["exposure_set_by_aravis"] = camera.feature("ExposureTime").value
         camera.write_feature("ExposureTime", 4000.0)
@@ -118,8 +134,15 @@ queue.get(60.0)
 
 
 def forgetful_program() -> int:
-    """The exit status of a program that ends while it streams, without closing anything."""
-    return subprocess.run([sys.executable, "-c", FORGETFUL], timeout=SOON, check=False).returncode
+    """The exit status of a program that ends while it streams, without closing anything.
+
+    An exception, e.g. of an answer that came too late, is 1, a crash is not.
+    """
+    for _ in range(4):
+        status = subprocess.run([sys.executable, "-c", FORGETFUL], timeout=SOON, check=False).returncode
+        if status != 1:
+            break
+    return status
 
 
 def aravis(*command: str) -> str:
@@ -151,14 +174,13 @@ def unplugged_while_streaming(via: str) -> dict[str, Any]:
     """The camera goes after ten frames; the host is told, and opens the next one."""
     told: list[str] = []
     with plugged_in(via, unplug_after_frames=10):
-        camera = source.create(SourceUri.parse("u3v:"))
+        camera = opened("u3v:")
 
         def on_change(state: ConnectionState, reason: str) -> None:
             if state is ConnectionState.LOST:
                 told.append(reason)
 
         camera.connection_changed.connect(on_change)
-        camera.open()
         camera.start()
         wait_until(lambda: bool(told), "the unplugging is not noticed")
         try:

@@ -31,7 +31,7 @@ class Host:
     """What vhci-hcd would send."""
 
     def __init__(self, address: tuple[str, int]) -> None:
-        self.socket = socket.create_connection(address, timeout=5.0)
+        self.socket = socket.create_connection(address, timeout=PATIENCE)
         self.sequence = 0
 
     def attach(self) -> bytes:
@@ -82,7 +82,7 @@ def server() -> Iterator[UsbIpServer]:
     yield server
     server.close()
     camera.stop()
-    thread.join(5.0)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
 
 
@@ -179,7 +179,7 @@ def test_serving_on_tcp_ends_when_it_is_asked_to() -> None:
     until(lambda: bool(told))
     assert "attach -r 127.0.0.24 -b 1-1" in told[0]
     stop.set()
-    thread.join(5.0)
+    thread.join(PATIENCE)
     assert not thread.is_alive()
 
 

@@ -10,6 +10,7 @@ from operator_bench import CAMERA, UNDO
 from grabbergui import cli, sources
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.changes.undoing import command_line, program
+from patience import PROGRAM
 
 URI = "sim:?width=64&height=64&pixel_format=RGB8"
 NAMES = ["ExposureTime", "Gain", "BalanceRatioSelector", "BalanceRatio", "Gamma", "DeviceUserID"]
@@ -66,7 +67,7 @@ def test_the_program_makes_the_changes_again(tuned):
     assert "ExposureTime', 5000.0" in text
     text = text.replace("finally:", "    print([camera.feature(n).value for n in NAMES])\nfinally:")
     text = f"NAMES = {NAMES}\n{text}"
-    ran = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=50)
+    ran = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, timeout=PROGRAM)
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.strip() == repr(after(tuned.grabber))
 

@@ -304,7 +304,7 @@ def test_what_is_no_file_is_written_to_not_replaced(tmp_path):
     with ThreadPoolExecutor(1) as pool:
         written = pool.submit(pipe.read_text)
         files.save(FeatureSet({SettingKey("Width"): 1}), pipe)
-        assert "Width: 1" in written.result(10)
+        assert "Width: 1" in written.result(PATIENCE)
     assert pipe.is_fifo()
 
 

@@ -105,7 +105,7 @@ class Stage:
 
     def run(self, tuning, name="Exposure"):
         assert self.push.start(name, tuning, self.tracked_grabber, self.features)
-        assert self.push.wait(30)
+        assert self.push.wait(PATIENCE)
         return self.results[-1] if self.results else ""
 
     def value(self, name):

@@ -188,15 +188,15 @@ def test_a_server_that_vanishes_and_comes_back(serve, opened):
 
     server.stop()
 
-    state, why = states.get(timeout=30)
+    state, why = states.get(timeout=PATIENCE)
     assert state is ConnectionState.LOST and "nobody publishes /cam/image_raw any more" in why
     for watch in attempts(2.0):
         with watch, pytest.raises(DeviceLostError):
             remote.feature("Gain")
     frames.clear()
     serve("/cam")
-    assert states.get(timeout=30)[0] is ConnectionState.OPEN
-    frames.get(20)
+    assert states.get(timeout=PATIENCE)[0] is ConnectionState.OPEN
+    frames.get(PATIENCE)
     assert remote.write_feature("Gain", 2).value == 2
 
 
@@ -208,11 +208,11 @@ def test_a_server_that_is_back_with_other_values_says_so(serve, camera, opened, 
     assert remote.write_feature("Gain", 3).value == 3
 
     server.stop()
-    assert states.get(timeout=30)[0] is ConnectionState.LOST
+    assert states.get(timeout=PATIENCE)[0] is ConnectionState.LOST
     camera.write_feature("Gain", 0)
     serve("/cam")
 
-    state, why = states.get(timeout=30)
+    state, why = states.get(timeout=PATIENCE)
     assert state is ConnectionState.OPEN
     assert remote.unlike_before == ("Gain is 0 instead of 3",)
     assert why == "but not as before: Gain is 0 instead of 3"
@@ -225,15 +225,15 @@ def test_another_camera_in_its_place_is_refused_and_named_until_the_same_is_back
     told = queue.Queue()
     remote.connection_changed.connect(lambda state, why: told.put((state, why)))
     server.stop()
-    assert told.get(timeout=30)[0] is ConnectionState.LOST
+    assert told.get(timeout=PATIENCE)[0] is ConnectionState.LOST
 
     driver = drive()
-    state, why = told.get(timeout=30)
+    state, why = told.get(timeout=PATIENCE)
     assert state is ConnectionState.LOST and "/other_driver" in why and "serial SIM001" in why
 
     driver.close()
     serve("/other")
-    until(lambda: told.get(timeout=30)[0] is ConnectionState.OPEN)
+    until(lambda: told.get(timeout=PATIENCE)[0] is ConnectionState.OPEN)
     assert remote.has_feature("Gain") and remote.info.model == "Simulated camera"
 
 

@@ -53,7 +53,7 @@ def yarp(environment: dict[str, str]) -> Run:
             errors="replace",
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
-            timeout=20,
+            timeout=PATIENCE,
         ).stdout
 
     return run

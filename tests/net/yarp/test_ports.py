@@ -201,7 +201,7 @@ def test_reading_in_reverse_without_a_name():
 
 
 def browse(address, path="/"):
-    connection = HTTPConnection(*address, timeout=10)
+    connection = HTTPConnection(*address, timeout=PATIENCE)
     with closing(connection):
         connection.request("GET", path)
         response = connection.getresponse()
