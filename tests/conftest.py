@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, settings
 
 import isolation
 import slowest
+from patience import set_aside_what_stays
 
 # No test looks for cameras beyond this machine, or needs a display.
 os.environ["GRABBERGUI_INTERFACES"] = "lo"
@@ -31,6 +32,11 @@ else:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the slow tests first: whichever worker is free takes the next."""
     items[:] = slowest.first(items)
+
+
+def pytest_collection_finish() -> None:
+    """Spare the collector what has been collected here."""
+    set_aside_what_stays()
 
 
 def pytest_unconfigure() -> None:
