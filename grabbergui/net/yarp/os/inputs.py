@@ -69,8 +69,8 @@ class Owner(Protocol):
     def answer_name_query(self, line: str, asker: str) -> str:
         """Answer a line to a name server. Raises RemoteProtocolError where the port is none."""
 
-    def attach(self, reader: str, carrier: Carrier, link: Link) -> Output:
-        """Send the port's output on this connection. Raises GrabberError."""
+    def attach(self, reader: str, carrier: Carrier, link: Link, *, replaces: Input | None = None) -> Output:
+        """Send the port's output on this connection, which `replaces` an input. Raises GrabberError."""
 
 
 class Input:
@@ -219,8 +219,9 @@ class Input:
 
     def _answer(self, message: Message) -> list[Event]:
         """Carry a message out and return its reply, in a list that is empty without one."""
-        self.received += 1
-        self._active = time.monotonic()
+        if message.code != "r":  # a reversed connection keeps its age until it carries a message
+            self.received += 1
+            self._active = time.monotonic()
         if self._carrier is wire.NAME_SER:
             return [ReplyEvent(text=self._owner.answer_name_query(message.text, self.info.address[0]))]
         match message.code:
@@ -255,8 +256,7 @@ class Input:
         # Our hold on the socket ends first: shutting it down with this thread would end it for both.
         passed_on = Link(self._sock.dup(), link.connection)
         self._sock.close()
-        self._owner.unregister(self)
-        self._owner.attach(self.peer, self._carrier, passed_on)
+        self._owner.attach(self.peer, self._carrier, passed_on, replaces=self)
 
     # -- other protocols -------------------------------------------------------------------------
     def _serve_datagrams(self, link: Link) -> None:

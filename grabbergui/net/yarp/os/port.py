@@ -261,12 +261,12 @@ class Port:
             self.name, reader, carrier, link, carrier_text=carrier_text, on_close=self._registry.remove
         )
 
-    def _start(self, output: Output) -> None:
-        self._registry.make_room(output.address)
-        self._registry.add(output)
+    def _start(self, output: Output, replaces: Input | None = None) -> None:
         try:
+            self._registry.add(output, replaces=replaces)
             output.start()
         except GrabberError:
+            output.abort()
             self._registry.remove(output)
             raise
 
@@ -334,13 +334,16 @@ class Port:
         """Refuse a line to a name server, which this port is not."""
         raise RemoteProtocolError(f"{self.name} is no name server")
 
-    def attach(self, reader: str, carrier: Carrier, link: Link) -> Output:
-        """Send the output on a connection that a reader opened. Raises GrabberError."""
+    def attach(self, reader: str, carrier: Carrier, link: Link, *, replaces: Input | None = None) -> Output:
+        """Send the output on a connection that a reader opened, and reversed if it `replaces` its input.
+
+        Raises GrabberError.
+        """
         if not self.sends:
             link.sock.close()
             raise TransportError(f"{self.name} sends nothing")
         output = self._output(reader, carrier, link)
-        self._start(output)
+        self._start(output, replaces)
         return output
 
     # -- threads ---------------------------------------------------------------------------------
@@ -366,7 +369,6 @@ class Port:
                     sockets.shut_down(sock)
 
     def _welcome(self, sock: socket.socket, address: str) -> None:
-        self._registry.make_room(address)
         try:
             connection = Input(self, sock)
         except OSError:  # the peer has closed it already

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol, TypeVar
 
+from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.outputs import Output
 
@@ -128,10 +129,21 @@ class Registry:
         """Return the connections from a sender."""
         return [connection for connection in self.inputs if connection.peer == sender]
 
-    def add(self, connection: Input | Output) -> None:
-        """Add a connection that is not started yet."""
+    def add(self, connection: Input | Output, *, replaces: Input | None = None) -> None:
+        """Add a connection that is not started yet, and close another if it is one too many.
+
+        A connection that `replaces` another, because a reader reversed it, takes its place and age. Raises
+        TransportError if the other was closed meanwhile.
+        """
         with self._lock:
+            if replaces is None:
+                self._make_room(connection.address)
+            elif replaces not in self.inputs:
+                raise TransportError("the connection was closed for a newer one")
+            else:
+                self.remove(replaces)
             if isinstance(connection, Output):
+                connection.active = replaces.active if replaces else connection.active
                 self.outputs = [*self.outputs, connection]
             else:
                 self.inputs = [*self.inputs, connection]
@@ -152,7 +164,7 @@ class Registry:
             connection.close()
         self.remove(connection)
 
-    def make_room(self, address: str) -> None:
+    def _make_room(self, address: str) -> None:
         """Close a connection if one more with `address` would be too many."""
         victim = displaced(self.all(), address)
         if victim is not None:
