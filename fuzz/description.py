@@ -19,12 +19,11 @@ from fuzz._descriptions import HEAD, Registers, description, formula
 from fuzz._input import DATA, Input, erring, refusing
 from grabbergui.config import ini
 from grabbergui.core.errors import GrabberError
-from grabbergui.driver.device import DataLayout, Device
-from grabbergui.driver.genapi import chunk_reader, loading, node_features, xml_text
+from grabbergui.driver.device import DataLayout, Device, unpack
+from grabbergui.driver.genapi import loading, messages, node_features
 from grabbergui.driver.genapi.formulas import without_traps
 from grabbergui.driver.genapi.port import RegisterPort
 from grabbergui.driver.gige.control.description import fetch_description, parse_url
-from grabbergui.driver.stored_description import unpack
 
 URLS = (
     b"Local:arv-fake-camera.xml;10000;3e67",
@@ -75,9 +74,9 @@ def _archive(source: Input) -> None:
 
 
 def _xml(source: Input) -> None:
-    text = refusing(xml_text.clean_xml, source.rest())
+    text = refusing(loading.clean_xml, source.rest())
     if text is not None:
-        xml_text.port_name(text)
+        loading.port_name(text)
         if "<!ENTITY" in text or "<!DOCTYPE" in text:
             raise AssertionError("an entity went through")
 
@@ -85,7 +84,7 @@ def _xml(source: Input) -> None:
 def _chunks(source: Input) -> None:
     payload = np.frombuffer(source.rest(), np.uint8)
     for layout in DataLayout:
-        kept = chunk_reader.without_pictures(payload, layout)
+        kept = messages.without_pictures(payload, layout)
         if len(kept) > len(payload):
             raise AssertionError(kept)
 

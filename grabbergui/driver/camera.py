@@ -8,6 +8,8 @@ from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import replace
 
+from typing_extensions import override
+
 from grabbergui.core.errors import (
     DeviceLostError,
     FeatureAccessError,
@@ -19,14 +21,12 @@ from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics, return_text
 from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.driver.camera_threads import POLL_PERIOD, EventDelivery, Poller
 from grabbergui.driver.device import Device, StreamRequest
-from grabbergui.driver.event_delivery import EventDelivery
 from grabbergui.driver.genapi import preparation
-from grabbergui.driver.genapi.chunk_reader import ChunkReader
+from grabbergui.driver.genapi.messages import ChunkReader
 from grabbergui.driver.genapi.node_map import CameraNodeMap
-from grabbergui.driver.poller import POLL_PERIOD, Poller
-from grabbergui.driver.setting_writer import SettingWriter
-from grabbergui.driver.settings_memory import LOAD_SET, SettingsMemory
+from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter
 
 log = logging.getLogger(__name__)
 
@@ -75,8 +75,8 @@ class Camera(FrameGrabber):
         self._lost_meanwhile = False
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access = Access.CONTROL) -> None:
-        """See FrameGrabber."""
         with self._lock:
             if self._nodes is not None:
                 return
@@ -115,8 +115,8 @@ class Camera(FrameGrabber):
         self._writer = SettingWriter(self, self._nodes, memory)
         self._chunk_reader = None
 
+    @override
     def close(self) -> None:
-        """See FrameGrabber."""
         self._closed.set()
         with self._lock:
             if self._nodes is None:
@@ -141,21 +141,21 @@ class Camera(FrameGrabber):
         self.connection_changed.emit(ConnectionState.CLOSED, "")
 
     @property
+    @override
     def access(self) -> Access:
-        """See FrameGrabber."""
         return self._access
 
     # -- features --------------------------------------------------------------------------------
+    @override
     def feature_tree(self) -> Category:
-        """See FrameGrabber."""
         return self._opened().root
 
+    @override
     def has_feature(self, name: str) -> bool:
-        """See FrameGrabber."""
         return self._opened().has(name)
 
+    @override
     def feature(self, name: str) -> Feature:
-        """See FrameGrabber."""
         nodes = self._opened()
         self._require(name)
         feature = nodes.feature(name)
@@ -165,28 +165,30 @@ class Camera(FrameGrabber):
             feature = replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
         return feature
 
+    @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber.
+        """Write a value. One that changes the size of a frame stops a running stream and starts it again.
 
-        A value that changes the size of a frame while streaming stops the stream, is written, and starts it
-        again. A switch that makes the feature act (AcquisitionFrameRateEnable) is turned on.
+        A switch that makes the feature act (AcquisitionFrameRateEnable) is turned on.
         """
         return self._write(name, value).feature
 
+    @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """See FrameGrabber. Consequences are found by the description's invalidation rules."""
+        """Consequences are found by the description's invalidation rules."""
         with self._selecting(key.selected):
             return self._write(key.name, value)
 
+    @override
     def setting(self, name: str) -> SettingKey:
-        """See FrameGrabber."""
         path = self.selectors.of(name)
         values = self._opened().values(path)
         return SettingKey(name, tuple((s, format_value(values[s])) for s in path if s in values))
 
     @contextmanager
+    @override
     def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        """See FrameGrabber. Readers wait as well: they must not see what is selected for a moment."""
+        """Readers wait as well: they must not see what is selected for a moment."""
         with self._lock, self._opened().exclusive(), super().exclusive(selectors):
             yield
 
@@ -213,8 +215,9 @@ class Camera(FrameGrabber):
             # A stream that runs again locks features.
             return replace(result, feature=self.feature(name)) if restart else result
 
+    @override
     def pauses_for(self, name: str) -> bool:
-        """See FrameGrabber. Also what the description locks while it streams and not otherwise."""
+        """Also what the description locks while it streams and not otherwise."""
         if name.startswith(_CHANGES_PAYLOAD) and not name.endswith(("Max", "Selector")):
             return True
         if not self._streaming:
@@ -224,8 +227,8 @@ class Camera(FrameGrabber):
             self._stream_locks[name] = nodes.has_node(lock) and nodes.is_locked_by(name, lock)
         return self._stream_locks[name]
 
+    @override
     def execute(self, name: str) -> None:
-        """See FrameGrabber."""
         self._require(name)
         if self._access is Access.MONITOR:
             raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
@@ -235,8 +238,8 @@ class Camera(FrameGrabber):
                 self._writes().memory.note_loaded_set(self.setting(name))
 
     # -- acquisition -----------------------------------------------------------------------------
+    @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """See FrameGrabber."""
         self._start({preparation.TRIGGER} if keep_trigger else ())
 
     def _start(self, kept: Container[str]) -> None:
@@ -250,19 +253,19 @@ class Camera(FrameGrabber):
                     self._hear_events()
             self._start_stream()
 
+    @override
     def stop(self) -> None:
-        """See FrameGrabber."""
         with self._lock:
             if self._streaming:
                 self._stop_stream()
 
     @property
+    @override
     def streaming(self) -> bool:
-        """See FrameGrabber."""
         return self._streaming
 
+    @override
     def statistics(self) -> StreamStatistics:
-        """See FrameGrabber."""
         return self.device.stream_statistics()
 
     def _start_stream(self) -> None:

@@ -1,16 +1,21 @@
-"""What a transport provides: registers, a description, a stream.
+"""What a transport provides: registers, a description, a stream; and what transports share.
 
 GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `driver.camera.Camera`
-turns any of them into a `FrameGrabber`.
+combines any of them with a node map into a `FrameGrabber`.
 """
 
 from __future__ import annotations
 
+import io
+import zipfile
+import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Protocol
 
+from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 
@@ -98,3 +103,77 @@ class Device(ABC):
     @abstractmethod
     def stream_statistics(self) -> StreamStatistics:
         """A snapshot of the counters of the current or the last stream. Any thread; never waits."""
+
+
+class Stream(Protocol):
+    """Receives from its construction until it is closed."""
+
+    def close(self) -> None:
+        """Stop; nothing is delivered any more on return."""
+
+    def statistics(self) -> StreamStatistics:
+        """A snapshot. Any thread."""
+
+
+class StreamSlot:
+    """One thread fills and empties it; any may ask for the statistics, which never waits."""
+
+    def __init__(self) -> None:
+        self._stream: Stream | None = None
+        self._last = StreamStatistics()
+
+    @property
+    def taken(self) -> bool:
+        """Whether a stream runs."""
+        return self._stream is not None
+
+    def put(self, stream: Stream) -> None:
+        """Keep a stream that just began."""
+        self._stream = stream
+
+    def close(self) -> None:
+        """Close the stream, if there is one. May be called twice."""
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.close()
+            self._last = replace(stream.statistics(), frame_rate=0.0, bandwidth=0.0)
+
+    def statistics(self) -> StreamStatistics:
+        """Of the stream that runs, or of the last one."""
+        stream = self._stream
+        return stream.statistics() if stream is not None else replace(self._last)
+
+
+MAX_XML_BYTES = 64 << 20
+"Of a description unzipped; the largest known ones are below 4 MiB."
+ZIP_SIGNATURE = b"PK\3\4"
+_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"GenICam's. Of the others zipfile does not bound what comes out of one piece."
+
+
+def unpack(stored: bytes) -> bytes:
+    """The XML of what a device stores: unzipped where it is a ZIP archive, without trailing zeros.
+
+    Raises RemoteProtocolError for a damaged archive, one without XML, or one that grows beyond all reason.
+    """
+    if not stored.startswith(ZIP_SIGNATURE):
+        return stored.rstrip(b"\0")
+    try:
+        with zipfile.ZipFile(io.BytesIO(stored)) as archive:
+            names = [name for name in archive.namelist() if name.lower().endswith(".xml")]
+            if not names:
+                raise RemoteProtocolError("the zipped description holds no .xml file")
+            method = archive.getinfo(names[0]).compress_type
+            if method not in _METHODS:
+                raise RemoteProtocolError(
+                    f"the zipped description is compressed by method {method}; GenICam has only deflate (8)"
+                )
+            with archive.open(names[0]) as member:
+                # What the archive says about its sizes may be a lie, so count what comes out.
+                xml = member.read(MAX_XML_BYTES + 1)
+    # The last three are zipfile's words for versions, encryption and offsets that it cannot follow.
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError) as error:
+        raise RemoteProtocolError(f"the zipped description is damaged: {error}") from error
+    if len(xml) > MAX_XML_BYTES:
+        raise RemoteProtocolError(f"the zipped description grows beyond {MAX_XML_BYTES} bytes")
+    return xml.rstrip(b"\0")

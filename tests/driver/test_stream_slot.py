@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from grabbergui.core.grabber import StreamStatistics
-from grabbergui.driver.stream_slot import StreamSlot
+from grabbergui.driver.device import StreamSlot
 
 
 @dataclass

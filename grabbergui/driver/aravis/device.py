@@ -9,6 +9,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from typing_extensions import override
+
 from grabbergui.core.errors import (
     AccessDeniedError,
     DeviceLostError,
@@ -32,8 +34,7 @@ from grabbergui.driver.aravis.library import (
 )
 from grabbergui.driver.aravis.stream import AravisStream
 from grabbergui.driver.bootstrap_identity import with_identity
-from grabbergui.driver.device import DataLayout, Device, StreamRequest
-from grabbergui.driver.stream_slot import StreamSlot
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
 
 
 class AravisDevice(Device):
@@ -56,8 +57,9 @@ class AravisDevice(Device):
         self._handler = 0
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access) -> Access:
-        """See Device. Aravis takes control by itself; for reading only it is given back at once."""
+        """Aravis takes control by itself; for reading only it is given back at once."""
         self.close()
         self._library = load()
         found = None if is_ip_address(self._name) else self._find()
@@ -81,8 +83,8 @@ class AravisDevice(Device):
         )
         return access
 
+    @override
     def close(self) -> None:
-        """See Device."""
         self.close_stream()
         device, self._device = self._device, None
         self._writable = False
@@ -154,16 +156,16 @@ class AravisDevice(Device):
             self.on_lost("Aravis lost control: the camera does not answer, or another application has it")
 
     # -- registers -------------------------------------------------------------------------------
+    @override
     def read(self, address: int, length: int) -> bytes:
-        """See Device."""
         data = ctypes.create_string_buffer(length)
         failure = Failure(f"reading {length} bytes at 0x{address:X}")
         self._library_of_open().arv_device_read_memory(self._device, address, length, data, failure.place)
         failure.check()
         return data.raw
 
+    @override
     def write(self, address: int, data: bytes) -> None:
-        """See Device."""
         library = self._library_of_open()
         if not self._writable:
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
@@ -171,8 +173,8 @@ class AravisDevice(Device):
         library.arv_device_write_memory(self._device, address, len(data), data, failure.place)
         failure.check()
 
+    @override
     def description(self) -> bytes:
-        """See Device."""
         size = ctypes.c_size_t()
         place = self._library_of_open().arv_device_get_genicam_xml(self._device, ctypes.byref(size))
         if not place:
@@ -180,8 +182,9 @@ class AravisDevice(Device):
         return ctypes.string_at(place, size.value)
 
     # -- stream ----------------------------------------------------------------------------------
+    @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """See Device. Only a controller gets pictures."""
+        """Only a controller gets pictures."""
         library = self._library_of_open()
         if not self._writable:
             raise AccessDeniedError("Aravis receives pictures only for whoever controls the camera")
@@ -189,12 +192,12 @@ class AravisDevice(Device):
         assert self._device is not None
         self._slot.put(AravisStream(library, self._device, request, deliver))
 
+    @override
     def close_stream(self) -> None:
-        """See Device."""
         self._slot.close()
 
+    @override
     def stream_statistics(self) -> StreamStatistics:
-        """See Device."""
         return self._slot.statistics()
 
     def _library_of_open(self) -> Any:

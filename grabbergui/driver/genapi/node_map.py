@@ -33,11 +33,11 @@ from grabbergui.core.features import (
 from grabbergui.core.grabber import DeviceEvent
 from grabbergui.core.sfnc import Role
 from grabbergui.driver.device import Device
-from grabbergui.driver.genapi import callbacks, loading, node_features
-from grabbergui.driver.genapi.event_reader import EventReader
+from grabbergui.driver.genapi import loading, node_features, port
+from grabbergui.driver.genapi.loading import clean_xml, port_name
+from grabbergui.driver.genapi.messages import EventReader
 from grabbergui.driver.genapi.node_features import NodeFeature
 from grabbergui.driver.genapi.port import RegisterPort
-from grabbergui.driver.genapi.xml_text import clean_xml, port_name
 
 log = logging.getLogger(__name__)
 
@@ -372,4 +372,4 @@ class CameraNodeMap:
     def _listen(self) -> None:
         for name in self._descriptions:
             node = self._map.get_node(name).node
-            self._callbacks.append((node, callbacks.register(node, self._changed.add)))
+            self._callbacks.append((node, port.register_callback(node, self._changed.add)))

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from genicam import gentl
+from typing_extensions import override
 
 from grabbergui.core.errors import (
     AccessDeniedError,
@@ -25,11 +26,10 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.core.identity import describe, differs, require_one, require_same
 from grabbergui.driver.bootstrap_identity import with_identity
-from grabbergui.driver.device import DataLayout, Device, StreamRequest
+from grabbergui.driver.device import DataLayout, Device, StreamRequest, StreamSlot
 from grabbergui.driver.gentl.producer import FoundCamera, Producer, answering, opening, text_of
 from grabbergui.driver.gentl.stream import GentlStream
 from grabbergui.driver.gige.control.description import fetch_description
-from grabbergui.driver.stream_slot import StreamSlot
 
 _ACCESS = {
     Access.CONTROL: gentl.DEVICE_ACCESS_FLAGS_LIST.DEVICE_ACCESS_CONTROL,
@@ -61,8 +61,8 @@ class GentlDevice(Device):
         "Of `_told_lost`: the stream and a register may notice at once."
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access) -> Access:
-        """See Device."""
         self.close()
         producer = Producer.acquire(self._path)
         try:
@@ -110,8 +110,8 @@ class GentlDevice(Device):
             require_same(self.info, opened)
         return opened
 
+    @override
     def close(self) -> None:
-        """See Device."""
         self.close_stream()
         device, self._device = self._device, None
         producer, self._producer = self._producer, None
@@ -139,41 +139,41 @@ class GentlDevice(Device):
         )
 
     # -- registers -------------------------------------------------------------------------------
+    @override
     def read(self, address: int, length: int) -> bytes:
-        """See Device."""
         with self._watched(), answering(f"reading {length} bytes at 0x{address:X}"):
             count, data = self._opened().remote_port.read(address, length)
         if count != length:
             raise TransportError(f"the producer read {count} of {length} bytes at 0x{address:X}")
         return bytes(data)
 
+    @override
     def write(self, address: int, data: bytes) -> None:
-        """See Device."""
         device = self._opened()
         if not self._writable:
             raise AccessDeniedError("the camera is open for reading only; another application may control it")
         with self._watched(), answering(f"writing {len(data)} bytes at 0x{address:X}"):
             device.remote_port.write(address, data)
 
+    @override
     def description(self) -> bytes:
-        """See Device."""
         with answering("reading where the description is"):
             urls = [info.url for info in self._opened().remote_port.url_info_list]
         return fetch_description(urls, self.read)
 
     # -- stream ----------------------------------------------------------------------------------
+    @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """See Device."""
         if self._slot.taken:
             raise LocalProtocolError("the stream is open already")
         self._slot.put(GentlStream(self._opened(), request, deliver, self._tell_lost))
 
+    @override
     def close_stream(self) -> None:
-        """See Device."""
         self._slot.close()
 
+    @override
     def stream_statistics(self) -> StreamStatistics:
-        """See Device."""
         return self._slot.statistics()
 
     # -- inside ----------------------------------------------------------------------------------

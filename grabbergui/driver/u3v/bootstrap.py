@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.driver.stored_description import unpack
+from grabbergui.driver.device import unpack
 
 log = logging.getLogger(__name__)
 

@@ -12,6 +12,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from typing_extensions import override
+
 from grabbergui.core.errors import (
     AccessDeniedError,
     DeviceLostError,
@@ -91,8 +93,9 @@ class U3vDevice(Device):
         self._at_exit: Callable[[], None] | None = None
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access) -> Access:
-        """See Device. The claim is exclusive, so MONITOR also keeps others out."""
+        """The claim is exclusive, so MONITOR also keeps others out."""
         if self._handle is not None:
             return self._access
         camera = find_camera(self._name, self._backend, self.info if self._met else None)
@@ -124,8 +127,8 @@ class U3vDevice(Device):
         self._access = access
         return access
 
+    @override
     def close(self) -> None:
-        """See Device."""
         if self._at_exit is not None:
             atexit.unregister(self._at_exit)
         self.close_stream()
@@ -201,20 +204,20 @@ class U3vDevice(Device):
             log.info("%s: its clock cannot be read: %s", self.info.title, error)
 
     # -- registers -------------------------------------------------------------------------------
+    @override
     def read(self, address: int, length: int) -> bytes:
-        """See Device."""
         with self._noticing_loss() as registers:
             return registers.read(address, length)
 
+    @override
     def write(self, address: int, data: bytes) -> None:
-        """See Device."""
         if self._access is not Access.CONTROL:
             raise AccessDeniedError(f"{self.info.title} was opened for reading only")
         with self._noticing_loss() as registers:
             registers.write(address, data)
 
+    @override
     def description(self) -> bytes:
-        """See Device."""
         with self._noticing_loss() as registers:
             return read_description(registers.read, self._manifest_address)
 
@@ -235,8 +238,8 @@ class U3vDevice(Device):
         return self._registers
 
     # -- stream ----------------------------------------------------------------------------------
+    @override
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """See Device."""
         self.close_stream()
         with self._noticing_loss() as registers:
             try:
@@ -293,8 +296,9 @@ class U3vDevice(Device):
         for at in range(0, len(data), 4):
             registers.write(self._sirm_address + TransferPlan.ADDRESS + at, data[at : at + 4])
 
+    @override
     def close_stream(self) -> None:
-        """See Device. Never raises."""
+        """Never raises."""
         receiver, self._receiver = self._receiver, None
         if receiver is not None:
             receiver.stop()
@@ -306,8 +310,8 @@ class U3vDevice(Device):
                 with contextlib.suppress(GrabberError):
                     self._registers.write_u32(self._sirm_address + Sirm.CONTROL, 0)
 
+    @override
     def stream_statistics(self) -> StreamStatistics:
-        """See Device."""
         receiver = self._receiver
         return receiver.statistics() if receiver is not None else replace(self._statistics)
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.genapi import loading
-from grabbergui.driver.genapi.xml_text import clean_xml, port_name
+from grabbergui.driver.genapi.loading import clean_xml, port_name
 
 BODY = b'<RegisterDescription ModelName="M"><Port Name="Device"/></RegisterDescription>'
 

@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import RemoteProtocolError, TransportError
-from grabbergui.driver import stored_description
+from grabbergui.driver import device
+from grabbergui.driver.device import unpack
 from grabbergui.driver.gige.control import description
 from grabbergui.driver.gige.control.description import (
     FOLDER_VARIABLE,
@@ -22,7 +23,6 @@ from grabbergui.driver.gige.control.description import (
     parse_url,
 )
 from grabbergui.driver.gige.gvcp import Ack
-from grabbergui.driver.stored_description import unpack
 
 XML = b'<?xml version="1.0"?><RegisterDescription/>'
 
@@ -131,7 +131,7 @@ def test_plain_and_zipped_are_told_apart_by_content() -> None:
 
 
 def test_a_zip_bomb_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stored_description, "MAX_XML_BYTES", 1 << 20)
+    monkeypatch.setattr(device, "MAX_XML_BYTES", 1 << 20)
     with pytest.raises(RemoteProtocolError, match="grows beyond"):
         unpack(zipped(bytes(4 << 20)))
 

@@ -20,7 +20,7 @@ from grabbergui import sources
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.driver.camera import Camera
-from grabbergui.driver.event_delivery import MOST_WAITING, EventDelivery
+from grabbergui.driver.camera_threads import MOST_WAITING, EventDelivery
 from grabbergui.driver.gige.bootstrap import Register
 from grabbergui.driver.gige.control.events import MessageChannel, MessageInbox
 from grabbergui.driver.gige.device import GigeDevice

@@ -17,7 +17,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from grabbergui.core.errors import DeviceLostError, GrabberError, RemoteProtocolError, TransportError
-from grabbergui.driver.stored_description import unpack
+from grabbergui.driver.device import unpack
 
 log = logging.getLogger(__name__)
 

@@ -1,4 +1,4 @@
-"""From the transport's thread, which must go on receiving, to a thread that may wait for the node map."""
+"""The threads of an open camera: one delivers its events, one polls values that change by themselves."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import logging
 import threading
 from collections import deque
 from collections.abc import Callable
+
+from grabbergui.core.errors import GrabberError, TransportError
 
 log = logging.getLogger(__name__)
 
@@ -58,3 +60,32 @@ class EventDelivery:
                 self._deliver(event_id, message)
             except Exception:
                 log.exception("a listener to events failed")
+
+
+POLL_PERIOD = 0.1
+"""Seconds between looks at GenApi's polling times and at values under an automatic mode."""
+
+
+class Poller:
+    """Calls a function every POLL_PERIOD on a thread of its own until stopped."""
+
+    def __init__(self, function: Callable[[], None]) -> None:
+        self._function = function
+        self._stopped = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="feature-poll", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End it; returns once it has ended."""
+        self._stopped.set()
+        if self._thread is not threading.current_thread():
+            self._thread.join()
+
+    def _run(self) -> None:
+        while not self._stopped.wait(POLL_PERIOD):
+            try:
+                self._function()
+            except TransportError as error:
+                log.debug("polling features: %s", error)
+            except GrabberError as error:
+                log.info("polling features: %s", error)

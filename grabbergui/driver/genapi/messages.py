@@ -1,23 +1,27 @@
-"""Chunk data behind a picture, as values by feature name.
+"""Chunk data behind an image, and events, as GenApi reads them: both by its adapters.
 
-A node map of its own reads them, so that the receiving thread never waits for a control, and a control never
-for a picture. It has no way to the camera: what a chunk's feature needs from registers is left out.
+Chunks are read by a node map of their own, so that the receiving thread never waits for a control, and a
+control never for a frame. It has no way to the camera: a feature that also needs registers is left out.
+Events go into the camera's node map, whose nodes then hold what the message contains.
 """
 
 from __future__ import annotations
 
 import logging
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from genicam import genapi
 from numpy.typing import NDArray
 
-from grabbergui.core.features import AccessMode, Category, FeatureKind, FeatureValue
+from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue
+from grabbergui.core.grabber import DeviceEvent
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi import loading, node_features
-from grabbergui.driver.genapi.xml_text import clean_xml
+from grabbergui.driver.genapi.loading import clean_xml
 
 log = logging.getLogger(__name__)
 
@@ -29,7 +33,7 @@ LARGEST_CHUNK = 65536
 
 _TAG = {DataLayout.GIGE_VISION: struct.Struct(">II"), DataLayout.USB3_VISION: struct.Struct("<II")}
 """Id and length behind each chunk's data (GigE Vision 2.x, 25.8; USB3 Vision 1.x, 5.4.3)."""
-_ADAPTER = {
+_CHUNK_ADAPTER = {
     DataLayout.GIGE_VISION: genapi.ChunkAdapterGEV,
     DataLayout.USB3_VISION: genapi.ChunkAdapterU3V,
 }
@@ -42,7 +46,7 @@ class ChunkReader:
         """`features`: the camera's tree, which names what chunks may carry."""
         self._layout = layout
         self._map = loading.load(clean_xml(xml))
-        self._adapter = _ADAPTER[layout](self._map)
+        self._adapter = _CHUNK_ADAPTER[layout](self._map)
         self._nodes: list[tuple[str, FeatureKind, Any]] = [
             (description.name, description.kind, self._map.get_node(description.name))
             for description in features.descriptions()
@@ -96,3 +100,47 @@ def without_pictures(payload: NDArray[np.uint8], layout: DataLayout) -> bytes:
         pieces.append(kept + tag.pack(chunk_id, len(kept)))
         end = begin
     return b"" if end else b"".join(reversed(pieces))
+
+
+SELECTOR = "EventSelector"
+
+_EVENT_ADAPTER = {
+    DataLayout.GIGE_VISION: genapi.EventAdapterGEV,
+    DataLayout.USB3_VISION: genapi.EventAdapterU3V,
+}
+
+
+class EventReader:
+    """The event adapter of one node map. Calls are serialised by the map's owner."""
+
+    def __init__(self, node_map: Any, layout: DataLayout) -> None:
+        self._adapter = _EVENT_ADAPTER[layout](node_map.pointer)
+        self._names = _event_names(node_map)
+
+    def deliver(self, message: bytes) -> None:
+        """Let the event's nodes hold what the message says. Raises RemoteProtocolError."""
+        try:
+            self._adapter.deliver_message(message)
+        except (genapi.GenericException, RuntimeError) as error:
+            raise RemoteProtocolError(f"event message: {node_features.reason_of(error)}") from error
+
+    def event(self, event_id: int, told: Mapping[str, Feature]) -> DeviceEvent:
+        """The event behind the nodes that a message changed."""
+        values = {name: feature.value for name, feature in told.items() if feature.value is not None}
+        return DeviceEvent(self._name_of(told) or f"0x{event_id:04X}", event_id, values)
+
+    def close(self) -> None:
+        """Let go of the node map."""
+        self._adapter.detach_node_map()
+
+    def _name_of(self, told: Mapping[str, Feature]) -> str:
+        # SFNC: the features of event X are called EventX, EventXTimestamp, EventXFrameID …
+        fitting = [name for name in self._names if any(node.startswith(f"Event{name}") for node in told)]
+        return max(fitting, key=len, default="")
+
+
+def _event_names(node_map: Any) -> list[str]:
+    if not node_map.has_node(SELECTOR):
+        return []
+    selector = node_map.get_node(SELECTOR)
+    return [entry.symbolic for entry in selector.entries] if hasattr(selector, "entries") else []
