@@ -156,8 +156,8 @@ class _Known:
 
     @staticmethod
     def name_of(info: DeviceInfo) -> str:
-        scheme = info.uri.partition(":")[0]
-        return "/".join((scheme, info.vendor, info.model, info.serial or info.uri, info.version))
+        # Options of the URI belong to it: packets of another size arrive at another time.
+        return " ".join((info.uri, info.vendor, info.model, info.serial, info.version))
 
     @staticmethod
     def path() -> Path:

@@ -38,12 +38,11 @@ def live_view(camera: Camera) -> object:
             return NotebookPanel(camera, importlib.import_module("ipywidgets"))
     try:
         pyplot = importlib.import_module("matplotlib.pyplot")
-        animation = importlib.import_module("matplotlib.animation")
     except ImportError as error:
         raise SourceUnavailableError(
             "a live view needs Matplotlib (pip install matplotlib), or ipywidgets in Jupyter"
         ) from error
-    return _show_figure(camera, pyplot, animation)
+    return _show_figure(camera, pyplot)
 
 
 def _in_notebook() -> bool:
@@ -54,24 +53,25 @@ def _in_notebook() -> bool:
     return shell is not None and "IPKernelApp" in shell.config
 
 
-def _show_figure(camera: Camera, pyplot: Any, animation: Any) -> object:
+def _show_figure(camera: Camera, pyplot: Any) -> object:
     camera.start()
     queue = camera.grabber.open_queue(depth=1)
     figure, axes = pyplot.subplots(num=camera.info.title)
     axes.set_axis_off()
     shown = axes.imshow(queue.get(5.0).rgb())
 
-    def update(_: int) -> tuple[Any]:
+    def update() -> None:
         with contextlib.suppress(FrameTimeoutError):
             shown.set_data(queue.get(0.0).rgb())
-        return (shown,)
+            figure.canvas.draw_idle()
 
-    running = animation.FuncAnimation(
-        figure, update, interval=1000 / RATE, cache_frame_data=False, save_count=1
-    )
+    timer = figure.canvas.new_timer(interval=round(1000 / RATE))
+    timer.add_callback(update)
+    timer.start()
+    figure.canvas.mpl_connect("close_event", lambda _: timer.stop())
     figure.canvas.mpl_connect("close_event", lambda _: queue.close())
     pyplot.show()
-    return running
+    return figure
 
 
 class NotebookPanel:

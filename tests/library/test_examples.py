@@ -1,0 +1,164 @@
+"""Every program of examples/ runs as it is, is short, and prints what its text promises."""
+
+from __future__ import annotations
+
+import runpy
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+import grabbergui
+from grabbergui import sources
+from grabbergui.library.live_view import NotebookPanel
+from patience import PATIENCE, PROGRAM, until
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SMALL = "sim:?width=320&height=240&fps=60&exposure=5000"
+MOST_LINES = 30
+
+Run = Callable[..., str]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+
+    def run(name: str, *arguments: str) -> str:
+        monkeypatch.setattr(sys, "argv", [name, *arguments])
+        runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+        return capsys.readouterr().out
+
+    return run
+
+
+def test_every_example_is_short_and_says_how_to_start_it() -> None:
+    programs = sorted(EXAMPLES.glob("*.py"))
+    assert len(programs) >= 12
+    for program in programs:
+        text = program.read_text(encoding="utf-8")
+        assert len(text.splitlines()) <= MOST_LINES, program.name
+        assert f"python {program.name}" in text.split('"""')[1], program.name
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "printed", "made"),
+    [
+        ("one_picture", [SMALL], "320x240 Mono8", "picture.png"),
+        ("hdr_bracket", [SMALL], "merged", "hdr.png"),
+        ("time_lapse", [SMALL, "0.05", "3"], "lapse-00002.png", "lapse-00002.png"),
+        ("software_trigger", [SMALL], "after the call", None),
+        ("two_cameras", [SMALL, SMALL], "apart", "both.png"),
+        ("events", [SMALL], "ExposureEnd", None),
+        ("chunks", [SMALL], "'ExposureTime'", None),
+        ("reconnecting", [SMALL, "0.3"], "frame", None),
+        ("mcap_out_and_in", [SMALL], "30 frames, 0 dropped", "recording.mcap"),
+    ],
+)
+def test_it_runs(
+    run: Run, tmp_path: Path, name: str, arguments: list[str], printed: str, made: str | None
+) -> None:
+    assert printed in run(name, *arguments)
+    assert made is None or (tmp_path / made).stat().st_size > 0
+
+
+def test_settings_from_a_file(run: Run) -> None:
+    with pytest.raises(SystemExit) as ended:
+        run("settings_from_file", SMALL)
+    assert ended.value.code == 0
+
+
+def test_matplotlib(run: Run) -> None:
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    run("matplotlib_live", SMALL)
+    (figure,) = map(pyplot.figure, pyplot.get_fignums())
+    assert figure.axes[0].images[0].get_array().shape == (240, 320, 3)
+    pyplot.close(figure)
+
+
+class Widgets:
+    """Stands in for ipywidgets: every widget keeps its arguments and the functions that observe it."""
+
+    def __getattr__(self, kind: str) -> Callable[..., SimpleNamespace]:
+        def make(*children: object, **arguments: object) -> SimpleNamespace:
+            widget = SimpleNamespace(
+                kind=kind, children=children, observers=[], **{"value": None, **arguments}
+            )
+            widget.observe = lambda function, name: widget.observers.append(function)
+            return widget
+
+        return make
+
+
+def test_the_panel_of_a_notebook_shows_frames_and_sets_the_camera() -> None:
+    with grabbergui.open(SMALL) as camera:
+        panel = NotebookPanel(camera, Widgets())
+        try:
+            picture, exposure, gain, status = panel.widget.children[0]
+            assert [picture.kind, exposure.kind, gain.kind] == ["Image", "FloatLogSlider", "FloatSlider"]
+            until(lambda: (picture.value or b"").startswith(b"\xff\xd8\xff"))
+            gain.observers[0]({"new": 6.0})
+            assert camera.gain == 6.0 and status.value == "Gain = 6.0"
+            gain.observers[0]({"new": 99.0})
+            assert "allowed" in status.value
+        finally:
+            panel.close()
+
+
+def test_yarp(run: Run) -> None:
+    serving = subprocess.Popen(
+        [sys.executable, "-m", "grabbergui", "serve", SMALL, "--yarp", "/example", "--with-name-server"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        assert serving.stdout is not None
+        until(lambda: sources.discover_kind("yarp", 0.5), "the server", PROGRAM)
+        assert "gain is now 6.0" in run("yarp_get_and_set", "yarp:/example")
+    finally:
+        serving.terminate()
+        serving.communicate(timeout=PROGRAM)
+
+
+def test_a_browser_gets_pictures(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    serving = subprocess.Popen(
+        [sys.executable, str(EXAMPLES / "asyncio_web_stream.py"), SMALL, str(port)], cwd=tmp_path
+    )
+    try:
+
+        def connected() -> socket.socket | None:
+            try:
+                return socket.create_connection(("127.0.0.1", port), 1.0)
+            except OSError:
+                return None
+
+        with until(connected, "the web stream", PROGRAM) as browser:
+            browser.settimeout(PATIENCE)
+            browser.sendall(b"GET / HTTP/1.0\r\n\r\n")
+            received = b""
+            while received.count(b"\xff\xd8\xff") < 3:
+                received += browser.recv(1 << 16)
+        assert received.startswith(b"HTTP/1.0 200 OK") and b"image/jpeg" in received
+    finally:
+        serving.terminate()
+        serving.wait(PROGRAM)
+
+
+def test_the_notebook_runs(tmp_path: Path) -> None:
+    client = pytest.importorskip("nbclient")
+    notebook = pytest.importorskip("nbformat").read(EXAMPLES / "tune_a_camera.ipynb", as_version=4)
+    executed = client.NotebookClient(
+        notebook, timeout=PROGRAM, resources={"metadata": {"path": str(tmp_path)}}
+    ).execute()
+    outputs = [output for cell in executed.cells for output in cell.get("outputs", ())]
+    shown = [kind for output in outputs for kind in output.get("data", {})]
+    assert shown.count("image/png") == 2
+    assert "application/vnd.jupyter.widget-view+json" in shown
