@@ -15,9 +15,14 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from grabbergui import __version__
-from grabbergui.cli import logs
-from grabbergui.cli.plain_text import spell_out
-from grabbergui.cli.stopping import Terminated, dies_of_interrupt, raising_on_signals
+from grabbergui.cli.process import (
+    LOG_FORMATS,
+    Terminated,
+    dies_of_interrupt,
+    raising_on_signals,
+    set_up_log,
+    spell_out,
+)
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.uri import is_ip_address
 
@@ -37,8 +42,8 @@ EXIT_CODES = {
 """What the shell learns."""
 
 _FAMILIES = (
-    "gui", "sources", "features", "events", "settings", "grab", "record", "terminal",
-    "serve", "simulate", "gige", "servo", "yarp_server", "doctor",
+    "gui", "machine", "features", "events", "frames", "serve", "simulate",
+    "gige", "calibrate", "servo", "yarp_server",
 )  # fmt: skip
 """Modules here. Imported within `main`: what they need takes long enough for a Ctrl-C."""
 
@@ -81,7 +86,7 @@ def _run(arguments: list[str]) -> int:
             _check_is_source(first, commands)
             arguments.insert(place, "gui")
         options = parser.parse_args(arguments)
-        logs.set_up(options.log_level, options.log_format)
+        set_up_log(options.log_level, options.log_format)
         return int(options.run(options))
     finally:
         # What cannot be written is told by `main`; at exit it would be a traceback.
@@ -167,7 +172,7 @@ def _add_log_options(parser: argparse.ArgumentParser, argument_default: str = ""
     )
     parser.add_argument(
         "--log-format",
-        choices=logs.FORMATS,
+        choices=LOG_FORMATS,
         default=argument_default or "text",
         help="lines for people, or a JSON object a line (text)",
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import opened
-from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Any
 
 from grabbergui.cli.numbers import count, positive
 from grabbergui.cli.opening import add_source, opened
-from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FeatureError, FeatureValueError, UsageError
 from grabbergui.core.grabber import DeviceEvent, FrameGrabber
 from grabbergui.core.selection import SettingKey

@@ -1,4 +1,4 @@
-"""`grabbergui gui`: the window."""
+"""Commands for people at a keyboard: the window, and a terminal."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ from typing import Any
 
 from grabbergui import sources
 from grabbergui.cli.numbers import positive
-from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import SourceUnavailableError
 
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
+    _add_gui(commands)
+    _add_terminal(commands)
+
+
+def _add_gui(commands: Any) -> None:
     parser = commands.add_parser("gui", help="open the window (what no command at all does)")
     parser.add_argument(
         "source", metavar="SOURCE", nargs="?", help="what to open (the last one, at first sim:colour)"
@@ -28,10 +34,10 @@ def add_commands(commands: Any) -> None:
         "--theme", choices=("auto", "light", "dark"), default="auto", help="colours (the desktop's)"
     )
     parser.add_argument("--language", metavar="CODE", help="of the window: en, es (the desktop's)")
-    parser.set_defaults(run=_run)
+    parser.set_defaults(run=_gui)
 
 
-def _run(options: argparse.Namespace) -> int:
+def _gui(options: argparse.Namespace) -> int:
     if options.source is not None:
         sources.parse(options.source)
     try:
@@ -49,3 +55,21 @@ def _run(options: argparse.Namespace) -> int:
             language=options.language,
             stop=stop,
         )
+
+
+EXIT_REFUSED = 1
+"A line of a script was refused."
+
+
+def _add_terminal(commands: Any) -> None:
+    parser = commands.add_parser("terminal", help="type commands to a camera; `help` there lists them")
+    add_source(parser)
+    parser.set_defaults(run=_terminal)
+
+
+def _terminal(options: argparse.Namespace) -> int:
+    from grabbergui.terminal import console
+
+    with stop_on_signals() as stop, opened(options.source, reading=True) as grabber:
+        outcome = console.run(grabber, finished=stop.is_set)
+    return EXIT_REFUSED if outcome.refused else 0

@@ -1,14 +1,18 @@
-"""What commands that open a source share."""
+"""Commands that open a source share this: its options, its control, and the wait for one that was lost."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from grabbergui import sources
-from grabbergui.core.errors import AccessDeniedError, GrabberError
-from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.cli.numbers import positive
+from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
+from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
@@ -58,3 +62,78 @@ def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:
             return
         grabber.close()
         raise AccessDeniedError(f"{denied}{hint}") from denied
+
+
+def add_lost_timeout(parser: argparse.ArgumentParser) -> None:
+    """`--lost-timeout`, for `Outage`."""
+    parser.add_argument(
+        "--lost-timeout",
+        type=positive,
+        metavar="S",
+        help="give up a source that is away for longer; it is waited for without end unless given",
+    )
+
+
+class Outage:
+    """Watches whether a grabber is lost, and for how long. Any thread."""
+
+    def __init__(
+        self,
+        grabber: FrameGrabber,
+        limit: float | None,
+        *,
+        on_exceeded: Callable[[], None] = lambda: None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`on_exceeded` is called on a thread of its own once the grabber was away for `limit` seconds."""
+        self._grabber = grabber
+        self._limit = limit
+        self._on_exceeded = on_exceeded
+        self._clock = clock
+        self._reason = ""
+        self._since: float | None = None
+        self._ended = -math.inf
+        self._timer: threading.Timer | None = None
+        grabber.connection_changed.connect(self._on_connection_changed)
+
+    @property
+    def present(self) -> bool:
+        """Whether the source is lost at the moment."""
+        return self._since is not None
+
+    def waited(self, since: float) -> float:
+        """Seconds since `since` or since the source came back, whichever is later; 0 while it is lost."""
+        return 0.0 if self.present else self._clock() - max(since, self._ended)
+
+    def check(self) -> None:
+        """Raise TransportError if the source is away for longer than the limit."""
+        since = self._since
+        if since is not None and self._limit is not None and self._clock() - since >= self._limit:
+            raise TransportError(
+                f"{self._grabber.info.title} was lost and did not come back within {self._limit:g} s:"
+                f" {self._reason}"
+            )
+
+    def close(self) -> None:
+        """Stop watching. May be called twice."""
+        self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
+        self._stop_timer()
+
+    def _on_connection_changed(self, state: ConnectionState, reason: str) -> None:
+        if state is not ConnectionState.LOST:
+            if self._since is not None:
+                self._since, self._ended = None, self._clock()
+            self._stop_timer()
+            return
+        self._reason = reason
+        if self._since is None:
+            self._since = self._clock()
+            if self._limit is not None:
+                self._timer = threading.Timer(self._limit, self._on_exceeded)
+                self._timer.daemon = True
+                self._timer.start()
+
+    def _stop_timer(self) -> None:
+        timer, self._timer = self._timer, None
+        if timer is not None:
+            timer.cancel()

@@ -15,12 +15,10 @@ from typing import TYPE_CHECKING, Any
 
 from grabbergui import sources
 from grabbergui.calibration.fitted import FittedCalibration
-from grabbergui.cli import name_server
 from grabbergui.cli.metrics import MetricsServer, parse_address, read_token
-from grabbergui.cli.opening import add_monitor, opened
-from grabbergui.cli.outage import Outage, add_lost_timeout
-from grabbergui.cli.service_manager import supervised
-from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, opened
+from grabbergui.cli.process import stop_on_signals, supervised
+from grabbergui.cli.yarp_server import add_name_server_options, named_server
 from grabbergui.config import ini, resource_finder
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.serve_options import ServeOptions
@@ -89,7 +87,7 @@ def add_commands(commands: Any) -> None:
 
     yarp = parser.add_argument_group("YARP")
     yarp.add_argument("--yarp", metavar="/PORT", help="images here, requests at /PORT/rpc")
-    name_server.add_options(yarp)
+    add_name_server_options(yarp)
     yarp.add_argument(
         "--require-authentication", action="store_true", help="do not serve without a key in YARP's auth.conf"
     )
@@ -248,7 +246,7 @@ def _on_yarp(
     if options.require_authentication:
         require_authentication()
     allowed = options.allowed
-    with name_server.named(options.nameserver, ours=options.with_name_server, allowed=allowed) as names:
+    with named_server(options.nameserver, ours=options.with_name_server, allowed=allowed) as names:
         if not options.yarp:
             yield None
             return

@@ -15,9 +15,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grabbergui.cli import calibrate, servo_robots, simulate_teo, simulate_tiago
+from grabbergui.cli import servo_robots
 from grabbergui.cli.numbers import positive
-from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.cli.process import stop_on_signals
 from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
@@ -37,10 +37,7 @@ KEYBOARD_PERIOD = 0.1
 
 
 def add_commands(commands: Any) -> None:
-    """Add the parsers of this family: servoing, the calibration that it needs, a robot to try it on."""
-    calibrate.add_commands(commands)
-    simulate_teo.add_commands(commands)
-    simulate_tiago.add_commands(commands)
+    """Add the parsers of this family."""
     parser = commands.add_parser(
         "servo",
         help="a robot's head follows what the camera sees, its arm reaches for a marker",

@@ -1,20 +1,31 @@
-"""`grabbergui simulate`: the simulated camera as a real device on the wire."""
+"""Commands that simulate: a camera on the wire for any GenICam software, and robots on their networks."""
 
 from __future__ import annotations
 
 import argparse
 import functools
+import tempfile
 from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
+from grabbergui.cli import servo_robots
 from grabbergui.cli.numbers import count_or_none, not_negative, part, port, seconds
-from grabbergui.cli.stopping import stop_on_signals
+from grabbergui.cli.process import stop_on_signals
+from grabbergui.cli.yarp_server import add_name_server_options, named_server
 from grabbergui.core.errors import UsageError
 from grabbergui.core.uri import SourceUri
 
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
+    _add_camera(commands)
+    _add_teo(commands)
+    _add_tiago(commands)
+
+
+def _add_camera(commands: Any) -> None:
     parser = commands.add_parser("simulate", help="serve the simulated camera to any GenICam software")
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument(
@@ -72,10 +83,10 @@ def add_commands(commands: Any) -> None:
     usb.add_argument(
         "--unplug-after", type=count_or_none, default=0, metavar="N", help="unplug after N frames"
     )
-    parser.set_defaults(run=_run)
+    parser.set_defaults(run=_simulate_camera)
 
 
-def _run(options: argparse.Namespace) -> int:
+def _simulate_camera(options: argparse.Namespace) -> int:
     camera = SourceUri.parse(options.camera)
     if camera.scheme != "sim":
         raise UsageError(f"--camera {options.camera}: only the simulated camera can be simulated (sim:?…)")
@@ -127,3 +138,94 @@ def _serve_u3v(options: argparse.Namespace, camera: SourceUri) -> Callable[..., 
         port=options.port,
         udc=options.udc,
     )
+
+
+def _add_teo(commands: Any) -> None:
+    parser = commands.add_parser(
+        "simulate-teo",
+        help="serve a simulated TEO on YARP: head, right arm and the camera on its head",
+        description="Ports NAME/head, NAME/rightArm/CartesianControl and NAME/camera, until Ctrl-C.",
+    )
+    parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="what its ports begin with")
+    add_name_server_options(parser)
+    parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
+    parser.set_defaults(run=_simulate_teo)
+
+
+def _simulate_teo(options: argparse.Namespace) -> int:
+    from grabbergui.net.yarp.os.names import check_port_name
+    from grabbergui.net.yarp.server import YarpGrabberServer
+    from grabbergui.servo import desk
+    from grabbergui.servo.config import MarkerConfig
+    from grabbergui.servo.robots import teo
+    from grabbergui.servo.robots.simulated import SimRobot
+    from grabbergui.servo.robots.teo_ports import TeoPorts
+
+    check_port_name(options.name)
+    if not 1 <= options.fps <= 100:
+        raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
+    with ExitStack() as stack, stop_on_signals() as stop:
+        names = stack.enter_context(named_server(options.nameserver or "", ours=options.with_name_server))
+        robot = SimRobot(teo.BODY)
+        stack.callback(robot.close)
+        camera = desk.mounted_camera(robot, desk.things_for(MarkerConfig()), options.fps)
+        camera.open()
+        stack.callback(camera.close)
+        ports = TeoPorts(robot, names, options.name)
+        ports.open()
+        stack.callback(ports.close)
+        pictures = YarpGrabberServer(camera, f"{options.name}/camera", names=names)
+        pictures.start()
+        stack.callback(pictures.stop)
+        print(f"{options.name} is on the name server at {names.server.host}:{names.server.port}", flush=True)
+        stop.wait()
+    return 0
+
+
+def _add_tiago(commands: Any) -> None:
+    parser = commands.add_parser(
+        "simulate-tiago",
+        help="serve a simulated TIAGo on ROS 2: controllers of head and arm, and the camera on its head",
+        description="Controllers, /joint_states and the camera as nodes, until Ctrl-C.",
+    )
+    parser.add_argument("--ros2", default="/camera", metavar="/NAME", help="the camera's node (/camera)")
+    parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
+    servo_robots.add_tiago(parser)
+    parser.set_defaults(run=_simulate_tiago)
+
+
+def _simulate_tiago(options: argparse.Namespace) -> int:
+    from grabbergui.calibration import camera_info
+    from grabbergui.calibration.fitted import FittedCalibration
+    from grabbergui.net.ros2.server import Ros2GrabberServer
+    from grabbergui.servo import desk
+    from grabbergui.servo.config import MarkerConfig
+    from grabbergui.servo.robots.simulated import SimRobot
+    from grabbergui.servo.robots.tiago_topics import TiagoTopics
+
+    if not 1 <= options.fps <= 100:
+        raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
+    with ExitStack() as stack, stop_on_signals() as stop:
+        robot = SimRobot(servo_robots.tiago_body(options))
+        stack.callback(robot.close)
+        camera = desk.mounted_camera(robot, desk.things_for(MarkerConfig()), options.fps)
+        camera.open()
+        stack.callback(camera.close)
+        topics = servo_robots.tiago_topics(options)
+        # A file of its own: whoever calls set_camera_info writes to it.
+        calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
+        camera_info.save(desk.calibration(), calibration)
+        pictures = Ros2GrabberServer(
+            camera,
+            options.ros2,
+            frame_id=topics.camera_frame,
+            calibration=FittedCalibration(camera, calibration),
+        )
+        pictures.start()
+        stack.callback(pictures.stop)
+        controllers = TiagoTopics(robot, topics)
+        controllers.open()
+        stack.callback(controllers.close)
+        print(f"TIAGo listens to {topics.head} and {topics.arm}; its camera is {options.ros2}", flush=True)
+        stop.wait()
+    return 0

@@ -1,13 +1,16 @@
-"""`grabbergui yarp-server`: a YARP name server for desks without YARP."""
+"""YARP's name server as a command, and beside `serve` and `simulate-teo`."""
 
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli.numbers import port
-from grabbergui.cli.stopping import stop_on_signals
-from grabbergui.config.allowed_addresses import AllowedAddresses
+from grabbergui.cli.process import stop_on_signals
+from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
+from grabbergui.core.errors import UsageError
 
 
 def add_commands(commands: Any) -> None:
@@ -46,3 +49,47 @@ def _run(options: argparse.Namespace) -> int:
         finally:
             server.close()
     return 0
+
+
+if TYPE_CHECKING:
+    from grabbergui.net.yarp.os.name_client import NameClient
+
+DEFAULT = "127.0.0.1:10000"
+"""Where one of ours listens unless told otherwise."""
+
+
+def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """`--with-name-server` and `--nameserver`."""
+    parser.add_argument("--with-name-server", action="store_true", help=f"run one too, at {DEFAULT}")
+    parser.add_argument(
+        "--nameserver",
+        metavar="HOST:PORT",
+        help="the name server (YARP's configuration), or where ours is to listen",
+    )
+
+
+@contextmanager
+def named_server(address: str, *, ours: bool, allowed: AllowedAddresses = EVERYBODY) -> Iterator[NameClient]:
+    """The name server at `HOST:PORT`, else the configured one.
+
+    With `ours` one that runs within the block and answers the `allowed` addresses.
+
+    Raises UsageError for an address that is none, SourceUnavailableError and TransportError.
+    """
+    from grabbergui.net.yarp.os.name_client import NameClient
+    from grabbergui.net.yarp.os.name_server import NameServer
+
+    if not ours:
+        yield NameClient.find(address)
+        return
+    host, _, port = (address or DEFAULT).rpartition(":")
+    if not host or not (port.isascii() and port.isdigit()) or int(port) > 0xFFFF:
+        raise UsageError(f"--nameserver {address}: write HOST:PORT")
+    server = NameServer(host, int(port), allowed=allowed)
+    server.open()
+    try:
+        contact = server.contact
+        print(f"YARP name server {contact.name} is at {contact.host}:{contact.port}", flush=True)
+        yield NameClient.find(f"{contact.host}:{contact.port}")
+    finally:
+        server.close()

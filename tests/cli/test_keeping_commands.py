@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from grabbergui.cli import record, settings
+from grabbergui.cli import features, frames
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.recording.recording import open_recording
 
@@ -14,8 +14,8 @@ SMALL = "sim:?width=64&height=48&fps=100"
 def run(*arguments):
     parser = argparse.ArgumentParser()
     commands = parser.add_subparsers(required=True)
-    settings.add_commands(commands)
-    record.add_commands(commands)
+    features.add_commands(commands)
+    frames.add_commands(commands)
     options = parser.parse_args([str(argument) for argument in arguments])
     return options.run(options)
 

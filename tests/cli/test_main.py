@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grabbergui.cli import EXIT_INTERRUPTED, EXIT_TERMINATED, main, sources
+from grabbergui.cli import EXIT_INTERRUPTED, EXIT_TERMINATED, machine, main
 from patience import PROGRAM
 
 PROGRAM_LINE = [sys.executable, "-m", "grabbergui"]
@@ -90,7 +90,7 @@ def test_what_is_open_is_closed_on_a_signal(number, code, monkeypatch, capsys):
 def test_a_search_holds_nothing_that_an_interrupt_must_wait_for(monkeypatch, capsys):
     seen = []
     monkeypatch.setattr(
-        sources.sources, "discover", lambda timeout: seen.append(signal.getsignal(signal.SIGINT)) or []
+        machine.sources, "discover", lambda timeout: seen.append(signal.getsignal(signal.SIGINT)) or []
     )
     before = signal.getsignal(signal.SIGINT)
     assert main(["list"]) == 0

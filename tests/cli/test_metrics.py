@@ -11,8 +11,8 @@ from contextlib import ExitStack
 import pytest
 
 from grabbergui import sources
-from grabbergui.cli.logs import JsonFormatter
 from grabbergui.cli.metrics import MOST_REQUESTS, MetricsServer, exposition, parse_address, read_token
+from grabbergui.cli.process import JsonFormatter
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.core.errors import TransportError, UsageError
 from grabbergui.core.grabber import StreamStatistics

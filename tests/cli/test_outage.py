@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from fakes import ScriptedGrabber
-from grabbergui.cli.outage import Outage
+from grabbergui.cli.opening import Outage
 from grabbergui.core.errors import TransportError
 from grabbergui.core.grabber import ConnectionState
 from patience import PATIENCE

@@ -12,8 +12,8 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.cli import main
+from grabbergui.cli.process import supervised
 from grabbergui.cli.serve import _narrow_discovery
-from grabbergui.cli.service_manager import supervised
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError

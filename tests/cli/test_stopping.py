@@ -5,13 +5,13 @@ import threading
 
 import pytest
 
-from grabbergui.cli import stopping
+from grabbergui.cli import process
 from patience import PATIENCE
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_sets_the_event_and_another_at_once_is_the_same(number):
-    with stopping.stop_on_signals() as stop:
+    with process.stop_on_signals() as stop:
         assert not stop.is_set()
         signal.raise_signal(number)
         signal.raise_signal(signal.SIGINT)
@@ -20,8 +20,8 @@ def test_a_signal_sets_the_event_and_another_at_once_is_the_same(number):
 
 
 def test_who_insists_is_obeyed(monkeypatch):
-    monkeypatch.setattr(stopping, "SAME", -1.0)
-    with stopping.stop_on_signals() as stop, pytest.raises(KeyboardInterrupt):
+    monkeypatch.setattr(process, "SAME", -1.0)
+    with process.stop_on_signals() as stop, pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
         assert stop.is_set()
         signal.raise_signal(signal.SIGINT)
@@ -44,7 +44,7 @@ def test_a_signal_waits_until_genapi_is_left():
     grabber = sources.create("sim:")
     with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(RegisterPort, "read", interrupting)
-        with stopping.raising_on_signals():
+        with process.raising_on_signals():
             grabber.open()
             threading.Event().wait(PATIENCE)
     assert interrupted
@@ -53,7 +53,7 @@ def test_a_signal_waits_until_genapi_is_left():
 
 def test_afterwards_signals_act_as_before():
     before = signal.getsignal(signal.SIGTERM)
-    with stopping.stop_on_signals():
+    with process.stop_on_signals():
         assert signal.getsignal(signal.SIGTERM) is not before
 
     assert signal.getsignal(signal.SIGTERM) is before

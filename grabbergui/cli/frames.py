@@ -1,0 +1,252 @@
+"""Commands that take frames: `grab` counts and saves them, `record` writes a recording."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from grabbergui.cli.features import assignment, write
+from grabbergui.cli.numbers import count, counted, positive
+from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
+from grabbergui.cli.process import stop_on_signals
+from grabbergui.config.shipped_files import check_folder_of
+from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.sfnc import Role
+from grabbergui.core.uri import SourceUri
+from grabbergui.recording import snapshot
+from grabbergui.recording.recorder import Recorder, RecordingLimits
+from grabbergui.recording.writer import RecordingKind, create_writer, kind_of
+
+_LOOK = 0.5
+"Seconds between looks at whether the source is still there."
+
+
+def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
+    """SOURCE, and how its frames are had; `awaited` is what `--timeout` is for."""
+    add_source(parser)
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", dest="assignments", help="set it first"
+    )
+    parser.add_argument(
+        "--timeout", type=positive, default=5.0, metavar="S", help=f"longest wait for {awaited} (5)"
+    )
+    add_lost_timeout(parser)
+    parser.add_argument("--keep-trigger", action="store_true", help="leave TriggerMode as it is")
+    add_monitor(parser)
+
+
+class FrameSource:
+    """An open grabber that is waited for while it is lost."""
+
+    def __init__(self, grabber: FrameGrabber, lost_timeout: float | None = None) -> None:
+        self.grabber = grabber
+        self.outage = Outage(grabber, lost_timeout)
+
+    def next_frame(self, queue: FrameQueue, timeout: float, so_far: int) -> Frame:
+        """Wait for a frame, at most `timeout` seconds of those in which the source is there.
+
+        Raises FrameTimeoutError, TransportError if it was lost for too long.
+        """
+        begun = time.monotonic()
+        while True:
+            try:
+                return queue.get(min(timeout, _LOOK))
+            except FrameTimeoutError:
+                self.outage.check()
+                if queue.closed or self.outage.waited(begun) >= timeout:
+                    raise self.no_frame(timeout, so_far) from None
+
+    def no_frame(self, timeout: float, so_far: int = 0) -> FrameTimeoutError:
+        """No frame came in time after so many: why, or what to look at."""
+        title, came = self.grabber.info.title, counted(so_far, "frame")
+        if SourceUri.parse(self.grabber.info.uri).scheme == "file":
+            return FrameTimeoutError(f"{title} ended after {came}")
+        if self.grabber.access is Access.MONITOR:
+            look = "whether the application that controls it streams"
+        else:
+            look = "whether it waits for a trigger, and whether a firewall drops its packets"
+        counters = self.grabber.statistics()
+        return FrameTimeoutError(
+            f"{title}: no frame within {timeout:g} s after {came} "
+            f"({counters.packets} packets, {counters.incomplete} incomplete frames); see {look}"
+        )
+
+
+@contextmanager
+def frame_source(options: argparse.Namespace) -> Iterator[FrameSource]:
+    """The source as `add_options` has it, set and not yet started; closed behind the block."""
+    assignments = [assignment(text) for text in options.assignments]
+    with opened(options.source, monitor=options.monitor) as grabber:
+        source = FrameSource(grabber, options.lost_timeout)
+        for key, text in assignments:
+            write(grabber, key, text)
+        try:
+            yield source
+        finally:
+            source.outage.close()
+
+
+_QUEUE_DEPTH = 16
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    _add_grab(commands)
+    _add_record(commands)
+
+
+def _add_grab(commands: Any) -> None:
+    parser = commands.add_parser("grab", help="grab frames; count them, save them")
+    add_options(parser, awaited="a frame")
+    parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many (1)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame there")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_grab)
+
+
+def _grab(options: argparse.Namespace) -> int:
+    with frame_source(options) as source:
+        queue = source.grabber.open_queue(_QUEUE_DEPTH)
+        source.grabber.start(keep_trigger=options.keep_trigger)
+        summary = _collect(source, queue, options)
+        source.grabber.stop()
+    if options.json:
+        print(json.dumps(summary))
+    else:
+        print(
+            counted(options.frames, "frame"),
+            "of {width}×{height} {pixel_format} in {seconds:.2f} s, {fps:.1f} per second; "
+            "{incomplete} incomplete, {lost} lost".format(**summary),
+        )
+    return 0
+
+
+def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
+    first: Frame | None = None
+    payload_bytes = 0
+    for so_far in range(options.frames):
+        frame = source.next_frame(queue, options.timeout, so_far)
+        first = first or frame
+        payload_bytes += frame.payload.nbytes
+        if options.out is not None:
+            snapshot.save(frame, options.out, source.grabber.info)
+    assert first is not None
+    counters = source.grabber.statistics()
+    # From the first frame's own time to the last's: opening the camera is not the camera's rate.
+    seconds = max(0.0, frame.captured - first.captured)
+    return {
+        "frames": options.frames,
+        "incomplete": counters.incomplete,
+        "lost": counters.lost + queue.dropped,
+        "width": first.width,
+        "height": first.height,
+        "pixel_format": first.pixel_format.name,
+        "fps": (options.frames - 1) / seconds if seconds > 0 else 0.0,
+        "seconds": seconds,
+        "bytes": payload_bytes,
+    }
+
+
+_CODECS = {
+    kind.value: kind
+    for kind in (RecordingKind.H264, RecordingKind.HEVC, RecordingKind.AV1, RecordingKind.FFV1)
+}
+_POLL = 0.1
+"Seconds between looks at whether it shall end."
+
+
+def _add_record(commands: Any) -> None:
+    parser = commands.add_parser("record", help="record frames; play them back with file:PATH")
+    add_options(parser, awaited="the first frame")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="movie.mp4, messages.mcap, or a folder of pictures (no ending)",
+    )
+    parser.add_argument("-n", "--frames", type=count, metavar="FRAMES", help="end after so many")
+    parser.add_argument("-t", "--seconds", type=positive, metavar="S", help="end after so many seconds")
+    parser.add_argument("--size", type=positive, metavar="MB", help="end once so many megabytes are written")
+    parser.add_argument(
+        "--lossless", action="store_true", help="a movie without losses, larger: H.264 or FFV1"
+    )
+    parser.add_argument(
+        "--codec", choices=_CODECS, help="of a movie: h264 (usual), hevc, av1 (smaller); ffv1 (lossless)"
+    )
+    parser.add_argument("--tiff", action="store_true", help="of a folder: TIFF, larger and faster than PNG")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_record)
+
+
+def _record(options: argparse.Namespace) -> int:
+    check_folder_of(options.out)
+    kind = _kind(options)
+    with frame_source(options) as source, stop_on_signals() as stop:
+        grabber = source.grabber
+        writer = create_writer(kind, options.out, grabber.info, frame_rate(grabber))
+        recorder = Recorder(grabber, writer, _limits(options))
+        recorder.start()
+        try:
+            grabber.start(keep_trigger=options.keep_trigger)
+            begun = time.monotonic()
+            while not recorder.wait(_POLL) and not stop.is_set():
+                source.outage.check()
+                if not recorder.progress.frames and source.outage.waited(begun) > options.timeout:
+                    raise source.no_frame(options.timeout)
+        finally:
+            recorder.stop()
+            recorder.wait()
+        grabber.stop()
+    progress = recorder.progress
+    summary = {"frames": progress.frames, "dropped": progress.dropped, "seconds": progress.seconds}
+    if options.json:
+        print(json.dumps({**summary, "bytes": progress.size, "path": str(options.out)}))
+    elif progress.frames:
+        megabytes = progress.size / 1e6
+        print(
+            f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "
+            f"{megabytes:.1f} MB; {progress.dropped} dropped"
+        )
+    elif not progress.reason:
+        print("nothing was recorded")
+    if progress.reason:
+        raise GrabberError(progress.reason)
+    return 0
+
+
+def _kind(options: argparse.Namespace) -> RecordingKind:
+    movie = _CODECS[options.codec or "h264"]
+    if options.lossless and movie is not RecordingKind.FFV1:
+        if options.codec not in (None, "h264"):
+            raise UsageError(f"--lossless is h264's or ffv1's, not {options.codec}'s")
+        movie = RecordingKind.LOSSLESS
+    kind = kind_of(options.out, movie=movie)
+    if options.tiff and kind is not RecordingKind.PNG:
+        raise UsageError(f"--tiff is for a folder of pictures, not for {options.out.name}")
+    if (options.lossless or options.codec) and kind is not movie:
+        raise UsageError(f"--lossless and --codec are for a movie, not for {options.out.name}")
+    return RecordingKind.TIFF if options.tiff else kind
+
+
+def _limits(options: argparse.Namespace) -> RecordingLimits:
+    size = None if options.size is None else round(options.size * 1e6)
+    return RecordingLimits(options.frames, options.seconds, size)
+
+
+def frame_rate(grabber: FrameGrabber) -> float:
+    """What the camera says of its frames per second; 0 where it says nothing."""
+    name = Role.FRAME_RATE.find(grabber.has_feature)
+    try:
+        value = grabber.feature(name).value if name is not None else None
+    except FeatureError:
+        return 0.0
+    return float(value) if isinstance(value, int | float) else 0.0

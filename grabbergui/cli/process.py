@@ -1,0 +1,230 @@
+"""A command as a process: what its output can spell, its log, its end by signals, and systemd.
+
+Signals end a program at once, by closing what is open, or by setting an event; see `raising_on_signals` and
+`stop_on_signals`.
+"""
+
+from __future__ import annotations
+
+import _thread
+import codecs
+import io
+import json
+import logging
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import datetime, timezone
+from types import FrameType
+from typing import TextIO
+
+_SPELLED = str.maketrans({"×": "x", "…": "...", "→": "->", "–": "-", "±": "+-", "µ": "u", "°": " deg"})
+_NAME = "grabbergui.spelled"
+
+
+def spell_out(stream: TextIO | None) -> None:
+    """Let a stream write what its encoding lacks in other letters instead of failing."""
+    if isinstance(stream, io.TextIOWrapper):
+        stream.reconfigure(errors=_NAME)
+
+
+def _spelled(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    text = error.object[error.start : error.end].translate(_SPELLED)
+    return text.encode("ascii", "replace").decode("ascii"), error.end
+
+
+codecs.register_error(_NAME, _spelled)
+
+
+LOG_FORMATS = ("text", "json")
+
+
+class JsonFormatter(logging.Formatter):
+    """`time` (ISO 8601, UTC), `level`, `logger`, `thread` and `message`; `exception` where there is one."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """One line, whatever is in the message."""
+        entry = {
+            "time": datetime.fromtimestamp(record.created, timezone.utc).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "logger": record.name,
+            "thread": record.threadName,
+            "message": record.getMessage(),
+        }
+        if record.exc_info:
+            entry["exception"] = self.formatException(record.exc_info)
+        return json.dumps(entry, ensure_ascii=False)
+
+
+def set_up_log(level: str, kind: str) -> None:
+    """Log from this level on to stderr, in one of LOG_FORMATS. Does nothing where logging is set up."""
+    handler = logging.StreamHandler()
+    handler.setFormatter(
+        JsonFormatter()
+        if kind == "json"
+        else logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s")
+    )
+    logging.basicConfig(level=level.upper(), handlers=[handler])
+
+
+SAME = 1.0
+"""Seconds within which a second signal is the same wish: a terminal and a launcher both send one."""
+PUT_OFF = 0.02
+"""Seconds until a signal that came at a bad moment is tried again."""
+_MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, told as Ctrl-C is: what is open gets closed on the way out."""
+
+
+@contextmanager
+def dies_of_interrupt() -> Iterator[None]:
+    """Ctrl-C ends the program at once and says nothing, for a phase that leaves nothing behind."""
+    before = signal.getsignal(signal.SIGINT)
+    ours = before is not signal.SIG_IGN and _in_main_thread()
+    if ours:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def raising_on_signals() -> Iterator[None]:
+    """Ctrl-C raises KeyboardInterrupt and SIGTERM raises Terminated, but never through GenApi.
+
+    GenApi is C++ that calls our ports: an exception that it does not expect crashes it, or leaves its lock
+    taken. So a signal that comes meanwhile is put off until its call is over.
+    """
+    if not _in_main_thread():
+        yield
+        return
+    # Whoever started us with a signal ignored means it.
+    ours = {
+        number: handler
+        for number in (signal.SIGINT, signal.SIGTERM)
+        if (handler := signal.getsignal(number)) in (signal.default_int_handler, signal.SIG_DFL)
+    }
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        if not _within(frame, _MUST_NOT_BE_LEFT):
+            raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+        if sys.platform == "win32":
+            again = threading.Timer(PUT_OFF, _thread.interrupt_main, (number,))
+        else:  # also ends a system call in which the main thread waits
+            again = threading.Timer(PUT_OFF, signal.pthread_kill, (threading.get_ident(), number))
+        again.daemon = True
+        again.start()
+
+    for number in ours:
+        signal.signal(number, on_signal)
+    try:
+        yield
+    finally:
+        for number, handler in ours.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[threading.Event]:
+    """An event that Ctrl-C or SIGTERM sets; whoever insists a second later ends the program at once."""
+    stop = threading.Event()
+    first = 0.0
+    signals = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in signals}
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        nonlocal first
+        if not stop.is_set():
+            first = time.monotonic()
+            stop.set()
+        elif time.monotonic() - first > SAME:
+            signal.signal(number, before[signal.Signals(number)])
+            signal.raise_signal(number)
+
+    for number in signals:
+        signal.signal(number, on_signal)
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _in_main_thread() -> bool:
+    """Where alone Python lets signals be arranged."""
+    return threading.current_thread() is threading.main_thread()
+
+
+def _within(frame: FrameType | None, package: str) -> bool:
+    """Whether a frame was called, however far back, by code of a package."""
+    while frame is not None:
+        if str(frame.f_globals.get("__name__", "")).startswith(package):
+            return True
+        frame = frame.f_back
+    return False
+
+
+log = logging.getLogger(__name__)
+
+
+def notify(state: str) -> bool:
+    """Send `READY=1`, `WATCHDOG=1`, `STOPPING=1` …; return whether a service manager was there to take it."""
+    path = os.environ.get("NOTIFY_SOCKET", "")
+    if sys.platform == "win32" or not path:
+        return False
+    address = "\0" + path[1:] if path.startswith("@") else path
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
+            sock.connect(address)
+            sock.send(state.encode())
+    except OSError as error:
+        log.debug("systemd was not notified of %s: %s", state, error)
+        return False
+    return True
+
+
+def watchdog_period() -> float:
+    """Seconds between two signs of life: half of what the unit's WatchdogSec asks for; 0 without one."""
+    if os.environ.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()):
+        return 0.0
+    text = os.environ.get("WATCHDOG_USEC", "")
+    return int(text) / 2e6 if text.isdecimal() else 0.0
+
+
+@contextmanager
+def supervised(alive: Callable[[], object]) -> Iterator[None]:
+    """Report readiness on entry and the end on exit; in between call `alive` before each sign of life.
+
+    `alive` takes the locks that the server's own threads take: if they are stuck, so is it, the signs of life
+    cease, and systemd restarts the service.
+    """
+    closing = threading.Event()
+    period = watchdog_period()
+
+    def beat() -> None:
+        while not closing.wait(period):
+            alive()
+            notify("WATCHDOG=1")
+
+    thread = threading.Thread(target=beat, name="watchdog", daemon=True)
+    notify("READY=1")
+    if period:
+        thread.start()
+    try:
+        yield
+    finally:
+        notify("STOPPING=1")
+        closing.set()
+        if period:
+            thread.join(5)
