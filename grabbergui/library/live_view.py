@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, SourceUnavailableError
 from grabbergui.core.features import Feature
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.sfnc import Role
 from grabbergui.library.camera import Camera
 
@@ -85,16 +87,16 @@ class NotebookPanel:
         self.widget = widgets.VBox([self._picture, *filter(None, sliders), self._status])
         "The panel itself, for a layout of one's own."
         camera.start()
-        self._queue = camera.grabber.open_queue(depth=1)
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="notebook panel", daemon=True)
-        self._thread.start()
+        self._sink = FrameSink(
+            camera.grabber, self._show, name="notebook panel", depth=1, failed=self._on_sink_failed
+        )
+        self._sink.start()
 
     def close(self) -> None:
         """Stop updating. The camera goes on streaming."""
         self._closed.set()
-        self._queue.close()
-        self._thread.join()
+        self._sink.stop()
 
     def _repr_mimebundle_(self, **options: Any) -> Any:
         return self.widget._repr_mimebundle_(**options)
@@ -114,16 +116,12 @@ class NotebookPanel:
         except GrabberError as error:
             self._status.value = str(error)
 
-    def _run(self) -> None:
-        while not self._closed.wait(1 / RATE):
-            try:
-                picture = self._queue.get(0.5).rgb()
-            except FrameTimeoutError:
-                continue
-            except GrabberError as error:
-                self._status.value = str(error)
-                continue
-            self._picture.value = encode_jpeg(picture)
+    def _show(self, frame: Frame) -> None:
+        self._picture.value = encode_jpeg(frame.rgb())
+        self._closed.wait(1 / RATE)
+
+    def _on_sink_failed(self, error: Exception, frame: Frame) -> None:
+        self._status.value = str(error)
 
 
 def _slider_of(widgets: Any, feature: Feature) -> Any:

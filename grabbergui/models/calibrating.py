@@ -19,9 +19,9 @@ from grabbergui.calibration import camera_info
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.collector import Collector, Result, Verdict
 from grabbergui.calibration.coverage import Coverage
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
@@ -98,9 +98,10 @@ class CalibratingModel:
         self._offer: Look | None = None
         self._taken = threading.Event()
         self._lock = threading.Lock()
-        self._queue: FrameQueue | None = None
-        self._thread: threading.Thread | None = None
-        self._problem = ""
+        self._sink: FrameSink | None = None
+        self._closed = False
+        self._seen = 0.0
+        "When the last frame came, on the monotonic clock."
 
     @property
     def collecting(self) -> bool:
@@ -109,19 +110,23 @@ class CalibratingModel:
 
     def open(self) -> None:
         """Begin to look. The source must stream."""
-        self._queue = self._grabber.open_queue(1)
-        self._thread = threading.Thread(target=self._run, name="calibrating", daemon=True)
-        self._thread.start()
+        self._seen = time.monotonic()
+        self._sink = FrameSink(
+            self._grabber,
+            self._consume,
+            name="calibrating",
+            depth=1,
+            wait=FRAME_WAIT,
+            between=self._work,
+            failed=self._on_sink_failed,
+        )
+        self._sink.start()
 
     def close(self, timeout: float = 2.0) -> bool:
         """Look no more. Whether the thread ended within `timeout` seconds. May be called twice."""
-        if self._queue is not None:
-            self._queue.close()
+        self._closed = True
         self._taken.set()
-        if self._thread is None or self._thread is threading.current_thread():
-            return True
-        self._thread.join(timeout)
-        return not self._thread.is_alive()
+        return self._sink is None or self._sink.stop(timeout)
 
     def take(self) -> Look | None:
         """The newest look, once."""
@@ -183,42 +188,34 @@ class CalibratingModel:
         self._jobs.put(write)
 
     # -- the model's own thread --------------------------------------------------------------------
-    def _run(self) -> None:
-        assert self._queue is not None
-        since = time.monotonic()
-        while not self._queue.closed:
-            self._work()
-            try:
-                frame = self._queue.get(FRAME_WAIT)
-            except FrameTimeoutError:
-                if time.monotonic() - since > SILENCE and not self._queue.closed:
-                    self._put(self._look(None, (0, 0), None))
-                continue
-            since = time.monotonic()
-            if not frame.complete:
-                continue
-            try:
-                self._see(frame)
-                self._problem = ""
-            except UsageError as error:  # another size: the views so far are of no use
-                self._complain(error_text(error))
-                self._begin()
-            except GrabberError as error:
-                self._complain(error_text(error))
-            except Exception as error:
-                # A damaged payload may be shorter than it claims; the next one may do.
-                log.exception("a picture could not be looked at")
-                text = translate("Calibrating", "frame {0} cannot be evaluated: {1}")
-                self._complain(text.format(frame.frame_id, error))
-        self._work()
+    def _consume(self, frame: Frame) -> bool:
+        self._seen = time.monotonic()
+        if not frame.complete:
+            return False
+        try:
+            self._see(frame)
+        except UsageError:  # another size: the views so far are of no use
+            self._begin()
+            raise
+        return True
+
+    def _on_sink_failed(self, error: Exception, frame: Frame) -> None:
+        if isinstance(error, GrabberError):
+            self.failed.emit(error_text(error))
+            return
+        text = translate("Calibrating", "frame {0} cannot be evaluated: {1}")
+        self.failed.emit(text.format(frame.frame_id, error))
 
     def _work(self) -> None:
+        """Do the jobs that were asked for, and report a source that is silent."""
         while True:
             try:
                 job = self._jobs.get_nowait()
             except queue.Empty:
-                return
+                break
             job()
+        if time.monotonic() - self._seen > SILENCE and not self._closed:
+            self._put(self._look(None, (0, 0), None))
 
     def _see(self, frame: Frame) -> None:
         collector = self._collector
@@ -260,11 +257,6 @@ class CalibratingModel:
         self._result = result
         chosen = frozenset(number for number, error in enumerate(result.errors) if np.isfinite(error))
         self.solved.emit(Solution(result, chosen, [view.picture for view in self._collector.views]))
-
-    def _complain(self, problem: str) -> None:
-        if problem != self._problem:
-            self._problem = problem
-            self.failed.emit(problem)
 
 
 def verdict_text(verdict: Verdict) -> str:

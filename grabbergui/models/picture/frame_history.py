@@ -6,9 +6,8 @@ import threading
 from collections import deque
 from dataclasses import replace
 
-from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.frame import Frame
-from grabbergui.core.frame_queue import FrameQueue
+from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 
 MOST_FRAMES = 100
@@ -28,8 +27,7 @@ class FrameHistory:
         self._frames: deque[Frame] = deque(maxlen=most_frames)
         self._bytes = 0
         self._paused = False
-        self._queue: FrameQueue | None = None
-        self._thread: threading.Thread | None = None
+        self._sink: FrameSink | None = None
         self._lock = threading.Lock()
 
     @property
@@ -54,20 +52,12 @@ class FrameHistory:
         with self._lock:
             self._paused = False
         self._clear()
-        queue = grabber.open_queue(depth=4)
-        self._queue = queue
-        self._thread = threading.Thread(target=self._keep_on, args=(queue,), name="history", daemon=True)
-        self._thread.start()
+        self._sink = FrameSink(grabber, self.add, name="history", depth=4, wait=FRAME_WAIT)
+        self._sink.start()
 
     def detach(self, timeout: float = 0.0) -> bool:
         """Take no more frames. Whether the thread ended within `timeout` seconds; may be asked again."""
-        queue, self._queue = self._queue, None
-        if queue is not None:
-            queue.close()
-        if (thread := self._thread) is not None:
-            thread.join(timeout)
-            return not thread.is_alive()
-        return True
+        return self._sink is None or self._sink.stop(timeout)
 
     def add(self, frame: Frame) -> None:
         """Keep a copy of a frame, unless paused; the oldest make way."""
@@ -84,13 +74,6 @@ class FrameHistory:
                 self._bytes -= self._frames.popleft().payload.nbytes
             self._frames.append(copy)
             self._bytes += size
-
-    def _keep_on(self, queue: FrameQueue) -> None:
-        while not queue.closed:
-            try:
-                self.add(queue.get(FRAME_WAIT))
-            except FrameTimeoutError:
-                continue
 
     def _clear(self) -> None:
         with self._lock:

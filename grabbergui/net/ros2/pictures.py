@@ -5,7 +5,6 @@ from __future__ import annotations
 import array
 import functools
 import logging
-import threading
 import time
 from typing import Any
 
@@ -13,8 +12,9 @@ import cv2
 import numpy as np
 
 from grabbergui.calibration.fitted import FittedCalibration
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
+from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
 from grabbergui.net.ros2.camera_info import fill_camera_info
@@ -73,41 +73,23 @@ class PicturePublisher:
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
         self._compressed = publisher(CompressedImage, "~/image_raw/compressed")
         self._info = publisher(CameraInfo, "~/camera_info")
-        self._queue = grabber.open_queue(2)
-        self._refused = ""
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="ros2 pictures", daemon=True)
+        self._sink = FrameSink(grabber, self._publish, name="ros2 images", reopens=True)
 
     @property
     def dropped(self) -> int:
         """Frames that came while the one before was still being published."""
-        return self._queue.dropped
+        return self._sink.dropped
 
     def start(self) -> None:
         """Publish from now on."""
-        self._thread.start()
+        self._sink.start()
 
     def stop(self) -> None:
         """End the thread. May be called twice."""
-        self._stopping.set()
-        self._queue.close()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._sink.stop()
 
-    def _run(self) -> None:
-        while not self._stopping.is_set():
-            try:
-                frame = self._queue.get(0.5)
-            except FrameTimeoutError:
-                continue
-            try:
-                self._publish(frame)
-            except GrabberError as error:
-                if str(error) != self._refused:
-                    self._refused = str(error)
-                    log.warning("ROS 2: %s", error)
-
-    def _publish(self, frame: Frame) -> None:
+    def _publish(self, frame: Frame) -> bool:
+        """Publish a frame; return whether anybody subscribes."""
         frame_id = self._node.get_parameter("frame_id").value
         stamp = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
         wanted = [publisher for publisher in self._images if publisher.get_subscription_count()]
@@ -125,6 +107,7 @@ class PicturePublisher:
             message = self._camera_info(frame)
             _fill(message.header, stamp, frame_id)
             self._info.publish(message)
+        return bool(wanted) or any(one.get_subscription_count() for one in (self._compressed, self._info))
 
     def _image(self, frame: Frame) -> Any:
         pixels = pixels_of(frame)

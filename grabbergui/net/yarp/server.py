@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import logging
-import threading
 import time
 
 from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
-from grabbergui.core.errors import FrameTimeoutError, GrabberError, PixelFormatError
+from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
+from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.tree_service import Terminal, no_terminal
 from grabbergui.net.yarp.dev.grabber_pictures import Capability
@@ -150,54 +150,32 @@ class _Publisher:
     ) -> None:
         self.port = port
         self.published = 0
-        self._grabber = grabber
         self._capability = capability
         self._period = period
-        self._queue = grabber.open_queue(1)
-        self._stopping = threading.Event()
-        self._refused = ""
-        "The pixel format that could not be converted, so that it is told once."
-        self._thread = threading.Thread(target=self._run, name=f"yarp {port.name} pictures", daemon=True)
+        self._due = 0.0
+        self._sink = FrameSink(
+            grabber, self._offer, name=f"yarp {port.name} images", depth=1, wait=_POLL, reopens=True
+        )
 
     def start(self) -> None:
         self.port.open()
-        self._thread.start()
+        self._sink.start()
 
     def stop(self) -> None:
-        self._stopping.set()
-        self._queue.close()
-        if self._thread.ident is not None:
-            self._thread.join(5)
+        self._sink.stop(5)
         self.port.close()
 
-    def _run(self) -> None:
-        due = 0.0
-        while not self._stopping.is_set():
-            if self._queue.closed:  # the grabber was closed, and perhaps opened again
-                if self._stopping.wait(_POLL):
-                    return
-                self._queue = self._grabber.open_queue(1)
-            try:
-                frame = self._queue.get(_POLL)
-            except FrameTimeoutError:
-                continue
-            now = time.monotonic()
-            if not self.port.connections or now < due:
-                continue
-            # From the time it was due, so that the rate holds although frames come at times of their own.
-            due += self._period
-            if due <= now:
-                due = now + self._period
-            self._publish(frame)
-
-    def _publish(self, frame: Frame) -> None:
-        try:
-            header, pixels = self._capability.encode(frame)
-        except PixelFormatError as error:
-            if frame.pixel_format.name != self._refused:
-                self._refused = frame.pixel_format.name
-                log.warning("%s: %s", self.port.name, error)
-            return
+    def _offer(self, frame: Frame) -> bool:
+        """Send a frame; return whether it was due."""
+        now = time.monotonic()
+        if not self.port.connections or now < self._due:
+            return False
+        # From the time it was due, so that the rate holds although frames come at times of their own.
+        self._due += self._period
+        if self._due <= now:
+            self._due = now + self._period
+        header, pixels = self._capability.encode(frame)
         stamp = Stamp(self.published, frame.received_ns / 1e9)
         self.port.write(header, pixels, stamp.encode())
         self.published += 1
+        return True

@@ -1,0 +1,142 @@
+"""A consumer of a stream: fed on a thread of its own, counted, and never lost to its own errors."""
+
+import logging
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import PixelFormatError
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameFanout
+from grabbergui.core.frame_sink import FrameSink
+from patience import PATIENCE, until
+
+
+def frame(number):
+    return Frame(np.zeros(16, np.uint8), 4, 4, pfnc.by_name("Mono8"), frame_id=number)
+
+
+@pytest.fixture
+def stream():
+    return FrameFanout()
+
+
+@pytest.fixture
+def sinks():
+    begun = []
+    yield begun
+    assert all(sink.stop(PATIENCE) for sink in begun)
+
+
+def sink_of(stream, consume, sinks, **options):
+    sink = FrameSink(stream, consume, name="test sink", wait=0.01, **options)
+    sinks.append(sink)
+    sink.start()
+    return sink
+
+
+def test_every_frame_is_delivered_in_order(stream, sinks):
+    seen = []
+    sink = sink_of(stream, lambda one: seen.append(one.frame_id), sinks, depth=50)
+    for number in range(50):
+        stream.put(frame(number))
+    until(lambda: len(seen) == 50)
+    assert seen == list(range(50))
+    until(lambda: sink.consumed == 50)
+    assert sink.dropped == 0 and sink.rate > 0
+
+
+def test_a_slow_consumer_loses_the_oldest_and_counts_them(stream, sinks):
+    seen, go_on = [], threading.Event()
+    sink = sink_of(stream, lambda one: (seen.append(one.frame_id), go_on.wait(PATIENCE)), sinks)
+    stream.put(frame(0))
+    until(lambda: seen == [0])
+    for number in range(1, 11):
+        stream.put(frame(number))
+    go_on.set()
+    until(lambda: seen == [0, 9, 10])
+    assert sink.dropped == 8
+
+
+@pytest.mark.parametrize("error", [PixelFormatError("no colours"), ValueError("short")])
+def test_a_consumer_that_fails_is_reported_once_and_gets_the_next_frame(stream, sinks, error):
+    told, seen = [], []
+
+    def consume(one):
+        seen.append(one.frame_id)
+        if one.frame_id != 2:
+            raise error
+
+    sink = sink_of(stream, consume, sinks, depth=9, failed=lambda error, one: told.append(error))
+    for number in range(5):
+        stream.put(frame(number))
+    until(lambda: len(seen) == 5)
+    until(lambda: len(told) == 2)  # and once more after frame 2, which was consumed
+    assert told == [error, error]
+    assert sink.consumed == 1
+
+
+def test_what_nobody_asks_for_is_logged(stream, sinks, caplog):
+    def consume(one):
+        raise PixelFormatError("no colours")
+
+    with caplog.at_level(logging.WARNING):
+        sink_of(stream, consume, sinks)
+        stream.put(frame(0))
+        until(lambda: "test sink: no colours" in caplog.text)
+
+
+def test_it_ends_with_its_source(stream, sinks):
+    sink = sink_of(stream, lambda one: None, sinks)
+    stream.close()
+    until(lambda: not sink._thread.is_alive())
+
+
+def test_one_that_reopens_waits_for_the_source_without_spinning(stream, sinks):
+    seen, turns = [], []
+    sink_of(
+        stream,
+        lambda one: seen.append(one.frame_id),
+        sinks,
+        reopens=True,
+        between=lambda: turns.append(time.monotonic()),
+    )
+    stream.close()
+    time.sleep(0.2)
+    assert len(turns) < 40
+    until(lambda: stream.consumers)
+    stream.put(frame(7))
+    until(lambda: seen == [7])
+
+
+def test_what_lies_between_is_done_while_no_frame_comes_and_at_the_end(stream, sinks):
+    jobs, done = [], []
+    sink = sink_of(stream, lambda one: None, sinks, between=lambda: done.extend(jobs))
+    jobs.append(1)
+    until(lambda: done)
+    done.clear()
+    jobs.append(2)
+    assert sink.stop(PATIENCE)
+    assert 2 in done
+
+
+def test_a_consumer_may_stop_its_own_sink(stream, sinks):
+    seen = []
+
+    def consume(one):
+        seen.append(one.frame_id)
+        assert sinks[0].stop()
+
+    sink = sink_of(stream, consume, sinks, depth=9)
+    stream.put(frame(0))
+    until(lambda: seen == [0])
+    stream.put(frame(1))
+    assert sink.stop(PATIENCE) and seen == [0]
+
+
+def test_one_that_never_began_can_be_stopped(stream):
+    sink = FrameSink(stream, lambda one: None, name="test sink")
+    assert sink.stop(0) and not stream.consumers
