@@ -139,3 +139,30 @@ def test_a_camera_that_cannot_be_opened_beside_leaves_no_tile(window_desk):
     assert "no simulated camera 'nonsense'" in window_desk.errors[0]
     window_desk.until(lambda: not window_desk.window.gallery.tiles)
     assert window_desk.program.connection.state is LinkState.STREAMING
+
+
+def test_a_camera_that_comes_back_has_its_controls_as_they_were_and_true(window_desk):
+    two_cameras(window_desk)
+    desk, window, connection = window_desk, window_desk.window, window_desk.program.connection
+    first, second = connection.sources
+    panel, cards = window.features.rows, window.favourites.rows
+
+    def gain():
+        row = cards.rows("Gain")
+        return row[0].editor.field.text() if row and row[0].editor is not None else None
+
+    desk.until(lambda: gain() == "0 dB" and panel.rows("Gain"))
+    row, card = panel.rows("Gain")[0], cards.rows("Gain")[0]
+    window.features.section("ImageFormatControl").header.click()
+    opened = window.features.section("ImageFormatControl").open
+    connection.make_current(second)
+    desk.until(lambda: cards.rows("Gain")[:1] not in ([], [card]) and gain() is not None)
+    assert not card.isVisible()
+    first.grabber.write_feature("Gain", 6.0)  # by somebody else, while it is in the background
+    connection.make_current(first)
+    desk.until(lambda: cards.rows("Gain")[:1] == [card] and gain() == "6 dB")
+    assert panel.rows("Gain")[0] is row
+    assert card.isVisible() and window.features.section("ImageFormatControl").open is opened
+    connection.close(second)
+    desk.until(lambda: len(window.features._sections) == 1)
+    assert not desk.errors

@@ -30,6 +30,8 @@ class FeatureController(QObject):
         self._chosen: tuple[str, ...] | None = None
         "Favourites in place of those that suit any camera."
         self._bridge: Bridge | None = None
+        self._held: set[str] = set()
+        "Names of the controls that are being dragged or typed into."
         # A thousand features may arrive at once, and each may need a new editor.
         self._pacer = Pacer(self)
         for rows in (panel.rows, favourites.rows):
@@ -46,6 +48,9 @@ class FeatureController(QObject):
             self._bridge = None
         if self._model is not None:
             self._model.watch(())
+            for name in self._held:
+                self._model.release(name)
+        self._held.clear()
         self._model = model
         self._chosen = None
         if model is not None:
@@ -54,6 +59,13 @@ class FeatureController(QObject):
             self._bridge.bind(model.structure_changed, self._show_structure)
         self._show_structure()
         self._show_known()
+
+    def forget(self, model: FeatureTreeModel) -> None:
+        """Delete the controls of a source that is closed."""
+        if model is self._model:
+            self.set_model(None)
+        self._panel.forget(model)
+        self._favourites.forget(model)
 
     def set_locked(self, reason: str) -> None:
         """Lock every control, and say why; with no reason, let them be used again."""
@@ -84,17 +96,21 @@ class FeatureController(QObject):
             self._panel.setTree(None)
             return
         self._fill_favourites()
-        self._panel.setTree(model.root, self.favourites)
+        self._panel.setTree(model.root, self.favourites, model)
         self._watch()
 
     def _fill_favourites(self) -> None:
         if (model := self._model) is not None:
-            self._favourites.setFavourites([self._favourite(model, name) for name in self.favourites])
+            descriptions = [self._favourite(model, name) for name in self.favourites]
+            self._favourites.setFavourites(descriptions, model)
 
     def _show_known(self) -> None:
-        """What was read already need not be read again to be shown."""
+        """Show what was read already, unless its controls show it."""
         for feature in self._model.known if self._model is not None else ():
-            self._on_model_feature_changed(feature)
+            if any(
+                rows.shown(feature.name) is not feature for rows in (self._panel.rows, self._favourites.rows)
+            ):
+                self._on_model_feature_changed(feature)
 
     def _favourite(self, model: FeatureTreeModel, name: str) -> FeatureDescription:
         """A favourite under the name of what it is for, which is short and the same for every camera."""
@@ -129,8 +145,10 @@ class FeatureController(QObject):
 
     def _on_rows_held(self, name: str) -> None:
         if self._model is not None:
+            self._held.add(name)
             self._model.hold(name)
 
     def _on_rows_released(self, name: str) -> None:
+        self._held.discard(name)
         if self._model is not None:
             self._model.release(name)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Hashable
+from dataclasses import dataclass, field
 
 from PyQt5.QtCore import QByteArray, QMimeData, QObject, QPoint, Qt, pyqtSignal
 from PyQt5.QtGui import QContextMenuEvent, QDrag, QDropEvent, QMouseEvent
@@ -286,8 +288,20 @@ def _column_policy() -> QSizePolicy:
     return policy
 
 
+@dataclass
+class _Page:
+    """The rows of one camera, and what they show."""
+
+    features: dict[str, Feature] = field(default_factory=dict)
+    rows: dict[str, list[FeatureRow]] = field(default_factory=dict)
+    by_auto: dict[str, list[FeatureRow]] = field(default_factory=dict)
+
+
 class FeatureRows(QObject):
-    """Brings features to the rows that show them; a feature may have several rows, or none yet."""
+    """Brings features to the rows that show them; a feature may have several rows, or none yet.
+
+    Each camera has a page of its own, so that switching between cameras rebuilds nothing.
+    """
 
     edited = pyqtSignal(str, object)
     executed = pyqtSignal(str)
@@ -297,15 +311,30 @@ class FeatureRows(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._features: dict[str, Feature] = {}
-        self._rows: dict[str, list[FeatureRow]] = {}
-        self._by_auto: dict[str, list[FeatureRow]] = {}
+        self._page = _Page()
+        self._pages: dict[Hashable, _Page] = {None: self._page}
         self._lock = ""
+
+    def turnTo(self, camera: Hashable) -> None:
+        """Use the rows of this camera from now on; None is no camera."""
+        self._page = self._pages.setdefault(camera, _Page())
+        self.setLocked(self._lock)
+
+    def forget(self, camera: Hashable) -> None:
+        """Forget a camera's features and rows; the owner of the rows deletes them."""
+        if (page := self._pages.pop(camera, None)) is self._page:
+            self.turnTo(camera)
+        elif page is not None:
+            page.rows.clear()
+
+    def shown(self, name: str) -> Feature | None:
+        """Return the feature as the current camera's rows show it; None if they do not."""
+        return self._page.features.get(name)
 
     def make(
         self, description: FeatureDescription, parent: QWidget | None = None, *, indented: bool = False
     ) -> FeatureRow:
-        """A new row, filled in where the feature is known."""
+        """Make a row on the current camera's page, and fill it if the feature is known."""
         row = FeatureRow(description, parent, indented=indented)
         row.edited.connect(self.edited)
         row.executed.connect(self.executed)
@@ -313,42 +342,36 @@ class FeatureRows(QObject):
         row.released.connect(self.released)
         row.menuRequested.connect(self.menuRequested)
         row.setLocked(self._lock)
-        self._rows.setdefault(row.name, []).append(row)
-        if (feature := self._features.get(row.name)) is not None:
+        self._page.rows.setdefault(row.name, []).append(row)
+        if (feature := self._page.features.get(row.name)) is not None:
             self._show(row, feature)
         return row
 
     def rows(self, name: str) -> list[FeatureRow]:
         """The rows of a feature."""
-        return self._rows.get(name, [])
+        return self._page.rows.get(name, [])
 
     def setFeature(self, feature: Feature) -> None:
         """Show a feature wherever it has a row, also as the automatic mode of another."""
-        self._features[feature.name] = feature
-        for row in self._rows.get(feature.name, ()):
+        self._page.features[feature.name] = feature
+        for row in self._page.rows.get(feature.name, ()):
             self._show(row, feature)
-        for row in self._by_auto.get(feature.name, ()):
+        for row in self._page.by_auto.get(feature.name, ()):
             row.setAuto(feature)
 
     def setLocked(self, reason: str) -> None:
         """Lock every row, those to come too, and say why; with no reason, unlock them."""
         self._lock = reason
-        for rows in self._rows.values():
+        for rows in self._page.rows.values():
             for row in rows:
                 row.setLocked(reason)
-
-    def clear(self) -> None:
-        """Forget features and rows; who made the rows deletes them."""
-        self._features.clear()
-        self._rows.clear()
-        self._by_auto.clear()
 
     def _show(self, row: FeatureRow, feature: Feature) -> None:
         row.setFeature(feature)
         if not feature.auto:
             return
-        listeners = self._by_auto.setdefault(feature.auto, [])
+        listeners = self._page.by_auto.setdefault(feature.auto, [])
         if row not in listeners:
             listeners.append(row)
-            if (auto := self._features.get(feature.auto)) is not None:
+            if (auto := self._page.features.get(feature.auto)) is not None:
                 row.setAuto(auto)

@@ -188,6 +188,7 @@ class Program(QObject):
         self._bridge = Bridge(self)
         self._bridge.bind(self.connection.opened, self._on_connection_opened)
         self._bridge.bind(self.connection.closing, lambda _: self.features.set_model(None))
+        self._bridge.bind(self.connection.ending, self._on_connection_ending)
         self.display.orientationChanged.connect(self.measures.show_marks)
         self.status_bar.titleChanged.connect(self._on_title_changed)
         self.status_bar.lockChanged.connect(self.features.set_locked)
@@ -229,6 +230,10 @@ class Program(QObject):
         if source is self.connection.source and source.grabber is not None:
             self.features.set_model(source.features)
             self.favourites.restore(source.grabber.info)
+
+    def _on_connection_ending(self, source: OpenSource) -> None:
+        if source.features is not None:
+            self.features.forget(source.features)
 
     def _on_title_changed(self, title: str) -> None:
         self.window.setWindowTitle(f"{title} — grabbergui" if title else "grabbergui")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
 from PyQt5.QtCore import QLine, QPoint, QSize, pyqtSignal
 from PyQt5.QtGui import (
@@ -41,21 +41,44 @@ class FavouritesStrip(QWidget):
         self.rows = FeatureRows(self)
         """Every row, with what people do in them as signals."""
         self._shown: list[FeatureRow] = []
+        self._camera: Hashable = None
+        self._pages: dict[Hashable, tuple[tuple[FeatureDescription, ...], list[FeatureRow]]] = {}
+        "Cards of cameras that may be shown again, and the features they are of."
         self._columns = 1
         self._place: int | None = None
         "Before which card the hand is that drags a feature."
         self.setAcceptDrops(True)
 
-    def setFavourites(self, descriptions: Sequence[FeatureDescription]) -> None:
-        """Show these features, left to right."""
-        self.rows.clear()
+    def setFavourites(self, descriptions: Sequence[FeatureDescription], camera: Hashable = None) -> None:
+        """Show these features, left to right. The cards of a `camera` are kept until `forget`."""
         for row in self._shown:
             self.cards.removeWidget(row)
             row.hide()
-            row.deleteLater()
-        self._shown = [self._card(description) for description in descriptions]
+        if self._camera is None:
+            self.forget(None)
+        self._camera = camera
+        known, self._shown = self._pages.get(camera, ((), []))
+        if known != tuple(descriptions):
+            self.forget(camera)
+            self.rows.turnTo(camera)
+            self._shown = [self._card(description) for description in descriptions]
+            self._pages[camera] = tuple(descriptions), self._shown
+        self.rows.turnTo(camera)
         self._arrange()
+        for row in self._shown:
+            row.show()
         self.hintLabel.setVisible(not descriptions)
+
+    def forget(self, camera: Hashable) -> None:
+        """Delete the cards of a camera."""
+        _, cards = self._pages.pop(camera, ((), []))
+        self.rows.forget(camera)
+        for card in cards:
+            self.cards.removeWidget(card)
+            card.hide()
+            card.deleteLater()
+        if cards is self._shown:
+            self._shown = []
 
     def setFeature(self, feature: Feature) -> None:
         """Show a feature that is among the favourites, or the automatic mode of one."""

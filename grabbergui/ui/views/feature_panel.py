@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Hashable
 
 from PyQt5.QtCore import QEvent, QObject, Qt, pyqtSignal
 from PyQt5.QtGui import QKeyEvent
@@ -42,6 +42,9 @@ class FeaturePanel(QWidget):
         """Every row, with what people do in them as signals."""
         self._pacer = Pacer(self)
         self._section: Section | None = None
+        self._camera: Hashable = None
+        self._sections: dict[Hashable, Section] = {}
+        "Of cameras that may be shown again."
         self._watched: frozenset[str] = frozenset()
         self.filterEdit.textChanged.connect(self._arrange)
         self.levelBox.currentIndexChanged[int].connect(self._arrange)
@@ -59,25 +62,45 @@ class FeaturePanel(QWidget):
             return True
         return super().eventFilter(watched, event)
 
-    def setTree(self, root: Category | None, opened: Collection[str] = ()) -> None:
+    def setTree(self, root: Category | None, opened: Collection[str] = (), camera: Hashable = None) -> None:
         """Show another camera's features, or none.
 
-        Sections that hold a feature of `opened` are open at first, or else the first section.
+        Sections that hold a feature of `opened` are open at first, or else the first section. The rows of a
+        `camera` are kept until `forget`, and shown as they were left when it comes back with the same `root`.
         """
         self._pacer.clear()
-        self.rows.clear()
         if self._section is not None:
-            self.sections.removeWidget(self._section)
             self._section.hide()
-            self._section.deleteLater()
-            self._section = None
-        if root is not None:
-            opened = opened or _first_names(root)
-            self._section = Section(root, self._make_row, self._pacer, frozenset(opened), self.content)
-            self._section.removeHeader()
-            self._section.toggled.connect(self._arrange)
-            self.sections.insertWidget(0, self._section)
+        if self._camera is None:
+            self.forget(None)
+        self._camera = camera
+        self._section = self._sections.get(camera)
+        if self._section is not None and self._section.category is not root:
+            self.forget(camera)
+        self.rows.turnTo(camera)
+        if root is not None and self._section is None:
+            self._section = self._build(root, opened or _first_names(root))
         self._arrange()
+
+    def forget(self, camera: Hashable) -> None:
+        """Delete the rows of a camera."""
+        section = self._sections.pop(camera, None)
+        self.rows.forget(camera)
+        if section is None:
+            return
+        if section is self._section:
+            self._section = None
+        self.sections.removeWidget(section)
+        section.hide()
+        section.deleteLater()
+
+    def _build(self, root: Category, opened: Collection[str]) -> Section:
+        section = Section(root, self._make_row, self._pacer, frozenset(opened), self.content)
+        section.removeHeader()
+        section.toggled.connect(self._arrange)
+        self.sections.insertWidget(0, section)
+        self._sections[self._camera] = section
+        return section
 
     def setFeature(self, feature: Feature) -> None:
         """Show a feature wherever it has a row."""
@@ -89,8 +112,9 @@ class FeaturePanel(QWidget):
         return self._watched
 
     def section(self, name: str) -> Section | None:
-        """The section of a category, once it was made."""
-        return next((s for s in self.content.findChildren(Section) if s.category.name == name), None)
+        """Return the shown camera's section of a category, once it was made."""
+        sections = self._section.findChildren(Section) if self._section is not None else []
+        return next((section for section in sections if section.category.name == name), None)
 
     def _make_row(self, description: FeatureDescription, parent: QWidget, indented: bool) -> FeatureRow:
         return self.rows.make(description, parent, indented=indented)
