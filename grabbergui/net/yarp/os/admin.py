@@ -1,13 +1,23 @@
-"""What a port answers when it is administered: `yarp connect`, `yarp ping`, `yarp admin rpc`. No I/O here."""
+"""A port's answers to administrative requests: `yarp connect`, `yarp ping`, `yarp admin rpc`, a browser.
+
+No I/O.
+"""
 
 from __future__ import annotations
 
+import logging
 from typing import Final, Protocol
 
-from grabbergui.core.errors import GrabberError
+from grabbergui.core.errors import GrabberError, LocalProtocolError, RemoteProtocolError, SourceNotFoundError
+from grabbergui.net.yarp.os import web_page
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+
+log = logging.getLogger(__name__)
+
+_MOST_REFUSALS: Final = 32
+"""Reasons to refuse a connection that are logged as warnings."""
 
 _HELP: Final = (
     "[help]                  # give this help",
@@ -48,7 +58,7 @@ _NOT_UNDERSTOOD: Final = (
 
 
 class Administered(Protocol):
-    """What is done to a port from outside."""
+    """A port as its commands see it."""
 
     name: str
     properties: dict[str, Item]
@@ -62,9 +72,6 @@ class Administered(Protocol):
     def add(self, target: Target) -> None:
         """Connect. Raises GrabberError."""
 
-    def note_refusal(self, name: str, error: GrabberError) -> None:
-        """Note that no connection to `name` was made, and why."""
-
     def remove_output(self, name: str) -> bool:
         """Drop the connections to `name`; whether there were any."""
 
@@ -72,66 +79,91 @@ class Administered(Protocol):
         """Drop the connections from `name`; whether there were any."""
 
 
-def answer(port: Administered, request: list[Item]) -> Bottle:
-    """The reply to an administrative Bottle. Never raises for what a peer may ask."""
-    words = [word(item) for item in request] + [""] * 3
-    match words[0]:
-        case "ver":
-            return Bottle(_VERSION)
-        case "help":
-            return Bottle([Vocab("many"), *_HELP])
-        case "add":
-            return _outcome(*_add(port, words[1], words[2]))
-        case "del":
-            return _outcome(*_remove(port, words[1]))
-        case "list":
-            return _list(port, words[1], words[2])
-        case "prop" | "get" | "set":
-            return _properties(port, words, request)
-        case "atch" | "dtch":
-            return Bottle([Vocab("fail")])
-    return Bottle([Vocab("fail"), "send [help] for list of valid commands"])
+class PortCommands:
+    """Answers what peers ask of one port. Any thread; raises nothing for what a peer may ask."""
 
+    def __init__(self, port: Administered, *, images: bool) -> None:
+        """The page for a browser shows the port's output if it sends `images`."""
+        self._port = port
+        self._images = images
+        self._refusals: set[str] = set()
+        "Reasons that were logged as warnings."
 
-def answer_line(port: Administered, command: str) -> list[str]:
-    """The answer to a command of one line in text mode."""
-    match command[:1]:
-        case "*":
-            return _describe(port)
-        case "?" | "h":
-            return list(_LINE_HELP)
-        case "!":
-            gone = port.remove_output(command[1:])
-            return [
-                _removed(port, command[1:])
-                if gone
-                else f"Could not find an outgoing connection to {command[1:]}"
-            ]
-        case "~":
-            gone = port.remove_input(command[1:])
-            return [
-                f"Removing connection from {command[1:]} to {port.name}"
-                if gone
-                else f"Could not find an incoming connection from {command[1:]}"
-            ]
-    if "/" in command:
-        return [_add(port, command, "")[1]]
-    return list(_NOT_UNDERSTOOD)
+    def administer(self, request: list[Item]) -> Bottle:
+        """Return the reply to an administrative Bottle."""
+        words = [word(item) for item in request] + [""] * 3
+        match words[0]:
+            case "ver":
+                return Bottle(_VERSION)
+            case "help":
+                return Bottle([Vocab("many"), *_HELP])
+            case "add":
+                return _outcome(*self._add(words[1], words[2]))
+            case "del":
+                return _outcome(*_remove(self._port, words[1]))
+            case "list":
+                return _list(self._port, words[1], words[2])
+            case "prop" | "get" | "set":
+                return _properties(self._port, words, request)
+            case "atch" | "dtch":
+                return Bottle([Vocab("fail")])
+        return Bottle([Vocab("fail"), "send [help] for list of valid commands"])
+
+    def line(self, command: str) -> list[str]:
+        """Carry out a command of one line in text mode; return the lines of its answer."""
+        port, name = self._port, command[1:]
+        match command[:1]:
+            case "*":
+                return _describe(port)
+            case "?" | "h":
+                return list(_LINE_HELP)
+            case "!" if port.remove_output(name):
+                return [_removed(port, name)]
+            case "!":
+                return [f"Could not find an outgoing connection to {name}"]
+            case "~" if port.remove_input(name):
+                return [f"Removing connection from {name} to {port.name}"]
+            case "~":
+                return [f"Could not find an incoming connection from {name}"]
+        if "/" in command:
+            return [self._add(command, "")[1]]
+        return list(_NOT_UNDERSTOOD)
+
+    def page(self) -> bytes:
+        """Return the HTTP response for a browser: the connections, and the images if the port sends some."""
+        return web_page.encode_page(self._port.name, self.line("*"), pictures=self._images)
+
+    def answer_name_query(self, line: str, asker: str) -> str:
+        """Answer a line to a name server. Raises RemoteProtocolError, as this port is none."""
+        raise RemoteProtocolError(f"{self._port.name} is no name server")
+
+    def _add(self, name: str, carrier: str) -> tuple[int, str]:
+        port = self._port
+        try:
+            port.add(Target.parse(name, carrier))
+        except GrabberError as error:
+            self._log_refusal(name, error)
+            if isinstance(error, SourceNotFoundError):
+                return -1, f"Do not know how to connect to {name}"
+            return -1, f"Cannot connect to {name}: {error}"
+        shown = f"{carrier}:/{name}" if carrier else name
+        return 0, f"Added connection from {port.name} to {shown}"
+
+    def _log_refusal(self, name: str, error: GrabberError) -> None:
+        """Log a refused connection; a carrier or plug-in that we lack as a warning, once.
+
+        A peer that tries again and again does not fill the log.
+        """
+        level, reason = logging.INFO, str(error)
+        known = reason in self._refusals or len(self._refusals) >= _MOST_REFUSALS
+        if isinstance(error, LocalProtocolError) and not known:
+            self._refusals.add(reason)
+            level = logging.WARNING
+        log.log(level, "%s: no connection to %s: %s", self._port.name, name, error)
 
 
 def _outcome(code: int, text: str) -> Bottle:
     return Bottle([code, text + "\r\n"])
-
-
-def _add(port: Administered, name: str, carrier: str) -> tuple[int, str]:
-    try:
-        port.add(Target.parse(name, carrier))
-    except GrabberError as error:
-        port.note_refusal(name, error)
-        known = type(error).__name__ != "SourceNotFoundError"
-        return -1, f"Cannot connect to {name}: {error}" if known else f"Do not know how to connect to {name}"
-    shown = f"{carrier}:/{name}" if carrier else name
-    return 0, f"Added connection from {port.name} to {shown}"
 
 
 def _remove(port: Administered, name: str) -> tuple[int, str]:
@@ -165,7 +197,7 @@ def _list(port: Administered, direction: str, name: str) -> Bottle:
 
 
 def _properties(port: Administered, words: list[str], request: list[Item]) -> Bottle:
-    if words[0] != "prop":  # connection properties: there are none to tell or to set
+    if words[0] != "prop":  # of a connection, which has none
         if words[0] == "get":
             return Bottle([Bottle()]) if words[2] else Bottle()
         return _outcome(0, f"Configured connection to {words[2]}")

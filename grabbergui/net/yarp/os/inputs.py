@@ -19,6 +19,7 @@ from grabbergui.core.errors import (
 )
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import datagrams, sockets, web_page
+from grabbergui.net.yarp.os.admin import PortCommands
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Ack, Carrier, Event, Header, HeaderReply, Message
 from grabbergui.net.yarp.os.carrier import Reply as ReplyEvent
@@ -40,6 +41,7 @@ class Owner(Protocol):
     limit: int
     "Size of the longest message accepted, in bytes."
     key: bytes | None
+    commands: PortCommands
 
     @property
     def port_number(self) -> int:
@@ -56,18 +58,6 @@ class Owner(Protocol):
 
     def deliver(self, request: Request) -> Reply:
         """Pass a message to the port's user and return the reply."""
-
-    def administer(self, request: Bottle) -> Bottle:
-        """Answer an administrative Bottle."""
-
-    def line(self, command: str) -> list[str]:
-        """Carry out a command of one line and return the answer's lines."""
-
-    def page(self) -> bytes:
-        """Return the HTTP response for a browser."""
-
-    def answer_name_query(self, line: str, asker: str) -> str:
-        """Answer a line to a name server. Raises RemoteProtocolError where the port is none."""
 
     def attach(self, reader: str, carrier: Carrier, link: Link, *, replaces: Input | None = None) -> Output:
         """Send the port's output on this connection, which `replaces` an input. Raises GrabberError."""
@@ -199,7 +189,7 @@ class Input:
         if header.carrier is wire.MJPEG:
             self._serve_images(link)
         elif header.carrier is wire.HTTP:
-            page = self._owner.page() if web_page.wanted(header.request) else web_page.NOT_FOUND
+            page = self._owner.commands.page() if web_page.wanted(header.request) else web_page.NOT_FOUND
             sockets.send(self._sock, [page])
         return not header.carrier.pull
 
@@ -223,15 +213,17 @@ class Input:
             self.received += 1
             self._active = time.monotonic()
         if self._carrier is wire.NAME_SER:
-            return [ReplyEvent(text=self._owner.answer_name_query(message.text, self.info.address[0]))]
+            return [
+                ReplyEvent(text=self._owner.commands.answer_name_query(message.text, self.info.address[0]))
+            ]
         match message.code:
             case "d" | "D":
                 return self._encode(self._ask(message))
             case "a":
-                return self._encode(self._owner.administer(Request(message, self.info).bottle()))
+                return self._encode(self._owner.commands.administer(Request(message, self.info).bottle()))
             case "r" | "q":
                 return []
-        lines = self._owner.line(message.command)
+        lines = self._owner.commands.line(message.command)
         return [ReplyEvent(text="\r\n".join(lines))] if self._carrier.text else []
 
     def _ask(self, message: Message) -> Reply:

@@ -89,7 +89,6 @@ class InputPort(Port):
     """Receives a stream; keeps the newest messages, so a slow reader never holds up a source."""
 
     sends = False
-    pulls = True
 
     def __init__(
         self, name: str, names: NameClient | None = None, *, depth: int = 1, bind: str = "", port: int = 0
@@ -180,7 +179,7 @@ class InputPort(Port):
 
     def _put(self, payload: memoryview | bytes, envelope: str = "") -> None:
         with self._putting:
-            if not self._closing.is_set():
+            if self._listener.is_open:
                 self.overwritten += self._keep(self._depth - 1)
                 self._arrived.put((payload, envelope))
 
