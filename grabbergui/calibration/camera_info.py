@@ -1,8 +1,7 @@
 """Calibrations as camera_info files, the YAML of ROS's camera_info_manager and camera_calibration.
 
-The little of YAML that these files are made of: mappings by indentation, one or two levels deep; plain and
-quoted scalars; lists of numbers in brackets, which may go on over several lines, or in lines that begin with
-a dash. Anything else is refused.
+PyYAML reads them, restricted to what such a file needs: mappings, lists, text and numbers as YAML 1.2 has
+them (`1e-3` is a number, `on` is text), and the tag of OpenCV's matrices.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from grabbergui.core.calibration import (
     DISTORTION_LENGTH,
@@ -23,16 +23,40 @@ from grabbergui.core.calibration import (
 from grabbergui.core.errors import UsageError
 
 MAX_FILE_BYTES = 64 * 1024
+_TAG = "tag:yaml.org,2002:"
+_OPENCV_DIRECTIVE = re.compile(r"\A\ufeff?%YAML:[\d.]+[ \t]*\r?\n")
+"The first line of OpenCV's files, which YAML would write with a blank."
 
-_ENTRY = re.compile(r"( *)([A-Za-z_][\w.-]*) *:(?: +(.*))?")
-_INTEGER = re.compile(r"[-+]?\d{1,18}", re.ASCII)
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)
-_QUOTED = re.compile(r"""'((?:[^']|'')*)'|"((?:[^"\\]|\\.)*)\"""")
-_ESCAPED = re.compile(r"\\(.)")
-_ESCAPES = {"n": "\n", "t": "\t"}
-"What an escaped letter stands for; other signs stand for themselves."
-_PLAIN = re.compile(r"(?!(?:y|n|yes|no|on|off|true|false|null)$)[A-Za-z_][\w./-]*", re.ASCII | re.IGNORECASE)
-"Text that needs no quotes: YAML 1.1 takes the words left out for truth values or nothing."
+
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]  # PyYAML has no types
+    """Knows the tags below, and takes plain text for a number where YAML 1.2 does."""
+
+    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012, PyYAML's own name
+    yaml_constructors = {  # noqa: RUF012
+        tag: construct
+        for tag, construct in yaml.SafeLoader.yaml_constructors.items()
+        if tag is None or tag.removeprefix(_TAG) in ("map", "seq", "str", "int", "float", "null")
+    }
+
+
+class _Dumper(yaml.SafeDumper):  # type: ignore[misc]
+    """Quotes text that a reader of YAML 1.1 or 1.2 takes for something else; lists go in brackets."""
+
+
+def _in_brackets(dumper: yaml.SafeDumper, values: list[Any]) -> yaml.Node:
+    return dumper.represent_sequence(f"{_TAG}seq", values, flow_style=True)
+
+
+for _name, _pattern, _first in (
+    ("null", r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    ("int", r"[-+]?(0|[1-9][0-9]{0,17})", list("-+0123456789")),
+    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", list("-+.0123456789")),
+    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", list("-+.")),
+):
+    _Loader.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"({_pattern})\Z"), _first)
+    _Dumper.add_implicit_resolver(f"{_TAG}{_name}", re.compile(rf"({_pattern})\Z"), _first)
+_Dumper.add_representer(list, _in_brackets)
+_Loader.add_constructor(f"{_TAG}opencv-matrix", yaml.SafeLoader.construct_yaml_map)
 
 
 def load(path: Path) -> Calibration:
@@ -66,7 +90,7 @@ def dump(calibration: Calibration) -> str:
 def parse(text: str, where: str = "calibration") -> Calibration:
     """Read a camera_info file's text. Raises UsageError naming `where` and what is wrong."""
     values = read(text, where)
-    model = str(values.get("distortion_model", "plumb_bob"))
+    model = _text(values, "distortion_model", "plumb_bob")
     if model not in DISTORTION_LENGTH:
         raise UsageError(
             f"{where}: distortion model '{model}' is not known; there are {', '.join(DISTORTION_LENGTH)}"
@@ -85,7 +109,7 @@ def parse(text: str, where: str = "calibration") -> Calibration:
             _size(values, "image_height", where),
             matrix,
             np.pad(coefficients, (0, padding)),
-            str(values.get("camera_name", "camera")),
+            _text(values, "camera_name", "camera"),
             rectification=given_rectification(_optional(values, "rectification_matrix", where)),
             rectified=given_projection(_optional(values, "projection_matrix", where)),
         )
@@ -94,95 +118,23 @@ def parse(text: str, where: str = "calibration") -> Calibration:
 
 
 def read(text: str, where: str) -> dict[str, Any]:
-    """Keys to numbers, text, lists of scalars, or one more such mapping. Raises UsageError with the line."""
-    values: dict[str, Any] = {}
-    inner: dict[str, Any] | None = None
-    lines = enumerate(text.splitlines(), 1)
-    target, key = values, ""
-    for number, raw in lines:
-        line = raw.rstrip()
-        if not line or line.lstrip().startswith("#") or line.split(" #")[0].rstrip() in ("---", "..."):
-            continue
-        if line.startswith("%YAML"):
-            continue
-        if line.lstrip().startswith("- ") and key:
-            if not isinstance(target.get(key), list):
-                target[key] = []
-            target[key].append(_scalar(_uncommented(line.lstrip()[2:])))
-            continue
-        match = _ENTRY.fullmatch(line)
-        if not match:
-            raise UsageError(f"{where}, line {number}: '{line.strip()[:60]}' is not 'key: value'")
-        indentation, key, value = match[1], match[2], _uncommented(match[3] or "")
-        if indentation and inner is None:
-            raise UsageError(f"{where}, line {number}: '{key}' is indented below nothing")
-        target = inner if indentation and inner is not None else values
-        if not value or value.startswith("!!"):
-            if indentation:
-                target[key] = []  # a list in dashes follows, or nothing
-            else:
-                inner = values[key] = {}
-            continue
-        while value.startswith("[") and "]" not in value:
-            try:
-                value += " " + _uncommented(next(lines)[1])
-            except StopIteration:
-                raise UsageError(f"{where}, line {number}: the list of '{key}' has no end") from None
-        target[key] = _list(value) if value.startswith("[") else _scalar(value)
-    return values
+    """Return the mapping that a text contains; empty if there is none. Raises UsageError with the line."""
+    try:
+        values = yaml.load(_OPENCV_DIRECTIVE.sub("", text), _Loader)
+    except yaml.MarkedYAMLError as error:
+        line = f", line {error.problem_mark.line + 1}" if error.problem_mark is not None else ""
+        raise UsageError(f"{where}{line}: {error.problem}") from None
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
+        raise UsageError(f"{where} is no YAML of a camera_info file: {error}") from None
+    if not isinstance(values, dict | None):
+        raise UsageError(f"{where} has no entries 'key: value'")
+    return values or {}
 
 
 def write(values: dict[str, Any]) -> str:
-    """The text of such a mapping."""
-    lines = []
-    for key, value in values.items():
-        if isinstance(value, dict):
-            lines.append(f"{key}:")
-            lines += [f"  {name}: {_text(inner)}" for name, inner in value.items()]
-        else:
-            lines.append(f"{key}: {_text(value)}")
-    return "\n".join(lines) + "\n"
-
-
-def _uncommented(text: str) -> str:
-    """A value without the comment behind it; within quotes there is none."""
-    text = text.strip()
-    quoted = _QUOTED.match(text)
-    if quoted is not None:
-        return quoted[0] if text[quoted.end() :].lstrip()[:1] in ("", "#") else text
-    return "" if text.startswith("#") else text.split(" #")[0].rstrip()
-
-
-def _list(text: str) -> list[Any]:
-    inside = text[1 : text.index("]")].strip()
-    return [_scalar(part.strip()) for part in inside.split(",") if part.strip()]
-
-
-def _scalar(text: str) -> int | float | str:
-    text = text.strip()
-    quoted = _QUOTED.fullmatch(text)
-    if quoted is not None and quoted[1] is not None:
-        return quoted[1].replace("''", "'")
-    if quoted is not None:
-        return _ESCAPED.sub(lambda sign: _ESCAPES.get(sign[1], sign[1]), quoted[2])
-    if _INTEGER.fullmatch(text):
-        return int(text)
-    if _NUMBER.fullmatch(text):
-        return float(text)
-    return {".nan": float("nan"), ".inf": float("inf"), "-.inf": -float("inf")}.get(text.lower(), text)
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_text, value))}]"
-    if isinstance(value, float):
-        # YAML 1.1 takes 1e-05 for text: a number needs its point.
-        text = repr(value)
-        return text.replace("e", ".0e") if "e" in text and "." not in text else text
-    if isinstance(value, str) and not _PLAIN.fullmatch(value):
-        # In single quotes nothing but they themselves means anything; a line's end would end the value.
-        return "'" + " ".join(value.splitlines()).replace("'", "''") + "'"
-    return str(value)
+    """Return the text of a mapping; lists of numbers go in brackets."""
+    text: str = yaml.dump(values, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+    return text
 
 
 def _matrix(values: Matrix) -> dict[str, Any]:
@@ -206,8 +158,14 @@ def _optional(values: dict[str, Any], key: str, where: str) -> Matrix | None:
     return _numbers(values, key, where) if key in values else None
 
 
+def _text(values: dict[str, Any], key: str, default: str) -> str:
+    """Return a text or a number as text, and other things by their kind: aliases can make them huge."""
+    value = values.get(key, default)
+    return str(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
+
+
 def _size(values: dict[str, Any], key: str, where: str) -> int:
     value = values.get(key)
     if not isinstance(value, int) or not 0 < value < 1 << 16:
-        raise UsageError(f"{where}: {key} is {value}, not a number of pixels")
+        raise UsageError(f"{where}: {key} is {_text(values, key, '')[:60]}, not a number of pixels")
     return value

@@ -80,8 +80,8 @@ def test_what_is_saved_is_loaded_again(tmp_path):
         ("430.21554970319971", "-430.2", "focal lengths"),
         ("430.21554970319971", "wide", "no number"),
         ("camera_matrix:", "camera_metrics:", "camera_matrix is missing"),
-        ("data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]", "data: [1, 0", "has no end"),
-        ("image_height: 480", "&anchor *alias", "is not 'key: value'"),
+        ("data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]", "data: [1, 0", "but got"),
+        ("image_height: 480", "&anchor *alias", "line 3: "),
     ],
 )
 def test_a_broken_file_is_refused_with_what_is_wrong(old, new, complaint):

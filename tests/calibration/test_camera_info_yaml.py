@@ -1,5 +1,6 @@
-"""Text in the YAML of camera_info files; whole files are read in tests/servo/test_calibration.py."""
+"""Text in the YAML of camera_info files; whole files are read in test_calibration.py."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -27,7 +28,7 @@ def test_any_text_survives_the_way_there_and_back(text):
 
 def test_a_line_cannot_end_within_a_name():
     text = camera_info.write({"name": "left\nimage_width: 7", "image_width": 640})
-    assert camera_info.read(text, "test") == {"name": "left image_width: 7", "image_width": 640}
+    assert camera_info.read(text, "test") == {"name": "left\nimage_width: 7", "image_width": 640}
 
 
 @pytest.mark.parametrize(
@@ -37,7 +38,6 @@ def test_a_line_cannot_end_within_a_name():
         (r'name: "a \"b\" \\ c\td"', 'a "b" \\ c\td'),
         ("name: Bob's camera # a comment", "Bob's camera"),
         ("name: cam#2", "cam#2"),
-        ("name: 'left' and right", "'left' and right"),
     ],
 )
 def test_quotes_and_comments_as_yaml_has_them(line, value):
@@ -58,3 +58,59 @@ def test_a_model_that_is_no_name_is_refused(value):
     assert "distortion_model: plumb_bob" in text
     with pytest.raises(UsageError, match="is not known"):
         camera_info.parse(text.replace("distortion_model: plumb_bob", f"distortion_model:{value}"))
+
+
+FLOW = """\
+{image_width: 640, image_height: 480, camera_name: left, distortion_model: plumb_bob,
+ camera_matrix: {rows: 3, cols: 3, data: [430, 0, 306, 0, 430, 227, 0, 0, 1]},
+ distortion_coefficients: {rows: 1, cols: 5, data: [-0.3, 1e-3, 0, 0, 0]}}
+"""
+
+
+def test_flow_style_is_read_as_any_other():
+    calibration = camera_info.parse(FLOW)
+    assert (calibration.width, calibration.camera_name) == (640, "left")
+    assert calibration.distortion.tolist() == [-0.3, 1e-3, 0, 0, 0]
+
+
+def test_a_file_of_opencv_is_read(tmp_path):
+    cv2 = pytest.importorskip("cv2")
+    path = tmp_path / "left.yaml"
+    file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    file.write("image_width", 640)
+    file.write("image_height", 480)
+    file.write("camera_matrix", np.array([[430.5, 0, 306], [0, 430, 227], [0, 0, 1]]))
+    file.write("distortion_coefficients", np.array([[-0.3, 1e-9, 0, 0, 0]]))
+    file.release()
+    assert path.read_text().startswith("%YAML:1.0")
+    calibration = camera_info.load(path)
+    assert calibration.matrix[0, 0] == 430.5 and calibration.distortion[1] == 1e-9
+
+
+def test_aliases_cannot_make_it_huge():
+    bomb = "a: &a [x, x, x, x, x, x, x, x, x]\n"
+    for name, before in zip("bcdefghij", "abcdefghi", strict=True):
+        bomb += f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]\n"
+    for key in ("camera_name", "distortion_model", "image_width", "camera_matrix"):
+        text = bomb + f"{key}: *j\n" + "image_height: 480\n"
+        with pytest.raises(UsageError) as caught:
+            camera_info.parse(text)
+        assert len(str(caught.value)) < 300
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "!!python/object:os.system {}",
+        "a: !!timestamp x",
+        "a: !!int x",
+        "[" * 3000,
+        "a: *b",
+        "a: 'left' and right",
+        "- 1",
+        "%YAML 3",
+    ],
+)
+def test_other_yaml_is_refused(text):
+    with pytest.raises(UsageError, match="left"):
+        camera_info.parse(text, "left.yaml")
