@@ -1,8 +1,21 @@
-"""``python -m grabbergui``: the same as the ``grabbergui`` command."""
+"""The `grabbergui` command, also as `python -m grabbergui`."""
 
+import signal
 import sys
 
-from grabbergui.cli import main
+
+def main() -> int:
+    """Run the command line; return its exit code.
+
+    Until the command has been imported, Ctrl-C ends the program at once and quietly (130 in a shell): an
+    exception would be a traceback out of whichever import was in progress.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # who ignores it means it
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from grabbergui.cli import main as run
+
+    return run()
+
 
 if __name__ == "__main__":
     sys.exit(main())
