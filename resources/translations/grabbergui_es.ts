@@ -794,7 +794,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="212"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="144"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -3154,22 +3154,22 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="75"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="76"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="80"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
         <source>Turning of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
     </message>
@@ -3684,7 +3684,7 @@ It {1}.</source>
 <context>
     <name>StateStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="179"/>
+        <location filename="../../grabbergui/ui/widgets/servo_widgets.py" line="85"/>
         <source>waiting</source>
         <translation>esperando</translation>
     </message>
@@ -3858,7 +3858,7 @@ It {1}.</source>
         <translation>Ancho de banda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="80"/>
+        <location filename="../../grabbergui/ui/widgets/status_strip.py" line="77"/>
         <source>{0:.1f} fps · {1:.0f} shown</source>
         <translation>{0:.1f} im/s · {1:.0f} mostradas</translation>
     </message>

@@ -32,9 +32,9 @@ from grabbergui.servo.overlay import BAD, GOOD, Drawing, Stroke
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.coverage_view import CoverageItem, CoverageView
-from grabbergui.ui.widgets.drawing import DrawingItem
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
+from grabbergui.ui.widgets.servo_widgets import DrawingItem
 
 DICTIONARIES = ("4X4_50", "4X4_100", "5X5_100", "5X5_250", "6X6_250", "7X7_250", "ARUCO_ORIGINAL")
 """Those that boards are printed with; the command line takes every other."""

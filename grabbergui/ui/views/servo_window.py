@@ -27,12 +27,10 @@ from grabbergui.servo.state_machine import State
 from grabbergui.ui import icons
 from grabbergui.ui.editors.guards import WheelGuard
 from grabbergui.ui.loader import load_form
-from grabbergui.ui.widgets.drawing import DrawingItem
 from grabbergui.ui.widgets.message_stack import MessageStack
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
-from grabbergui.ui.widgets.plots import TimePlot
 from grabbergui.ui.widgets.robot_view import RobotView
-from grabbergui.ui.widgets.status_strip import StateStrip
+from grabbergui.ui.widgets.servo_widgets import DrawingItem, StateStrip, TimePlot
 
 STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 

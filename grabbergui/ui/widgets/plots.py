@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from PyQt5.QtWidgets import QLabel, QToolButton, QWidget
 from grabbergui.core.features import FeatureDescription
 from grabbergui.models.features.text import breakable, in_unit, number_text, quantity_text, shown_unit
 from grabbergui.models.language import localized
-from grabbergui.servo.overlay import AXIS_COLOURS
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 
@@ -23,7 +21,7 @@ COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": 
 """Of the channels that have one; all others are drawn in the colour of text."""
 
 
-class _SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
+class SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
     """Says the unit with every value: a title of the axis would take a line of the plot."""
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
@@ -65,7 +63,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
 
     def showSeconds(self) -> None:
         """The lines are over time, in seconds."""
-        self.setAxisItems({"bottom": _SecondsAxis("bottom")})
+        self.setAxisItems({"bottom": SecondsAxis("bottom")})
         self._dress()
 
     def setChannels(
@@ -118,71 +116,6 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
             colour.setAlphaF(0.25)
             line.setFillLevel(0 if self._filled else None)
             line.setBrush(colour if self._filled else None)
-
-
-class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
-    """Setters only; neither zoomed nor moved by the mouse. Gaps where a value is not finite."""
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent, background=None)
-        self.setMouseEnabled(False, False)
-        self.setMenuEnabled(False)
-        self.hideButtons()
-        self.setMinimumHeight(72)
-        self.showGrid(x=False, y=True, alpha=0.15)
-        self.getAxis("left").setWidth(44)
-        self._lines: list[pg.PlotDataItem] = []
-
-    def setUp(
-        self, title: str, names: Sequence[str], seconds: float, least: float, shows_time: bool = False
-    ) -> None:
-        """Say what is shown: a title with its unit, the curves' names (none where there is one), how long.
-
-        `least` is what the axis spans at least, so that noise about zero does not look like something.
-        """
-        self._title = title
-        self._names = tuple(names)
-        self._lines = [self.plot(connect="finite") for _ in names or ("",)]
-        self.setXRange(-seconds, 0, padding=0)
-        self.getViewBox().setLimits(minYRange=least)
-        # A curve, not an endless line: so zero is always in view.
-        self.plot([-seconds, 0], [0, 0], pen=pg.mkPen((128, 128, 128, 120), width=1))
-        if not shows_time:
-            self.getAxis("bottom").setStyle(showValues=False)
-        self.setAccessibleName(title)
-        self._dress()
-
-    def setCurves(self, times: NDArray[Any], values: NDArray[Any]) -> None:
-        """Times (n,) in seconds before now, values (n, curves)."""
-        for line, column in zip(self._lines, values.T, strict=True):
-            line.setData(times, column)
-
-    def values(self, curve: int = 0) -> NDArray[Any] | None:
-        """What is shown of a curve."""
-        values: NDArray[Any] | None = self._lines[curve].yData
-        return values
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Follow the window from light to dark."""
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.PaletteChange and getattr(self, "_lines", None):
-            self._dress()
-
-    def _dress(self) -> None:
-        palette = self.palette()
-        ink = palette.color(QPalette.ColorRole.PlaceholderText)
-        for side in ("left", "bottom"):
-            self.getAxis(side).setPen(ink)
-            self.getAxis(side).setTextPen(ink)
-        colours = AXIS_COLOURS if self._names else (palette.color(QPalette.ColorRole.Highlight).getRgb()[:3],)
-        for line, colour in zip(self._lines, colours, strict=False):
-            line.setPen(pg.mkPen(colour, width=1.5))
-        key = "".join(
-            f' &nbsp;<span style="color: rgb{colour}">{name}</span>'
-            for name, colour in zip(self._names, colours, strict=False)
-        )
-        text = palette.color(QPalette.ColorRole.WindowText).name()
-        self.setTitle(f'<span style="color: {text}">{self._title}</span>{key}', size="9pt", justify="left")
 
 
 AXIS_WIDTH = 56
