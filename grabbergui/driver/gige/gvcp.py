@@ -142,7 +142,7 @@ class Ack:
         return bool(self.status & 0x8000)
 
     def encode(self) -> bytes:
-        """The datagram."""
+        """Return the datagram."""
         header = self.FORMAT.pack(self.status, self.acknowledge, len(self.payload), self.ack_id)
         return header + self.payload
 
@@ -199,7 +199,7 @@ class ReadReg:
     addresses: tuple[int, ...]
 
     def payload(self) -> bytes:
-        """The command's payload."""
+        """Return the command's payload."""
         if not 1 <= len(self.addresses) <= MAX_READS:
             raise LocalProtocolError(f"READREG of {len(self.addresses)} registers, 1 … {MAX_READS} fit")
         return struct.pack(f">{len(self.addresses)}I", *self.addresses)
@@ -233,7 +233,7 @@ class WriteReg:
     writes: tuple[tuple[int, int], ...]
 
     def payload(self) -> bytes:
-        """The command's payload."""
+        """Return the command's payload."""
         if not 1 <= len(self.writes) <= MAX_WRITES:
             raise LocalProtocolError(f"WRITEREG of {len(self.writes)} registers, 1 … {MAX_WRITES} fit")
         return b"".join(struct.pack(">II", address, value) for address, value in self.writes)
@@ -266,7 +266,7 @@ class ReadMem:
     count: int
 
     def payload(self) -> bytes:
-        """The command's payload."""
+        """Return the command's payload."""
         _check_alignment(self.address, self.count)
         return self.FORMAT.pack(self.address, 0, self.count)
 
@@ -284,7 +284,7 @@ class ReadMem:
         return struct.pack(">I", address) + data
 
     def decode_ack(self, payload: bytes) -> bytes:
-        """The bytes read. Raises RemoteProtocolError."""
+        """Return the bytes read. Raises RemoteProtocolError."""
         if len(payload) < 4:
             raise RemoteProtocolError(f"READMEM_ACK of {len(payload)} bytes has no address")
         (address,) = struct.unpack_from(">I", payload)
@@ -306,7 +306,7 @@ class WriteMem:
     data: bytes
 
     def payload(self) -> bytes:
-        """The command's payload."""
+        """Return the command's payload."""
         _check_alignment(self.address, len(self.data))
         return struct.pack(">I", self.address) + self.data
 
@@ -341,13 +341,13 @@ class PacketResend:
         return FLAG_EXTENDED_IDS if self.extended else 0
 
     def payload(self) -> bytes:
-        """The command's payload."""
+        """Return the command's payload."""
         if self.extended:
             return self.EXTENDED.pack(self.channel, 0, self.first, self.last, self.block_id)
         return self.STANDARD.pack(self.channel, self.block_id, self.first & 0xFFFFFF, self.last & 0xFFFFFF)
 
     def encode(self, req_id: int) -> bytes:
-        """The datagram, sent from the stream socket."""
+        """Return the datagram, to be sent from the stream socket."""
         return encode_command(self.CODE, self.payload(), req_id, self.flags)
 
     @classmethod

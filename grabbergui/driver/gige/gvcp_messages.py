@@ -40,7 +40,7 @@ class Event:
     extended: bool = False
 
     def entry(self) -> bytes:
-        """The event as it lies in the payload, what GenApi's event ports address."""
+        """Return the event as in the payload, which GenApi's event ports address."""
         if self.extended:
             size = self.EXTENDED.size + len(self.data)
             head = self.EXTENDED.pack(size, self.event_id, self.channel, 0, self.block_id, self.timestamp)
@@ -49,7 +49,7 @@ class Event:
         return head + self.data
 
     def encode(self, req_id: int, *, ack_required: bool = True) -> bytes:
-        """The datagram: EVENTDATA where there is data, else EVENT."""
+        """Return the datagram: EVENTDATA if there is data, else EVENT."""
         flags = FLAG_ACK_REQUIRED if ack_required else 0
         flags |= FLAG_EXTENDED_IDS if self.extended else 0
         code = CommandCode.EVENTDATA if self.data else CommandCode.EVENT
@@ -57,7 +57,7 @@ class Event:
 
     @classmethod
     def decode_all(cls, command: int, payload: bytes, flags: int) -> tuple[Event, ...]:
-        """The events of one command. Raises RemoteProtocolError."""
+        """Return the events of one command. Raises RemoteProtocolError."""
         extended = bool(flags & FLAG_EXTENDED_IDS)
         layout = cls.EXTENDED if extended else cls.STANDARD
         events = []
@@ -96,7 +96,7 @@ class Action:
     "In the device's ticks; None means at once."
 
     def encode(self, req_id: int, *, ack_required: bool = True) -> bytes:
-        """The datagram, for broadcast or one device."""
+        """Return the datagram, for broadcast or one device."""
         flags = FLAG_ACK_REQUIRED if ack_required else 0
         keys = (self.device_key, self.group_key, self.group_mask)
         if self.time is None:
@@ -119,7 +119,7 @@ DISCOVERY_REQ_ID = 0xFFFF
 
 
 def encode_discovery(req_id: int = DISCOVERY_REQ_ID, *, allow_broadcast_ack: bool = False) -> bytes:
-    """The datagram of DISCOVERY_CMD.
+    """Return the datagram of DISCOVERY_CMD.
 
     With `allow_broadcast_ack` a device in another subnet can answer too.
     """
@@ -151,7 +151,7 @@ class Identity:
     current_ip_configuration: int = 6
 
     def encode(self) -> bytes:
-        """The 248 bytes."""
+        """Return the 248 bytes."""
         return self.FORMAT.pack(
             *self.spec_version,
             self.device_mode,
@@ -217,7 +217,7 @@ class ForceIp:
     gateway: str = "0.0.0.0"
 
     def encode(self, req_id: int, *, allow_broadcast_ack: bool = True) -> bytes:
-        """The datagram, for broadcast. Raises LocalProtocolError for malformed addresses."""
+        """Return the datagram, for broadcast. Raises LocalProtocolError for malformed addresses."""
         flags = FLAG_ACK_REQUIRED | (FLAG_BROADCAST_ACK if allow_broadcast_ack else 0)
         try:
             payload = self.FORMAT.pack(
@@ -238,7 +238,7 @@ class ForceIp:
 
 
 def parse_mac(text: str) -> bytes:
-    """Six bytes from `00:30:53:0a:0b:0c`, `00-30-53-0A-0B-0C` or `0030530a0b0c`. Raises ValueError."""
+    """Return six bytes from `00:30:53:0a:0b:0c`, `00-30-53-0A-0B-0C` or `0030530a0b0c`. Raises ValueError."""
     digits = text.replace(":", "").replace("-", "")
     if not re.fullmatch(r"[0-9A-Fa-f]{12}", digits):
         raise ValueError(f"'{text}' is no MAC address")

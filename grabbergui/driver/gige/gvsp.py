@@ -103,7 +103,7 @@ class PacketHeader:
         return bool(self.flags & FLAG_RESEND) or self.status == Status.PACKET_RESEND
 
     def encode(self) -> bytes:
-        """The header's bytes."""
+        """Return the header's bytes."""
         if self.extended:
             format_byte = self.format | EXTENDED_BIT
             return self.EXTENDED.pack(
@@ -189,7 +189,7 @@ class Leader:
         return self.image_bytes if self.is_image and not self.has_chunks else None
 
     def encode(self) -> bytes:
-        """The bytes after the header of an image or multi-part leader."""
+        """Return the bytes after the header of an image or multi-part leader."""
         if self.parts:
             head = self.COMMON.pack(0, self.payload_type, self.timestamp)
             return head + b"".join(part.encode() for part in self.parts)
@@ -266,7 +266,7 @@ class Part:
         return self.data_type in self.IMAGE_TYPES
 
     def encode(self) -> bytes:
-        """The 48 bytes."""
+        """Return the 48 bytes."""
         return self.FORMAT.pack(
             self.data_type,
             self.length.to_bytes(6, "big"),
@@ -310,7 +310,7 @@ class Trailer:
     "Bytes of the whole payload, of blocks with chunks."
 
     def encode(self) -> bytes:
-        """The bytes after the header."""
+        """Return the bytes after the header."""
         body = self.COMMON.pack(0, self.payload_type)
         if self.payload_type & 0x3FFF != PayloadKind.MULTI_PART:
             body += struct.pack(">I", self.height)
@@ -349,7 +349,7 @@ class PartPosition:
     last: bool = False
 
     def encode(self) -> bytes:
-        """The eight bytes."""
+        """Return the eight bytes."""
         return bytes((self.part, 0x40 if self.last else 0)) + self.offset.to_bytes(6, "big")
 
     @classmethod
@@ -361,6 +361,6 @@ class PartPosition:
 
 
 def payload_stride(packet_size: int, *, extended: bool = False) -> int:
-    """Image bytes in a full packet, of the `packet_size` that SCPS holds."""
+    """Return the image bytes in a full packet, for the `packet_size` that SCPS holds."""
     header = PacketHeader.EXTENDED.size if extended else PacketHeader.STANDARD.size
     return packet_size - IP_UDP_BYTES - header

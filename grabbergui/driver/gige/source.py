@@ -20,7 +20,7 @@ from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The camera that a URI names, not yet opened or looked for. Raises UsageError."""
+    """Return the camera that a URI names, not yet opened or searched for. Raises UsageError."""
     chosen = read_options(GigeUriOptions, uri)
     options = GigeOptions(
         packet_size=PacketSizePolicy.parse(chosen.packet_size),
@@ -36,7 +36,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Every camera that answers within `timeout` seconds, each under a URI that no other answers to."""
+    """Return every camera that answers within `timeout` seconds, each under a URI of its own."""
     infos = [device.info() for device in search.discover(timeout)]
     uris = [info.uri for info in infos]
     return [

@@ -172,7 +172,7 @@ class ControlChannel:
             yield self._outgoing.pop(0)
 
     def timer(self) -> float | None:
-        """When `handle_timer` wants to be called next, perhaps in the past; or None."""
+        """Return when `handle_timer` wants to be called next, perhaps in the past; or None."""
         return min((exchange.deadline for exchange in self._in_flight()), default=None)
 
     def handle_timer(self, now: float) -> None:
@@ -194,7 +194,7 @@ class ControlChannel:
         return any(exchange.is_write and exchange.started <= moment for exchange in self._in_flight())
 
     def _in_flight(self) -> Iterator[Exchange]:
-        """The urgent exchanges and the oldest of the others: those that have been or are to be sent."""
+        """Yield the urgent exchanges and the oldest of the others: those that are sent or to be sent."""
         turn_taken = False
         for exchange in self._exchanges.values():
             if exchange.urgent or not turn_taken:
@@ -261,7 +261,7 @@ class Heartbeat:
         self._next = now
 
     def timer(self) -> float | None:
-        """When `handle_timer` wants to be called next; the channel has a timer of its own."""
+        """Return when `handle_timer` wants to be called next; the channel has a timer of its own."""
         return self._next if self._exchange is None and self.lost is None else None
 
     @property
@@ -305,5 +305,5 @@ class Heartbeat:
             self.lost = f"another application, at {address}, took control of the camera"
 
     def _excused(self, exchange: Exchange) -> bool:
-        """A device busy with a write may answer nothing until it is done."""
+        """Return whether silence is normal: a device busy with a write may answer nothing."""
         return self._channel.patient or self._channel.waiting_since(exchange.started)

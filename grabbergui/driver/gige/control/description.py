@@ -43,7 +43,7 @@ class LocalFile:
 
 
 def parse_url(url: str) -> LocalFile | Path:
-    """Where a URL register points. Raises RemoteProtocolError for what cannot be followed."""
+    """Parse a URL register. Raises RemoteProtocolError for a URL that cannot be read."""
     if match := _LOCAL.match(url.strip()):
         length = int(match["length"], 16)
         if not 0 < length <= MAX_STORED_BYTES:
@@ -83,7 +83,7 @@ def _fetch(location: LocalFile | Path, read: Callable[[int, int], bytes]) -> byt
 
 
 def _read_file(path: Path) -> bytes:
-    """A regular file below the user's folder. Raises RemoteProtocolError for any other, and OSError."""
+    """Read a regular file below the user's folder. Raises RemoteProtocolError for others, OSError."""
     folder = os.environ.get(FOLDER_VARIABLE)
     if not folder:
         raise RemoteProtocolError(

@@ -63,7 +63,7 @@ class ControlLink:
         return self._heartbeat.lost if self._heartbeat else None
 
     def execute(self, request: Request, timing: ControlTiming | None = None) -> bytes:
-        """Send a command and wait; the acknowledge's payload.
+        """Send a command, wait, and return the acknowledge's payload.
 
         Raises AckTimeoutError, DeviceStatusError, DeviceLostError.
         """

@@ -39,7 +39,7 @@ class DeviceMemory:
         self._pending_acks_enabled = False
 
     def read(self, address: int, length: int) -> bytes:
-        """Exactly `length` bytes. Raises DeviceStatusError, TransportError, RemoteProtocolError."""
+        """Read exactly `length` bytes. Raises DeviceStatusError, TransportError, RemoteProtocolError."""
         first, end = self._aligned(address, length)
         pieces = [
             self._link.read_memory(at, min(MEMORY_CHUNK, end - at)) for at in range(first, end, MEMORY_CHUNK)
@@ -59,7 +59,7 @@ class DeviceMemory:
             self._write_aligned(first + at, data[at : at + MEMORY_CHUNK])
 
     def read_register(self, register: int) -> int:
-        """A 32-bit register. Raises as `read`."""
+        """Read a 32-bit register. Raises as `read`."""
         return self._link.read_register(register)
 
     def write_register(self, register: int, value: int) -> None:
@@ -67,7 +67,7 @@ class DeviceMemory:
         self._execute_write(WriteReg(((register, value),)))
 
     def read_text(self, field: Field) -> str:
-        """A string register. Raises as `read`."""
+        """Read a string register. Raises as `read`."""
         return text_of(self.read(field.address, field.length))
 
     def _aligned(self, address: int, length: int) -> tuple[int, int]:

@@ -79,7 +79,7 @@ def send_action(action: Action, addresses: Iterable[str], timeout: float = 0.5) 
 
 @contextlib.contextmanager
 def _broadcasters() -> Iterator[list[tuple[socket.socket, str]]]:
-    """A socket on each interface that may broadcast, and the interface's own broadcast address."""
+    """Open a socket on each interface that can broadcast; give each with its broadcast address."""
     with contextlib.ExitStack() as stack:
         senders = []
         for interface in interfaces():

@@ -89,7 +89,7 @@ class FoundDevice:
 def discover(
     timeout: float = 1.0, addresses: Iterable[str] = (), *, broadcast: bool = True
 ) -> list[FoundDevice]:
-    """Every device that answers within `timeout` seconds, each once, sorted by address.
+    """Return every device that answers within `timeout` seconds, each once, sorted by address.
 
     `addresses` are also asked by unicast (devices behind a router, or at another loopback address).
     """
@@ -132,7 +132,7 @@ def find_again(wanted: DeviceInfo, name: str, timeout: float = 1.0) -> FoundDevi
 
 
 def ask(ip: str, timeout: float) -> FoundDevice | None:
-    """The device at an address, as soon as it answers."""
+    """Return the device at an address as soon as it answers; None if it does not."""
     found = Search([ip], broadcast=False).run(timeout, until=lambda device: True)
     return found[0] if found else None
 
@@ -172,7 +172,7 @@ class Search:
         return sorted(self._found.values(), key=lambda device: socket.inet_aton(device.ip))
 
     def _open(self, selector: selectors.BaseSelector) -> list[tuple[socket.socket, Interface]]:
-        """A socket on every interface there is, made where there is none yet."""
+        """Return a socket on every interface, opening those that are missing."""
         opened = [(key.fileobj, key.data) for key in selector.get_map().values()]
         known = {interface.ip for _, interface in opened}
         for interface in interfaces() if self._broadcast else [Interface("", "0.0.0.0")]:

@@ -245,7 +245,7 @@ class Block:
         return packets is not None and self.received_count == packets + 1 and self.highest == packets
 
     def _ends_without_trailer(self) -> bool:
-        """The trailer says where chunks end; if it was lost, a short last packet says the same."""
+        """Return whether a short last packet shows where chunks end, as a lost trailer would have."""
         leader = self.leader
         return (
             leader is not None
@@ -284,7 +284,7 @@ class Block:
         self.leader, self.payload = leader, self.buffer[begin:end]
 
     def _payload_extent(self, leader: Leader, size: int) -> tuple[int, int]:
-        """Where in the buffer the result begins and ends."""
+        """Return where in the buffer the result begins and ends."""
         before = 0
         for part in leader.parts:
             if part.is_image:

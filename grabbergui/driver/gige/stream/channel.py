@@ -131,7 +131,7 @@ class Stream:
         self._statistics = replace(receiver.statistics(), frame_rate=0.0, bandwidth=0.0)
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot of the current or the last stream. Any thread."""
+        """Return a snapshot of the current or the last stream. Any thread."""
         receiver = self._receiver
         return receiver.statistics() if receiver is not None else replace(self._statistics)
 
@@ -240,6 +240,6 @@ def make_pool(payload_size: int) -> BufferPool:
 
 
 def tick_frequency(memory: DeviceMemory) -> int:
-    """Hz of the device's clock; 0 where it has none. Raises as register reads do."""
+    """Read the frequency of the device's clock in Hz; 0 if it has none. Raises as register reads do."""
     high = memory.read_register(Register.TICK_FREQUENCY_HIGH)
     return high << 32 | memory.read_register(Register.TICK_FREQUENCY_LOW)

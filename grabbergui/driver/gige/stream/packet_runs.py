@@ -124,7 +124,7 @@ def _extended(
 
 
 def _numbers(columns: NDArray[np.uint8], kind: str) -> NDArray[np.uint64]:
-    """A big-endian number from each row."""
+    """Return a big-endian number from each row."""
     return columns.view(kind)[:, 0].astype(np.uint64)
 
 

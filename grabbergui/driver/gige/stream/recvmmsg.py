@@ -229,7 +229,7 @@ class MessageSlots:
 
 
 def _addresses(array: NDArray[Any]) -> NDArray[np.uint64]:
-    """Where each row of an array begins."""
+    """Return the address of each row of an array."""
     steps = np.arange(len(array), dtype=np.uint64) * np.uint64(array.strides[0])
     rows: NDArray[np.uint64] = array.ctypes.data + steps
     return rows

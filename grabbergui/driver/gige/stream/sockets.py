@@ -35,7 +35,7 @@ _warned: set[int] = set()
 def open_stream_socket(
     local_address: str, payload_size: int, port: int = 0, *, shared: bool = False
 ) -> socket.socket:
-    """A bound UDP socket whose buffer holds two payloads, as far as the system allows.
+    """Open a bound UDP socket whose buffer holds two payloads, as far as the system allows.
 
     `port` 0 takes a free one; `shared` lets others on this host listen to the same multicast group.
     Raises TransportError.
