@@ -207,6 +207,7 @@ def test_on_a_fine_screen_all_is_larger_and_sharp(tmp_path, scale):
     script = tmp_path / "script.py"
     script.write_text("""
 from PyQt5.QtGui import QImage
+app.patience = 60
 app.window.resize(1200, 760)
 app.open("sim:?width=640&height=480&test_pattern=GreyHorizontalRamp")
 app.until(lambda: app.window.picture.canvas.pictureSize == (640, 480))

@@ -11,9 +11,14 @@ import pytest
 from PyQt5.QtGui import QImage
 
 from grabbergui.ui.run import program
-from patience import PROGRAM
+from patience import PATIENCE, PROGRAM
 
-CODE = "import sys; from pathlib import Path; from grabbergui.ui.run import window; "
+CODE = f"""
+import sys
+from pathlib import Path
+from grabbergui.ui.run import window
+window.SCREENSHOT_PATIENCE = {PATIENCE}
+"""
 
 
 def run(code, tmp_path):

@@ -14,6 +14,7 @@ from grabbergui.models.open_source import LinkState
 from grabbergui.ui.run.window import first_source
 from grabbergui.ui.views.settings_dialogs import SettingsReport
 from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
+from patience import allowance
 
 
 class Newcomer:
@@ -199,8 +200,8 @@ def test_settings_are_saved_and_come_back(newcomer, tmp_path):
     newcomer.until(lambda: QApplication.activeModalWidget() is None)
 
 
-def test_ten_seconds_are_recorded_and_played_back(newcomer):
-    seconds = 10
+def test_some_seconds_are_recorded_and_played_back(newcomer):
+    seconds = 4
     asked = time.monotonic()
     newcomer.press("Record")
     newcomer.until(lambda: newcomer.reads(" frames"))
@@ -216,6 +217,10 @@ def test_ten_seconds_are_recorded_and_played_back(newcomer):
     newcomer.desk.watch(5)
     played = newcomer.desk.grabber
     # From the first frame to the last one, each of which may have come a moment earlier or later.
-    assert recorded - 0.3 <= played.feature("PlaybackDuration").value <= ended - asked
-    assert played.feature("PlaybackFrameCount").value > 5 * seconds
+    assert (
+        recorded - min(0.3 * allowance(), seconds / 2)
+        <= played.feature("PlaybackDuration").value
+        <= ended - asked
+    )
+    assert played.feature("PlaybackFrameCount").value > 2 * seconds
     assert newcomer.frame().pixel_format.name == "BayerRG8"

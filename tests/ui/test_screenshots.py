@@ -13,6 +13,7 @@ from PyQt5.QtGui import QColor, QImage
 
 from grabbergui.ui.run.scripting import load_script, run_script
 from grabbergui.ui.theme import DARK, LIGHT, Theme, dress
+from patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 MANUAL = sorted((ROOT / "docs").glob("*.md"))
@@ -36,6 +37,7 @@ def dressed(qapp):
 def test_every_panel_has_its_picture(request, dressed, tmp_path, monkeypatch, theme, suffix, ground):
     folder = Path(os.environ.get("GRABBERGUI_ARTEFACTS", tmp_path)) / "screenshots"
     monkeypatch.setenv("SCREENSHOTS", str(folder))
+    monkeypatch.setattr("grabbergui.ui.run.scripting.PATIENCE", PATIENCE)
     dressed(theme)
     desk = request.getfixturevalue("window_desk")
     assert run_script(load_script(ROOT / "scripts" / "screenshots.py"), desk.program) == 0

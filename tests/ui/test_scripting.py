@@ -11,7 +11,7 @@ from PyQt5.QtGui import QImage
 
 from grabbergui.core.errors import UsageError
 from grabbergui.ui.run.scripting import load_script, run_script
-from patience import PROGRAM
+from patience import PATIENCE, PROGRAM
 
 EXAMPLE = Path(__file__).parents[2] / "resources" / "scripts" / "check_camera.py"
 
@@ -23,7 +23,7 @@ def run(window_desk, tmp_path, monkeypatch):
 
     def run_it(text):
         script = tmp_path / "script.py"
-        script.write_text(text)
+        script.write_text(f"app.patience = {PATIENCE}\n{text}")
         return run_script(load_script(script), window_desk.program)
 
     return run_it
@@ -66,6 +66,7 @@ ENDS = (
     ("app.open('sim:nonsense')", 1, "no simulated camera 'nonsense'"),
     ("app.open('sim:?width=320')\napp.set('Gain', 1000)", 1, "Gain=1000"),
     ("app.until(lambda: False, 0.1, 'it is never')", 1, "it is never after 0.1 s"),
+    ("app.patience = 0.1\napp.until(lambda: False)", 1, "after 0.1 s"),
     ("app.window.close()\napp.wait(1)\nprint('never')", 1, ""),
 )
 """Scripts, what their exit code is, and what they leave on stderr; the last one takes the window away."""
@@ -108,7 +109,7 @@ def test_what_is_no_script_is_wrong_usage(tmp_path, text, said):
 def started(tmp_path, text, *options):
     """The program itself, without a screen."""
     script = tmp_path / "script.py"
-    script.write_text(text)
+    script.write_text(f"app.patience = {PATIENCE}\n{text}")
     environment = {**os.environ, "HOME": str(tmp_path)}
     environment.pop("QT_QPA_PLATFORM", None)
     command = [sys.executable, "-m", "grabbergui", "gui", *options, "--offscreen", "--script", str(script)]

@@ -49,6 +49,8 @@ class ScriptApi:
     def __init__(self, program: Program) -> None:
         self.program = program
         "The models and controllers behind the window."
+        self.patience = PATIENCE
+        "Seconds that a call waits that is given no `timeout`; a script on a slow computer may raise it."
         self._failures: list[str] = []
         self._closed = False
         program.connection.failed.connect(self._failures.append)
@@ -72,7 +74,7 @@ class ScriptApi:
         program = self.program
         return [message.text for message in program.messages.shown(program.connection.source)]
 
-    def open(self, uri: str, timeout: float = PATIENCE) -> FrameGrabber:
+    def open(self, uri: str, timeout: float | None = None) -> FrameGrabber:
         """Open a source in place of the current one, start it, and return it."""
         del self._failures[:]
         connection = self.program.connection
@@ -90,7 +92,7 @@ class ScriptApi:
             raise GrabberError(self._failures[0] if self._failures else f"{uri} was closed")
         return self.grabber
 
-    def wait_for_source(self, timeout: float = PATIENCE) -> FrameGrabber:
+    def wait_for_source(self, timeout: float | None = None) -> FrameGrabber:
         """Wait until the source that the command line named is open and streams, and return it."""
         connection = self.program.connection
 
@@ -109,7 +111,7 @@ class ScriptApi:
             raise GrabberError(refusal())
         return self.grabber
 
-    def close(self, timeout: float = PATIENCE) -> None:
+    def close(self, timeout: float | None = None) -> None:
         """Close every source, and wait until they are."""
         self.program.connection.close_all()
         self.until(lambda: self.program.connection.wait_closed(0), timeout, "a source does not close")
@@ -131,7 +133,7 @@ class ScriptApi:
         assert grabber is not None
         self._on_source(lambda: grabber.execute(name))
 
-    def wait_for_frames(self, count: int = 1, timeout: float = PATIENCE) -> Frame:
+    def wait_for_frames(self, count: int = 1, timeout: float | None = None) -> Frame:
         """Wait for `count` more frames, and return the last. Raises FrameTimeoutError."""
         queue, frame = self.grabber.open_queue(count), None
         try:
@@ -145,10 +147,11 @@ class ScriptApi:
     def until(
         self,
         condition: Callable[[], object],
-        timeout: float = PATIENCE,
+        timeout: float | None = None,
         otherwise: str = "the condition was not met",
     ) -> None:
         """Wait until a condition is true. Raises GrabberError after `timeout` seconds."""
+        timeout = self.patience if timeout is None else timeout
         deadline = time.monotonic() + timeout
         while not condition():
             if time.monotonic() > deadline:
@@ -196,12 +199,13 @@ class ScriptApi:
         features = self._source().features
         assert features is not None
         features.run(job, done=results.append, failed=errors.append)
-        self.until(lambda: results or errors, PATIENCE, "the source does not answer")
+        self.until(lambda: results or errors, None, "the source does not answer")
         if errors:
             raise errors[0]
         return results[0]
 
-    def _next(self, get: Callable[[float], Frame], timeout: float) -> Frame:
+    def _next(self, get: Callable[[float], Frame], timeout: float | None) -> Frame:
+        timeout = self.patience if timeout is None else timeout
         deadline = time.monotonic() + timeout
         while True:
             try:
