@@ -5,7 +5,7 @@
 They go to the folder that SCREENSHOTS names (docs/images); those of the dark look end in -dark.
 """
 
-# ruff: noqa: F821  (`desk` is the window's)
+# ruff: noqa: F821  (`app` is the window's)
 
 import os
 import tempfile
@@ -19,15 +19,15 @@ from grabbergui.ui.views.help_views import ShortcutsDialog
 from grabbergui.ui.widgets.drawing import Purpose
 
 folder = Path(os.environ.get("SCREENSHOTS", "docs/images"))
-window, program = desk.window, desk.program
+window, program = app.window, app.program
 dark = window.palette().window().color().lightness() < 128
 TOOLS_HEIGHT = 230
 
 
 def take(name: str, widget: QWidget | None = None) -> None:
     """One picture, once what was asked for has been painted."""
-    desk.wait(0.2)
-    desk.screenshot(folder / f"{name}{'-dark' if dark else ''}.png", widget)
+    app.wait(0.2)
+    app.screenshot(folder / f"{name}{'-dark' if dark else ''}.png", widget)
 
 
 def draw(purpose: Purpose, first: tuple[float, float], last: tuple[float, float]) -> None:
@@ -56,51 +56,51 @@ def tool(dock: QDockWidget | None) -> None:
     if dock is not None:
         dock.raise_()
         window.resizeDocks([dock], [TOOLS_HEIGHT], Qt.Vertical)
-    desk.wait(0.25)
+    app.wait(0.25)
 
 
 window.resize(1440, 900)
 program.preferences.snapshot_folder = Path(tempfile.mkdtemp())
-desk.open("sim:colour")
-desk.until(lambda: window.features.watched)
-desk.wait_for_frames(20)
+app.open("sim:colour")
+app.until(lambda: window.features.watched)
+app.wait_for_frames(20)
 tool(window.histogramDock)
 window.histogram.logBox.setChecked(True)
-desk.until(lambda: "%" in window.histogram.figuresLabel.text())
-desk.wait(1)
+app.until(lambda: "%" in window.histogram.figuresLabel.text())
+app.wait(1)
 take("overview")
 window.histogram.logBox.setChecked(False)
 tool(None)
 window.resize(1280, 800)
-desk.wait(0.5)
+app.wait(0.5)
 take("window")
 take("sources", window.sourcesDock)
 take("features", window.featuresDock)
 take("favourites", window.favourites)
 
 tool(window.histogramDock)
-desk.set("ExposureTime", 20000)
+app.set("ExposureTime", 20000)
 window.actionClipping.trigger()
-desk.until(lambda: "%" in window.histogram.figuresLabel.text())
+app.until(lambda: "%" in window.histogram.figuresLabel.text())
 take("clipping")
 window.actionClipping.trigger()
-desk.set("ExposureTime", 10000)
-desk.wait(0.5)
+app.set("ExposureTime", 10000)
+app.wait(0.5)
 take("histogram", window.histogramDock)
 
 tool(window.focusDock)
 draw(Purpose.FOCUS_REGION, (0.05, 0.2), (0.4, 0.75))
-desk.wait(1.2)
+app.wait(1.2)
 take("focus", window.focusDock)
 
 tool(window.profileDock)
 draw(Purpose.PROFILE_LINE, (0.03, 0.9), (0.97, 0.9))
-desk.until(lambda: window.profile.plot.values("R") is not None)
+app.until(lambda: window.profile.plot.values("R") is not None)
 take("profile", window.profileDock)
 
 tool(window.changesDock)
-desk.set("Gain", 3)
-desk.set("ExposureTime", 8000)
+app.set("Gain", 3)
+app.set("ExposureTime", 8000)
 take("changes", window.changesDock)
 
 tool(window.valuesDock)
@@ -108,11 +108,11 @@ features = program.connection.source.features
 for name in ("ExposureTime", "DeviceTemperature"):
     program.values.plot(features.description(name))
 window.values.spanBox.setCurrentIndex(0)
-desk.wait(1)
-desk.set("ExposureTime", 14000)
-desk.wait(1.5)
-desk.set("ExposureTime", 8000)
-desk.wait(1)
+app.wait(1)
+app.set("ExposureTime", 14000)
+app.wait(1.5)
+app.set("ExposureTime", 8000)
+app.wait(1)
 take("values", window.valuesDock)
 for name in program.values.names:
     program.values.remove(name)
@@ -126,18 +126,18 @@ window.picture.drawing.cancel()
 
 settings = Path(tempfile.mkdtemp()) / "settings.yaml"
 program.settings_files.save(settings)
-desk.until(settings.exists)
-desk.set("Gain", 6)
-desk.set("ExposureTime", 12000)
+app.until(settings.exists)
+app.set("Gain", 6)
+app.set("ExposureTime", 12000)
 program.settings_files.compare(settings)
-desk.until(lambda: program.settings_files.report is not None)
+app.until(lambda: program.settings_files.report is not None)
 take("settings", program.settings_files.report)
 program.settings_files.report.close()
-desk.set("Gain", 0)
-desk.set("ExposureTime", 10000)
+app.set("Gain", 0)
+app.set("ExposureTime", 10000)
 
 program.user_sets.show()
-desk.until(lambda: program.user_sets.dialog is not None)
+app.until(lambda: program.user_sets.dialog is not None)
 take("user-sets", program.user_sets.dialog)
 program.user_sets.dialog.close()
 
@@ -151,22 +151,22 @@ bar.limitBox.setCurrentIndex(1)
 bar.amountBox.setValue(1.5)
 take("recording", bar)
 bar.recordButton.click()
-desk.wait(0.8)
+app.wait(0.8)
 take("recording-runs", bar)
-desk.until(bar.playButton.isVisible)
+app.until(bar.playButton.isVisible)
 
 program.connection.open_additional("sim:")
 program.connection.open_additional("sim:scene?width=608&height=512&fps=10")
-desk.until(lambda: len(window.gallery.tiles) == 3)
-desk.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
-desk.until(lambda: not any(tile.stateLabel.text().startswith("0") for tile in window.gallery.tiles))
+app.until(lambda: len(window.gallery.tiles) == 3)
+app.until(lambda: all(tile.thumbnail.image is not None for tile in window.gallery.tiles))
+app.until(lambda: not any(tile.stateLabel.text().startswith("0") for tile in window.gallery.tiles))
 program.messages.dismiss_all()
-desk.wait(0.4)
+app.wait(0.4)
 take("gallery")
 for source in program.connection.sources[1:]:
     program.connection.close(source)
 
 bar.playButton.click()
-desk.until(window.picture.playbackBar.isVisible)
-desk.wait(0.6)
+app.until(window.picture.playbackBar.isVisible)
+app.wait(0.6)
 take("playback", window.picture.playbackBar)
