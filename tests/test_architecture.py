@@ -15,7 +15,7 @@ HOMES = {
     "usb": ("driver/u3v", "driver/sim/u3v/backend.py"),
     "libusb_package": ("driver/u3v",),
     "rclpy": ("net/ros2", "servo"),
-    "av": ("recording/movie.py",),
+    "av": ("recording/movie_file.py", "recording/movie_writer.py"),
     "psutil": ("driver/gige/discovery/interfaces.py",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from grabbergui.calibration.markers import Grey, dictionary_by_name
 from grabbergui.core.errors import UsageError
@@ -70,7 +71,7 @@ class Board(Protocol):
         ...
 
 
-class CharucoBoard:
+class CharucoBoard(Board):
     """A chessboard with markers in its white fields; may be partly out of the picture."""
 
     def __init__(self, columns: int, rows: int, square: float, marker: float, dictionary: str) -> None:
@@ -91,15 +92,15 @@ class CharucoBoard:
         self._detector = cv2.aruco.CharucoDetector(self.pattern)
 
     @property
+    @override
     def title(self) -> str:
-        """See Board."""
         return (
             f"ChArUco {self.columns}×{self.rows}, {self._dictionary}: "
             f"fields {1e3 * self.square:g} mm, markers {1e3 * self._marker:g} mm"
         )
 
+    @override
     def find(self, grey: Grey) -> View | None:
-        """See Board."""
         reduced, factor = _reduced(grey)
         corners, ids, _, _ = self._detector.detectBoard(reduced)
         if ids is None or len(ids) < FEWEST_CORNERS:
@@ -112,8 +113,8 @@ class CharucoBoard:
         picture = _refined(grey, board, picture, factor, self.square)
         return View(board, picture, np.ravel(ids).astype(np.int64))
 
+    @override
     def drawing(self) -> list[Rectangle]:
-        """See Board."""
         parts = _dark_fields(self.columns, self.rows, self.square)
         side, number = self._numbers.markerSize, 0
         cell, margin = self._marker / (side + 2), (self.square - self._marker) / 2
@@ -138,7 +139,7 @@ class CharucoBoard:
         return np.asarray(cv2.aruco.Dictionary.getBitsFromByteList(codes, self._numbers.markerSize), np.uint8)
 
 
-class Chessboard:
+class Chessboard(Board):
     """A plain chessboard; all of it must be seen."""
 
     def __init__(self, columns: int, rows: int, square: float) -> None:
@@ -150,12 +151,12 @@ class Chessboard:
         self._board = np.hstack(((grid + 1) * square, np.zeros((len(grid), 1)))).astype(np.float32)
 
     @property
+    @override
     def title(self) -> str:
-        """See Board."""
         return f"Chessboard {self.columns}×{self.rows}: fields {1e3 * self.square:g} mm"
 
+    @override
     def find(self, grey: Grey) -> View | None:
-        """See Board."""
         reduced, factor = _reduced(grey)
         found, corners = cv2.findChessboardCornersSB(reduced, self._inner, None, cv2.CALIB_CB_ACCURACY)
         if not found:
@@ -163,8 +164,8 @@ class Chessboard:
         picture = _refined(grey, self._board, np.float32(corners).reshape(-1, 2), factor, self.square)
         return View(self._board, picture, np.arange(len(self._board)))
 
+    @override
     def drawing(self) -> list[Rectangle]:
-        """See Board."""
         return _dark_fields(self.columns, self.rows, self.square)
 
 

@@ -1,7 +1,7 @@
 """Calibrating a camera from views of a printed board.
 
-A `Collector` takes pictures one after the other and keeps those views that add something; it tells how much
-is covered by now. Once there are enough, `solve` gives the calibration with the error of every view, and
+A `Collector` looks at images one after the other and keeps those views that add something; it reports how
+much is covered so far. Once there are enough, `solve` gives the calibration with the error of every view, and
 leaves out views that fit badly.
 """
 
@@ -33,7 +33,7 @@ _BAD_VIEW = 2.5
 
 
 class Verdict(Enum):
-    """What came of looking at a picture; the values are for people."""
+    """The outcome of looking at an image; the values are display text."""
 
     NOT_SEEN = "no board is seen"
     MOVING = "hold it still"
@@ -83,7 +83,7 @@ class Collector:
         return len(self.views) >= self.wanted
 
     def missing(self) -> str:
-        """How the board should be held next, for people; empty where everything is covered."""
+        """Return how the board should be held next, as display text; empty where everything is covered."""
         return self.coverage.missing()
 
     def add(self, grey: Grey) -> bool:

@@ -21,7 +21,7 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """What tells views apart: place, size and slant of the board, each about 0 to 1."""
+    """How one view differs from another: place, size and slant of the board, each about 0 to 1."""
 
     x: float
     y: float
@@ -73,9 +73,9 @@ class Coverage:
         return float((self.cells > 0).mean())
 
     def missing(self) -> str:
-        """How the board should be held next, for people; empty where everything is covered.
+        """Return how the board should be held next, as display text; empty where everything is covered.
 
-        Focal length and distance cannot be told apart by views that are not tilted, so tilts come first
+        Focal length and distance cannot be distinguished by views that are not tilted, so tilts come first
         once there are some views.
         """
         views = int(self.sizes.sum())

@@ -1,12 +1,14 @@
-"""The calibration of a served camera, fitted to the binning and region that it is set to."""
+"""The calibration that holds for an image: fitted to binning and region, or chosen by the user."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from grabbergui.calibration import camera_info
-from grabbergui.core.calibration import Calibration
+from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW, Calibration
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -15,7 +17,7 @@ from grabbergui.core.sfnc import Role
 log = logging.getLogger(__name__)
 
 _FULL_SIZE = ("WidthMax", "HeightMax")
-"""What the camera could send with its present binning, region aside (SFNC, image format control)."""
+"""What the camera could send with its present binning and its largest region (SFNC, image format control)."""
 _OFFSET = ("OffsetX", "OffsetY")
 
 _NONE = "the camera has no calibration; serve it with --calibration FILE"
@@ -130,3 +132,32 @@ def fitted(calibration: Calibration, size: Pair, offset: Pair, full_size: Pair |
     if size == (calibration.width, calibration.height):
         return calibration
     return calibration.scaled_to(*(full_size or size)).cut_out(*offset, *size)
+
+
+CalibrationFor = Callable[[int, int], Calibration]
+"Width and height of pictures to their calibration. Raises UsageError for a size that it does not fit."
+
+
+class CalibrationChoice:
+    """Is called as a CalibrationFor. Any thread."""
+
+    def __init__(self, chosen: CalibrationFor) -> None:
+        self._chosen = chosen
+
+    @classmethod
+    def file(cls, path: Path) -> CalibrationChoice:
+        """That of a camera_info file. Raises UsageError, OSError."""
+        return cls(camera_info.load(path).scaled_to)
+
+    @classmethod
+    def nominal(cls, degrees: float = NOMINAL_FIELD_OF_VIEW) -> CalibrationChoice:
+        """An ideal camera that sees so much from left to right."""
+        return cls(partial(Calibration.from_field_of_view, degrees=degrees))
+
+    def __call__(self, width: int, height: int) -> Calibration:
+        """The calibration for pictures of a size."""
+        return self._chosen(width, height)
+
+    def exchange(self, other: CalibrationChoice) -> None:
+        """Be like another from now on."""
+        self._chosen = other._chosen

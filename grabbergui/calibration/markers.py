@@ -24,7 +24,7 @@ SEARCH_PIXELS = 700_000
 STEEPEST_VIEW = math.radians(72)
 "Beyond this angle between the marker's face and the line of sight it is seen edge-on."
 AMBIGUITY_RATIO = 1.5
-"The second pose's reprojection error over the first's, below which they cannot be told apart."
+"The second pose's reprojection error over the first's, below which they cannot be distinguished."
 AMBIGUITY_ANGLE = math.radians(12)
 "Two poses nearer to each other than this are as good as one."
 LARGEST_ERROR = 0.03
@@ -44,7 +44,7 @@ class MarkerDetection:
     pose: geometry.Pose | None = None
     "Marker (x right, y up, z out of its face) to camera; None where none may be trusted."
     problem: str = ""
-    "Why there is no pose, for people: ambiguous, behind the camera, no calibration."
+    "Why there is no pose, as display text: ambiguous, behind the camera, no calibration."
     reprojection_error: float = 0.0
     "Root mean square over the corners, pixels."
 

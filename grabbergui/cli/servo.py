@@ -22,7 +22,7 @@ from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.choice import CalibrationFor
+    from grabbergui.calibration.fitted import CalibrationFor
     from grabbergui.core.frame import Frame
     from grabbergui.servo.config import Config
     from grabbergui.servo.loop import Turn

@@ -16,7 +16,7 @@ from grabbergui.core.calibration import NOMINAL_FIELD_OF_VIEW
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
-    from grabbergui.calibration.choice import CalibrationFor
+    from grabbergui.calibration.fitted import CalibrationFor
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
     from grabbergui.servo.guardian_link import GuardianLink
@@ -231,7 +231,7 @@ def _calibration(options: argparse.Namespace, grabber: FrameGrabber) -> Calibrat
 
     Raises UsageError with the ways out of none.
     """
-    from grabbergui.calibration.choice import CalibrationChoice
+    from grabbergui.calibration.fitted import CalibrationChoice
 
     if options.calibration is not None:
         return CalibrationChoice.file(find_file(options.calibration, "calibration"))

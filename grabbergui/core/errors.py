@@ -103,7 +103,7 @@ class FeatureNotFoundError(FeatureError):
 
 
 class FeatureAccessError(FeatureError):
-    """The feature is not implemented, not available, locked, read-only or write-only just now."""
+    """The feature is not implemented, not available, locked, read-only or write-only at the moment."""
 
 
 class FeatureValueError(FeatureError):

@@ -29,7 +29,7 @@ class FeatureKind(Enum):
 
 
 class AccessMode(Enum):
-    """What may be done with a feature just now (it changes while a camera runs)."""
+    """What may be done with a feature at the moment (it changes while a camera runs)."""
 
     NOT_IMPLEMENTED = "NI"
     NOT_AVAILABLE = "NA"
@@ -78,7 +78,7 @@ class EnumEntry:
     display_name: str = ""
     tooltip: str = ""
     available: bool = True
-    "Whether the camera takes it just now."
+    "Whether the camera accepts it at the moment."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +101,7 @@ class FeatureDescription:
 
     @property
     def title(self) -> str:
-        """The name for people."""
+        """The display name."""
         return self.display_name or self.name
 
 
@@ -150,7 +150,7 @@ class Feature(FeatureDescription):
 
         Text is read as the command line's: `5`, `2.5e4`, `0x1F`, `on`, an entry's name. An integer
         off its increment is refused, as a camera would. Raises FeatureAccessError where nothing can be
-        written just now, FeatureValueError otherwise.
+        written at the moment, FeatureValueError otherwise.
         """
         if not self.access.writable:
             raise FeatureAccessError(f"{self.name} {self.access_problem()}", self.name)
@@ -176,7 +176,7 @@ class Feature(FeatureDescription):
         }.get(self.access, "cannot be used just now")
 
     def range_text(self) -> str:
-        """What is allowed, for people: `10 … 1000000 us, step 1`, `one of Off, Once`."""
+        """What is allowed, as display text: `10 … 1000000 us, step 1`, `one of Off, Once`."""
         if self.kind is FeatureKind.ENUMERATION:
             return "one of " + ", ".join(entry.name for entry in self.entries if entry.available)
         if self.kind is FeatureKind.BOOLEAN:
@@ -235,7 +235,7 @@ class Category:
 
     @property
     def title(self) -> str:
-        """The name for people."""
+        """The display name."""
         return self.display_name or self.name
 
     def descriptions(self) -> Iterator[FeatureDescription]:

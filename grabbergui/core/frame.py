@@ -33,15 +33,15 @@ class FrameStatus(Enum):
 
 @dataclass(eq=False)
 class Frame:
-    """A picture as the sensor sent it. Treat as immutable; may be read from any thread."""
+    """An image as the sensor sent it, with its metadata. Treat as immutable; may be read from any thread."""
 
     payload: NDArray[np.uint8]
-    "1-D, the bytes on the wire; perhaps longer than the picture (padding, chunks)."
+    "1-D, the bytes on the wire; perhaps longer than the image (padding, chunks)."
     width: int
     height: int
     pixel_format: PixelFormat
     frame_id: int = 0
-    "The device's block id, or a counter; starts anew with each acquisition."
+    "The device's block id, or a counter; starts again with each acquisition."
     timestamp_ns: int = 0
     "Device clock, nanoseconds; 0 where the device has none."
     received_ns: int = 0
@@ -55,7 +55,7 @@ class Frame:
     offset_x: int = 0
     offset_y: int = 0
     padding_x: int = 0
-    "Bytes at the end of each line that are not picture."
+    "Bytes at the end of each line that are not pixels."
     big_endian: bool = False
     "Of unpacked pixels deeper than 8 bits; GigE Vision devices may choose."
     chunks: dict[str, Any] = field(default_factory=dict)
@@ -76,7 +76,7 @@ class Frame:
         return self.status is FrameStatus.COMPLETE
 
     def raw(self) -> NDArray[Any]:
-        """The sensor's data, read-only.
+        """Return the sensor's data, read-only.
 
         Shape (height, width) uint8 or uint16 (native byte order, value in the low bits) for mono and
         Bayer, (height, width, n) uint8 for interleaved colour. A view of the payload without a copy unless
@@ -85,7 +85,7 @@ class Frame:
         return self._cached("raw", pixels.to_raw)
 
     def rgb(self) -> NDArray[np.uint8]:
-        """The picture for eyes: (height, width, 3) uint8, R G B, read-only; computed once.
+        """Return the image for display: (height, width, 3) uint8, R G B, read-only; computed once.
 
         Deeper formats keep their eight highest bits. A view without a copy for RGB8. Raises
         PixelFormatError for a format we cannot convert.
@@ -93,7 +93,7 @@ class Frame:
         return self._cached("rgb", pixels.to_rgb)
 
     def mono(self) -> NDArray[np.uint8]:
-        """The picture in grey: (height, width) uint8, read-only; a view without a copy for Mono8."""
+        """Return the image in grey: (height, width) uint8, read-only; a view without a copy for Mono8."""
         return self._cached("mono", pixels.to_mono)
 
     def _cached(self, key: str, convert: Callable[[Frame], NDArray[Any]]) -> NDArray[Any]:

@@ -56,7 +56,7 @@ class FrameQueue:
             self._frames.clear()
 
     def close(self) -> None:
-        """Wake all who wait; frames still held are let go. May be called twice."""
+        """Wake all who wait; frames still held are released. May be called twice."""
         with self._changed:
             self._closed = True
             self._frames.clear()

@@ -45,11 +45,11 @@ class DeviceInfo:
     interface: str = ""
     "The host's network interface or bus it was seen on."
     note: str = ""
-    "What hinders opening it, for people; empty where nothing does."
+    "Why it cannot be opened, as display text; empty if it can."
 
     @property
     def title(self) -> str:
-        """The display name, which tells it from others of its model: `left eye`, `Acme One 40012345`."""
+        """The display name, unlike that of others of its model: `left eye`, `Acme One 40012345`."""
         return " ".join(self._names(self.vendor, self.model))
 
     @property
@@ -81,7 +81,7 @@ class DeviceInfo:
 
 @dataclass(frozen=True)
 class DeviceEvent:
-    """Something that a camera told by itself, because its EventNotification is on."""
+    """An event message of a camera, sent because its EventNotification is on."""
 
     name: str
     "As EventSelector has it, e.g. `ExposureEnd`; the id in hexadecimal where the description has no name."
@@ -112,7 +112,7 @@ class ConnectionState(Enum):
     OPENING = "opening"
     OPEN = "open"
     LOST = "lost"
-    "Gone without being closed; a reconnection may be under way."
+    "Gone without being closed; a reconnection may be in progress."
 
 
 @dataclass
@@ -169,11 +169,11 @@ class FrameGrabber(ABC):
     features_changed = Signal(frozenset)
     """Names (frozenset[str]) of features whose value, range or access may have changed."""
     connection_changed = Signal(ConnectionState, str)
-    """The new state, and why, for people."""
+    """The new state, and the reason as display text."""
     noticed = Signal(str)
     """While the connection holds: what hinders the pictures, or how the other end changed; a sentence."""
     event_received = Signal(DeviceEvent)
-    """The camera told something by itself. At the end of every exposure, if that is what was switched on."""
+    """The camera sent an event. At the end of every exposure, if that is what was switched on."""
     unlike_before: tuple[str, ...] = ()
     """When it came back after a loss: what is not as it was before, and why, a sentence each."""
     shared = False
@@ -199,7 +199,7 @@ class FrameGrabber(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Stop, release control and let go. May be called twice; never raises."""
+        """Stop, release control and close. May be called twice; never raises."""
 
     @property
     @abstractmethod
@@ -359,7 +359,7 @@ class FrameGrabber(ABC):
         """A snapshot of the counters. Any thread; never waits."""
 
     def calibration(self) -> Calibration | None:
-        """How directions become pixels in the pictures it sends just now; None where the source does not say.
+        """Return how directions become pixels in its current images; None if the source does not report it.
 
         Any thread; never waits.
         """

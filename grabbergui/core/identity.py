@@ -19,7 +19,7 @@ def unit(info: DeviceInfo) -> tuple[str, ...]:
 
 
 def describe(info: DeviceInfo) -> str:
-    """A camera with everything that tells it from others: `Acme One (serial 7, 00:30:53:0a:0b:0c)`."""
+    """A camera with all that distinguishes it: `Acme One (serial 7, 00:30:53:0a:0b:0c)`."""
     maker = " ".join(part for part in (info.vendor, info.model) if part) or info.uri
     user_name = f"'{info.user_name}'" if info.user_name else ""
     serial = f"serial {info.serial}" if info.serial else ""

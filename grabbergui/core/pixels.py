@@ -36,7 +36,7 @@ def to_mono(frame: SensorPicture) -> NDArray[np.uint8]:
 
 
 def to_rgb(frame: SensorPicture) -> NDArray[np.uint8]:
-    """What `Frame.rgb` gives; how each family becomes RGB is told in `core.colour`."""
+    """What `Frame.rgb` gives; how each family becomes RGB is described in `core.colour`."""
     return colour.to_rgb(_eight_bit_lines(frame), frame.pixel_format)
 
 
@@ -48,7 +48,7 @@ def for_display(
     `size` is (width, height) in screen pixels; a larger region is reduced to fit, its proportions kept,
     before colour is computed where that saves work; nothing is ever enlarged, and None reduces nothing.
     The region is clipped to the frame. Of Bayer and YUV 4:2:2 it grows by up to a pixel to each side, to
-    whole cells of the pattern: `DisplayImage.region` tells what came back. Deeper formats keep their eight
+    whole cells of the pattern: `DisplayImage.region` is the region returned. Deeper formats keep their eight
     highest bits. Pixels may be a read-only view of the payload. Any thread. Raises PixelFormatError.
     """
     unpacking.check(frame)

@@ -6,6 +6,8 @@ import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from typing_extensions import override
+
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
@@ -38,8 +40,8 @@ class SharedGrabber(FrameGrabber):
         self._grabber.event_received.connect(self._on_event)
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
+    @override
     def close(self) -> None:
-        """See FrameGrabber."""
         self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
         self._grabber.connection_changed.disconnect(self._on_connection_changed, missing_ok=True)
         self._grabber.noticed.disconnect(self._on_noticed, missing_ok=True)
@@ -50,84 +52,84 @@ class SharedGrabber(FrameGrabber):
             queue.close()
 
     @property
+    @override
     def access(self) -> Access:
-        """See FrameGrabber."""
         return self._grabber.access
 
+    @override
     def feature_tree(self) -> Category:
-        """See FrameGrabber."""
         return self._grabber.feature_tree()
 
+    @override
     def has_feature(self, name: str) -> bool:
-        """See FrameGrabber."""
         return self._grabber.has_feature(name)
 
+    @override
     def feature(self, name: str) -> Feature:
-        """See FrameGrabber."""
         return self._grabber.feature(name)
 
+    @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber."""
         return self._grabber.write_feature(name, value)
 
     @property
+    @override
     def selectors(self) -> Selectors:
-        """See FrameGrabber."""
         return self._grabber.selectors
 
+    @override
     def setting(self, name: str) -> SettingKey:
-        """See FrameGrabber."""
         return self._grabber.setting(name)
 
+    @override
     def read_setting(self, key: SettingKey) -> Feature:
-        """See FrameGrabber."""
         return self._grabber.read_setting(key)
 
+    @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """See FrameGrabber."""
         return self._grabber.write_setting(key, value)
 
+    @override
     def execute_setting(self, key: SettingKey) -> None:
-        """See FrameGrabber."""
         self._grabber.execute_setting(key)
 
     @contextmanager
+    @override
     def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        """See FrameGrabber."""
         with self._grabber.exclusive(selectors):
             yield
 
+    @override
     def pauses_for(self, name: str) -> bool:
-        """See FrameGrabber."""
         return self._grabber.pauses_for(name)
 
+    @override
     def execute(self, name: str) -> None:
-        """See FrameGrabber."""
         self._grabber.execute(name)
 
+    @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """See FrameGrabber."""
         self._grabber.start(keep_trigger=keep_trigger)
 
+    @override
     def stop(self) -> None:
-        """See FrameGrabber."""
         self._grabber.stop()
 
     @property
+    @override
     def streaming(self) -> bool:
-        """See FrameGrabber."""
         return self._grabber.streaming
 
+    @override
     def statistics(self) -> StreamStatistics:
-        """See FrameGrabber."""
         return self._grabber.statistics()
 
+    @override
     def calibration(self) -> Calibration | None:
-        """See FrameGrabber."""
         return self._grabber.calibration()
 
+    @override
     def open_queue(self, depth: int = 2) -> FrameQueue:
-        """See FrameGrabber."""
         queue = self._grabber.open_queue(depth)
         with self._opening:
             self._queues = [*(q for q in self._queues if not q.closed), queue]

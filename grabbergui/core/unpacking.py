@@ -17,7 +17,7 @@ from grabbergui.core.pfnc import Layout, PixelFormat
 
 
 class SensorPicture(Protocol):
-    """What must be known of a payload to lay out its pixels; a `Frame` is one and tells what they mean."""
+    """What must be known of a payload to lay out its pixels; a `Frame` is one and documents the fields."""
 
     payload: NDArray[np.uint8]
     width: int

@@ -10,6 +10,7 @@ from typing import TextIO
 
 import cv2
 import numpy as np
+from typing_extensions import override
 
 from grabbergui.core import pfnc, picture_files
 from grabbergui.core.errors import RemoteProtocolError, UsageError
@@ -54,8 +55,8 @@ class FolderRecording(Recording):
                 f"{path} holds no pictures; a recording has {NOTES_NAME} or {', '.join(PICTURE_SUFFIXES)}"
             )
 
+    @override
     def frame(self, index: int, received_ns: int) -> Frame:
-        """See Recording."""
         file, note = self._files[index], self._notes[index]
         try:
             if file.stat().st_size > MAX_FILE_BYTES:
@@ -80,8 +81,9 @@ class FolderRecording(Recording):
             raise RecordingError(f"{file} is not of {note.width}×{note.height} pixels as {NOTES_NAME} says")
         return rebuilt(pixels, note, received_ns)
 
+    @override
     def close(self) -> None:
-        """See Recording."""
+        pass
 
     def _inside(self, name: str) -> Path:
         """A file of this folder: notes from anywhere must not read others."""
@@ -144,26 +146,28 @@ class FolderWriter(RecordingWriter):
         self._size = 0
         self._work = OrderedWork("picture files", _FOLDER_THREADS, 0 if tiff else _FOLDER_THREADS, self._note)
 
+    @override
     def write(self, frame: Frame) -> None:
-        """See RecordingWriter. What no picture file holds (YUV, unknown formats) is kept as its bytes."""
+        """What no picture file holds (YUV, unknown formats) is kept as its bytes."""
         self._work.add(partial(self._keep, self._count, frame))
         self._count += 1
 
+    @override
     def close(self) -> None:
-        """See RecordingWriter."""
         try:
             self._work.finish()
         finally:
             self._notes.close()
 
+    @override
     def discard(self) -> None:
-        """See RecordingWriter."""
         (self.path / NOTES_NAME).unlink(missing_ok=True)
         if not self._was_there:
             self.path.rmdir()
 
+    @override
     def size(self) -> int:
-        """See RecordingWriter. Pictures that are being compressed count as much as those before."""
+        """Pictures that are being compressed count as much as those before."""
         noted = self._count - self._work.held
         return self._size + (self._size * self._work.held // noted if noted else 0)
 

@@ -18,6 +18,7 @@ from mcap.exceptions import McapError
 from mcap.records import Chunk
 from mcap.stream_reader import get_chunk_data_stream
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
@@ -86,8 +87,8 @@ class McapRecording(Recording):
             self._file.close()
             raise
 
+    @override
     def frame(self, index: int, received_ns: int) -> Frame:
-        """See Recording."""
         place = self._images[index]
         try:
             image = RosImage.decode(self._content(place))
@@ -105,8 +106,8 @@ class McapRecording(Recording):
         )
         return rebuilt(self._lines(image), note, received_ns)
 
+    @override
     def close(self) -> None:
-        """See Recording."""
         self._file.close()
 
     def _lines(self, image: RosImage) -> NDArray[Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
+from typing_extensions import override
 
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
@@ -40,8 +41,8 @@ class McapWriter(RecordingWriter):
         self._clock: int | None = None
         self._broken = False
 
+    @override
     def write(self, frame: Frame) -> None:
-        """See RecordingWriter."""
         pixels, pixel_format = unpacked(frame)
         encoding = ros_image.encoding_of(pixel_format)
         if encoding is None:
@@ -68,8 +69,9 @@ class McapWriter(RecordingWriter):
             self._abandon(whole)
             raise
 
+    @override
     def close(self) -> None:
-        """See RecordingWriter. After a failed write the summary is left out; readers do without."""
+        """After a failed write the summary is left out; readers do without."""
         if self._file.closed:
             return
         try:
@@ -78,8 +80,8 @@ class McapWriter(RecordingWriter):
         finally:
             self._file.close()
 
+    @override
     def size(self) -> int:
-        """See RecordingWriter."""
         return self._file.tell() if not self._file.closed else self.path.stat().st_size
 
     def _add(self, channel: int, frame: Frame, message: bytes) -> None:

@@ -10,6 +10,8 @@ import threading
 import time
 from pathlib import Path
 
+from typing_extensions import override
+
 from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, UsageError
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import RateMeter
@@ -53,8 +55,8 @@ class PlaybackGrabber(FrameGrabber):
         self._rates = RateMeter()
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access = Access.CONTROL) -> None:
-        """See FrameGrabber."""
         with self._changed:
             if self._recording is not None:
                 return
@@ -75,8 +77,8 @@ class PlaybackGrabber(FrameGrabber):
             self._recording, self._state = recording, state
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
+    @override
     def close(self) -> None:
-        """See FrameGrabber."""
         self.stop()
         with self._changed:
             recording, self._recording = self._recording, None
@@ -92,22 +94,22 @@ class PlaybackGrabber(FrameGrabber):
         return Access.CONTROL
 
     # -- features --------------------------------------------------------------------------------
+    @override
     def feature_tree(self) -> Category:
-        """See FrameGrabber."""
         return features.TREE
 
+    @override
     def has_feature(self, name: str) -> bool:
-        """See FrameGrabber."""
         return name in features.DESCRIPTIONS
 
+    @override
     def feature(self, name: str) -> Feature:
-        """See FrameGrabber."""
         self._require(name)
         with self._changed:
             return features.feature(name, self._state)
 
+    @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber."""
         accepted = self.feature(name).validated(value)
         changed = {name}
         with self._changed:
@@ -122,7 +124,7 @@ class PlaybackGrabber(FrameGrabber):
                 state.loop = bool(accepted)
             else:
                 state.playing = bool(accepted)
-                changed |= {features.POSITION, features.TIME}  # they have moved on since they were told last
+                changed |= {features.POSITION, features.TIME}  # they moved on since the last notice
                 if state.playing and state.position >= state.frames - 1:
                     state.position, self._shown = 0, -1  # play again after the end
                 elif state.playing and self._shown == state.position:
@@ -131,14 +133,14 @@ class PlaybackGrabber(FrameGrabber):
         self.features_changed.emit(frozenset(changed))
         return self.feature(name)
 
+    @override
     def execute(self, name: str) -> None:
-        """See FrameGrabber."""
         self._require(name)
         raise FeatureError(f"{name} is no command; a recording has none", name)
 
     # -- acquisition -----------------------------------------------------------------------------
+    @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """See FrameGrabber."""
         with self._starting, self._changed:
             if self._running:
                 return
@@ -153,8 +155,8 @@ class PlaybackGrabber(FrameGrabber):
             )
             self._player.start()
 
+    @override
     def stop(self) -> None:
-        """See FrameGrabber."""
         with self._starting:
             with self._changed:
                 self._running = False
@@ -164,12 +166,12 @@ class PlaybackGrabber(FrameGrabber):
                 player.join()
 
     @property
+    @override
     def streaming(self) -> bool:
-        """See FrameGrabber."""
         return self._running
 
+    @override
     def statistics(self) -> StreamStatistics:
-        """See FrameGrabber."""
         rate, bandwidth = self._rates.rates()
         counted = self._statistics
         return StreamStatistics(

@@ -109,7 +109,7 @@ class Recorder:
         self._thread.start()
 
     def stop(self) -> None:
-        """End after the frame at hand; the files are finished on the recorder's thread. Never waits."""
+        """End after the current frame; the recorder's thread finishes the files. Never waits."""
         self._stopping.set()
 
     def wait(self, timeout: float | None = None) -> bool:

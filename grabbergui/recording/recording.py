@@ -66,7 +66,7 @@ class Recording(ABC):
 
     path: Path
     title: str = ""
-    "What it is a recording of, for people."
+    "Display text: what was recorded."
     times_ns: list[int]
     "Of each frame, never falling; only differences matter."
 
@@ -79,7 +79,7 @@ class Recording(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of files. May be called twice."""
+        """Close its files. May be called twice."""
 
     @property
     def duration(self) -> float:
@@ -118,7 +118,7 @@ def _opened(path: Path) -> Recording:
 
         return McapRecording(path)
     if path.suffix.lower() in VIDEO_SUFFIXES:
-        from grabbergui.recording.movie import MovieRecording
+        from grabbergui.recording.movie_file import MovieRecording
 
         return MovieRecording(path)
     raise UsageError(

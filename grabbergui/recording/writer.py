@@ -121,7 +121,7 @@ def create_writer(kind: RecordingKind, path: Path, info: DeviceInfo, rate: float
             from grabbergui.recording.folder import FolderWriter
 
             return FolderWriter(path, tiff=kind is RecordingKind.TIFF)
-        from grabbergui.recording.movie import MovieWriter
+        from grabbergui.recording.movie_writer import MovieWriter
 
         return MovieWriter(path, kind, rate)
     except ImportError as error:

@@ -23,7 +23,7 @@ from grabbergui.servo.plots import Band, Curve, Plot, sheet
 from grabbergui.servo.state_machine import State
 
 if TYPE_CHECKING:
-    from grabbergui.recording.movie import MovieFile
+    from grabbergui.recording.movie_writer import MovieFile
 
 VIDEO_FPS = 15.0
 VIDEO_NAME = "video.mp4"
@@ -72,7 +72,7 @@ class Recorder:
     def _write(self, picture: np.ndarray, time: float) -> None:
         if self._video is None:
             # On demand: FFmpeg's libraries are loaded only where a report is written.
-            from grabbergui.recording.movie import MovieFile
+            from grabbergui.recording.movie_writer import MovieFile
 
             path = self._folder / VIDEO_NAME
             path.unlink(missing_ok=True)  # of an earlier run

@@ -21,7 +21,7 @@ from patience import PATIENCE
 
 av = pytest.importorskip("av", reason="needs the package av")
 
-from grabbergui.recording.movie import FRAGMENT, notes_beside  # noqa: E402
+from grabbergui.recording.movie_writer import FRAGMENT, notes_beside  # noqa: E402
 
 INFO = DeviceInfo("sim:", model="M")
 START = 1_700_000_000_000_000_000

@@ -120,7 +120,7 @@ def test_a_recording_ends_with_its_camera(desk):
 
 def test_closing_the_window_does_not_cut_a_recording_off(desk, monkeypatch):
     finish = threading.Event()
-    from grabbergui.recording.movie import MovieWriter
+    from grabbergui.recording.movie_writer import MovieWriter
 
     close = MovieWriter.close
     monkeypatch.setattr(MovieWriter, "close", lambda writer: finish.wait(PATIENCE) and close(writer))

@@ -10,7 +10,7 @@ from PyQt5.QtWidgets import QFileDialog
 
 from grabbergui.calibration import board_sheet
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.choice import CalibrationChoice
+from grabbergui.calibration.fitted import CalibrationChoice
 from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.calibrating import CalibratingModel, Solution

@@ -9,7 +9,7 @@ from PyQt5.QtCore import QTimer
 from PyQt5.QtWidgets import QDialog
 
 from grabbergui.calibration.boards import BoardSettings
-from grabbergui.calibration.choice import CalibrationChoice, CalibrationFor
+from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.servo.pilot import Pilot
 from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser

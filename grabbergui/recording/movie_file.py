@@ -1,0 +1,160 @@
+"""Movies of any kind, read by FFmpeg's libraries (PyAV)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+from av.container import InputContainer
+from av.error import FFmpegError
+from av.video.frame import VideoFrame
+from av.video.stream import VideoStream
+from numpy.typing import NDArray
+
+from grabbergui.core.errors import UsageError
+from grabbergui.core.frame import Frame
+from grabbergui.recording.movie_writer import TIME_BASE, notes_beside, plane_of
+from grabbergui.recording.recording import (
+    FrameNote,
+    Recording,
+    RecordingError,
+    read_notes,
+    rebuilt,
+    rising,
+)
+
+MAX_FRAMES = 10_000_000
+MAX_PIXELS = 1 << 28
+"Of a frame that is decoded; a damaged or malicious header may claim any size."
+NEAR = 8
+"Frames that are decoded to go forward, rather than seeking."
+_FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi"
+"Containers that are opened. Playlists are not among them: they name other files and hosts."
+
+
+class MovieRecording(Recording):
+    """Any movie. A frame is found by its own time, decoding from the key frame before it."""
+
+    def __init__(self, path: Path) -> None:
+        """Open a movie and index its frames. Raises UsageError."""
+        self.path = path
+        self.title = path.name
+        try:
+            self._container: InputContainer = av.open(
+                f"file:{path}",
+                options={
+                    "format_whitelist": _FORMATS,
+                    "protocol_whitelist": "file",
+                    "max_pixels": str(MAX_PIXELS),
+                },
+            )
+        except (FFmpegError, ValueError) as error:
+            raise UsageError(f"{path} is no movie that can be read: {error}") from error
+        try:
+            self._stream, self._pts = _indexed(path, self._container)
+        except BaseException:
+            self._container.close()
+            raise
+        self._stream.thread_type = "AUTO"
+        self._frames: Iterator[VideoFrame] = iter(())
+        self._next = -1
+        notes = list(read_notes(notes_beside(path))) if notes_beside(path).is_file() else []
+        # After a crash the notes may be ahead of the movie, or behind it.
+        count = min(len(notes), len(self._pts)) or len(self._pts)
+        self._notes, self._pts = notes[:count], self._pts[:count]
+        if self._notes:
+            self.times_ns = rising([note.received_ns for note in self._notes])
+        else:
+            base = self._stream.time_base or TIME_BASE
+            self.times_ns = [round((pts - self._pts[0]) * base * 10**9) for pts in self._pts]
+
+    def frame(self, index: int, received_ns: int) -> Frame:
+        """Decode a frame, as though it had arrived at `received_ns`. Raises RecordingError."""
+        try:
+            decoded = self._decoded(index)
+        except (FFmpegError, StopIteration) as error:
+            self._next = -1
+            raise RecordingError(f"{self.path}: frame {index} cannot be decoded: {error}") from error
+        noted = self._notes[index] if self._notes else None
+        pixels, name = _pixels_of(decoded, noted.pixel_format if noted is not None else "")
+        height, width = pixels.shape[:2]
+        if noted is not None:
+            note = replace(noted, width=width, height=height, pixel_format=name)
+        else:
+            note = FrameNote(width=width, height=height, pixel_format=name, frame_id=index)
+        return rebuilt(pixels, note, received_ns)
+
+    def close(self) -> None:
+        """Close the file. May be called twice."""
+        self._frames = iter(())
+        self._container.close()
+
+    def _decoded(self, index: int) -> VideoFrame:
+        wanted = self._pts[index]
+        if not 0 <= index - self._next <= NEAR or self._next < 0:
+            self._seek(wanted)
+        frame = next(self._frames)
+        if _time_of(frame) > wanted:  # an index that leads behind the frame; from the beginning, then
+            self._seek(self._pts[0])
+            frame = next(self._frames)
+        while _time_of(frame) < wanted:
+            frame = next(self._frames)
+        if _time_of(frame) != wanted:
+            raise StopIteration("it is missing from the file")
+        self._next = index + 1
+        return frame
+
+    def _seek(self, pts: int) -> None:
+        self._container.seek(pts, stream=self._stream, backward=True)
+        self._frames = self._container.decode(self._stream)
+
+
+def _indexed(path: Path, container: InputContainer) -> tuple[VideoStream, list[int]]:
+    """Return the movie's first video stream and the time of each frame, in units of the stream."""
+    if not container.streams.video:
+        raise UsageError(f"{path} is no movie: there is no video in it")
+    stream = container.streams.video[0]
+    if stream.codec_context is None:
+        raise UsageError(f"{path} is a movie of a codec that this build of PyAV does not have")
+    entries = stream.index_entries
+    if 0 < len(entries) == stream.frames <= MAX_FRAMES and not stream.codec_context.has_b_frames:
+        return stream, [entry.timestamp for entry in entries]
+    # Without an index (after a crash, or in Matroska), or with frames stored in another order.
+    times = []
+    try:
+        for packet in container.demux(stream):
+            time = packet.pts if packet.pts is not None else packet.dts
+            if packet.is_corrupt:
+                break  # cut short
+            if time is not None and packet.size and not packet.is_discard:
+                times.append(time)
+            if len(times) > MAX_FRAMES:
+                raise UsageError(f"{path} has more than {MAX_FRAMES} frames; cut a part out")
+    except FFmpegError:
+        pass  # damaged from here on: what came before is whole
+    if not times:
+        raise UsageError(f"{path} holds no movie that can be read, or its recording was cut short")
+    return stream, sorted(set(times))
+
+
+def _time_of(frame: VideoFrame) -> int:
+    time = frame.pts if frame.pts is not None else frame.dts
+    return -1 if time is None else time
+
+
+def _pixels_of(frame: VideoFrame, noted: str) -> tuple[NDArray[Any], str]:
+    """Return a decoded frame's pixels, and PFNC's name of them."""
+    kind = frame.format.name
+    if kind.startswith("gray16"):
+        deep = noted if noted.startswith("Mono") and noted != "Mono8" else "Mono16"
+        return frame.to_ndarray(format="gray16le"), deep
+    if kind == "gray" or (noted == "Mono8" and kind.startswith("yuv")):
+        return np.ascontiguousarray(plane_of(frame, 0)), "Mono8"
+    colour = frame.to_ndarray(format="rgb24")
+    if noted == "Mono8":
+        return np.ascontiguousarray(colour[..., 1]), "Mono8"
+    return colour, "RGB8"
