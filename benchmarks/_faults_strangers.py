@@ -23,12 +23,11 @@ from grabbergui import sources
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.link import ping
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os.values import Stamp, Vocab
 
 CHAPTER = "A stranger on the network"
 FPS = 25

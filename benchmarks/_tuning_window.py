@@ -20,7 +20,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.open_source import LinkState
 from grabbergui.net.remote_grabber import RemoteGrabber
-from grabbergui.net.tree_client import TreeFeatures
+from grabbergui.net.tree import TreeFeatures
 from grabbergui.ui.editors.number_editors import RangeEditor
 from grabbergui.ui.run.program import Program
 

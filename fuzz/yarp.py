@@ -13,9 +13,8 @@ from grabbergui.net.yarp import image
 from grabbergui.net.yarp.dev import grabber_rpc
 from grabbergui.net.yarp.os import bottle_text, carrier, datagrams, mjpeg, names
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.framing import BottleScanner, Receiver
-from grabbergui.net.yarp.os.values import Dialect
+from grabbergui.net.yarp.os.values import Dialect, Stamp
 
 MOST_MEMORY = 1 << 20
 REQUESTS = (

@@ -238,8 +238,8 @@ def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibrat
 def _on_yarp(
     grabber: FrameGrabber, options: ServeOptions, calibration: FittedCalibration
 ) -> Iterator[YarpGrabberServer | None]:
-    from grabbergui.net.yarp.dev.grabber_pictures import Capability
-    from grabbergui.net.yarp.os.configuration import require_authentication
+    from grabbergui.net.yarp.image import Capability
+    from grabbergui.net.yarp.os.name_client import require_authentication
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.terminal.interpreter import remote_terminal
 

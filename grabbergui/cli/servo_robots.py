@@ -195,7 +195,7 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
-    from grabbergui.net.ros2.calibration import receive_calibration
+    from grabbergui.net.ros2.camera_info import receive_calibration
     from grabbergui.servo.robots import tiago_ros2
 
     source = options.source = options.source or "ros2:/camera"

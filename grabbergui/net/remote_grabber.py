@@ -14,7 +14,7 @@ from grabbergui.core.features import Category, Feature, FeatureValue, format_val
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
 from grabbergui.core.identity import require_same
 from grabbergui.core.selection import SettingKey, WriteResult, same_value
-from grabbergui.net.tree_client import TreeFeatures
+from grabbergui.net.tree import TreeFeatures
 
 MOST_SEEN = 500
 "Settings that are compared when the other end comes back; each is a request."

@@ -6,7 +6,7 @@ from grabbergui.core.features import FeatureKind
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.read_only import ReadOnlyGrabber
 from grabbergui.core.selection import SettingKey
-from grabbergui.net.tree_service import TreeService
+from grabbergui.net.tree import TreeService
 from patience import PATIENCE
 
 

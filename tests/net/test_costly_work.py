@@ -7,7 +7,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.net.costly_work import REST, CostlyWork
-from grabbergui.net.tree_service import TreeService
+from grabbergui.net.tree import TreeService
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.request import ConnectionInfo, Request

@@ -30,7 +30,7 @@ from grabbergui import sources  # noqa: E402
 from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError  # noqa: E402
 from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
-from grabbergui.net.ros2.calibration import receive_calibration  # noqa: E402
+from grabbergui.net.ros2.camera_info import receive_calibration  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import desk  # noqa: E402

@@ -1,8 +1,17 @@
-"""Calibrations as `sensor_msgs/CameraInfo` and back."""
+"""Calibration on ROS 2: the message, the file that `camera_info_url` names, and that of a running camera.
+
+The URLs and the default place are those of ROS's `camera_info_manager`: `file:///folder/front.yaml`,
+`package://my_robot/config/front.yaml`; `${NAME}` and `${ROS_HOME}` are filled in.
+"""
 
 from __future__ import annotations
 
+import os
+import queue
+import time
+from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -12,7 +21,8 @@ from grabbergui.core.calibration import (
     given_projection,
     given_rectification,
 )
-from grabbergui.core.errors import UsageError
+from grabbergui.core.errors import SourceNotFoundError, UsageError
+from grabbergui.net.ros2.runtime import Ros2Node
 
 DEFAULT_MODEL = "plumb_bob"
 """Where a message names no distortion model."""
@@ -58,3 +68,59 @@ def read_camera_info(message: Any, name: str) -> Calibration:
     if region.width and region.height:
         whole = whole.cut_out(region.x_offset, region.y_offset, region.width, region.height)
     return whole.scaled_to(whole.width // across, whole.height // down) if across * down > 1 else whole
+
+
+DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
+"""The place of a camera for which no other is given."""
+
+
+def path_of(url: str, camera: str) -> Path:
+    """The file that a URL means for the camera of that full name. Raises UsageError.
+
+    The name stands in the file's with `_` for `/`, so that cameras of two namespaces have two files.
+    """
+    filled = (url or DEFAULT_URL).replace("${NAME}", camera.strip("/").replace("/", "_"))
+    filled = filled.replace("${ROS_HOME}", os.environ.get("ROS_HOME") or str(Path.home() / ".ros"))
+    scheme, _, rest = filled.partition("://")
+    if scheme == "file" and rest.startswith("/"):
+        return Path(unquote(rest))
+    package, _, inside = rest.partition("/")
+    if scheme == "package" and package and inside:
+        return _share_of(package, url) / unquote(inside)
+    raise UsageError(
+        f"camera_info_url {url}: write file:///folder/camera.yaml or package://PACKAGE/camera.yaml"
+    )
+
+
+def _share_of(package: str, url: str) -> Path:
+    from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+
+    try:
+        return Path(get_package_share_directory(package))
+    except (PackageNotFoundError, ValueError, OSError) as error:  # no name of a package; no index to look in
+        raise UsageError(f"camera_info_url {url}: package {package} is not found: {error}") from error
+
+
+def receive_calibration(camera: str, timeout: float = 15.0) -> Calibration:
+    """Wait for one `sensor_msgs/CameraInfo` of a camera, named as itself or by its `image_raw`.
+
+    Raises SourceNotFoundError where none comes within `timeout` seconds, UsageError where it is empty.
+    """
+    name, _, last = camera.partition("?")[0].rstrip("/").rpartition("/")
+    topic = f"{name}/camera_info" if last.startswith("image") else f"{name}/{last}/camera_info"
+    ros = Ros2Node(f"grabbergui_calibration_{time.time_ns() % 10**9}")
+    try:
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import CameraInfo
+
+        messages: queue.Queue[Any] = queue.Queue()
+        ros.node.create_subscription(CameraInfo, topic, messages.put, qos_profile_sensor_data)
+        ros.start()
+        try:
+            return read_camera_info(messages.get(timeout=timeout), camera)
+        except queue.Empty:
+            raise SourceNotFoundError(f"nobody publishes {topic}; give --calibration FILE") from None
+        except UsageError as error:
+            raise UsageError(f"{topic}: {error}; give --calibration FILE") from error
+    finally:
+        ros.close()

@@ -13,9 +13,9 @@ from grabbergui.core.grabber import DeviceInfo
 from grabbergui.net.feature_json import error_of, loads, read_info
 from grabbergui.net.remote_grabber import RemoteFeatures
 from grabbergui.net.ros2.parameter_features import NoFeatures, ParameterFeatures
-from grabbergui.net.ros2.publishers import IMAGE_TYPE, Publisher, publishers_of
+from grabbergui.net.ros2.pictures import IMAGE_TYPE, Publisher, publishers_of
 from grabbergui.net.ros2.runtime import require_interfaces
-from grabbergui.net.tree_client import TreeFeatures
+from grabbergui.net.tree import TreeFeatures
 
 SERVICE_TIMEOUT = 3.0
 """Seconds that a service has to appear once its node has, and then for its first answer."""

@@ -14,7 +14,7 @@ from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.net.ros2.camera_info import read_camera_info
 from grabbergui.net.ros2.image_messages import Continuity, frame_of
-from grabbergui.net.ros2.publishers import IMAGE_TYPE, publishers_of
+from grabbergui.net.ros2.pictures import IMAGE_TYPE, publishers_of
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)

@@ -1,8 +1,11 @@
-"""How a served camera is doing, on /diagnostics, once a second."""
+"""A served camera's reports: `/diagnostics` once a second, warnings and errors on `/rosout`."""
 
 from __future__ import annotations
 
 import logging
+import math
+import queue
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -71,3 +74,61 @@ class Diagnostics:
             log.debug("temperature: %s", error)
             return {}
         return {"temperature": float(value)} if isinstance(value, (int, float)) else {}
+
+
+MOST_WAITING = 100
+"""Records that wait to be published; more than that at once, and the rest is only in the log."""
+
+
+class RosoutHandler(logging.Handler):
+    """Publishes what the package logs, from warnings on, as long as it is open.
+
+    Records come from any thread, which never waits for the network: a thread of the handler publishes them.
+    """
+
+    def __init__(self, node: Any) -> None:
+        super().__init__(logging.WARNING)
+        from rcl_interfaces.msg import Log
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+
+        self._message = Log
+        self._node = node
+        # As rcl's own publisher for it: a console that is started later sees the last of them too.
+        quality = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._publisher = node.create_publisher(Log, "/rosout", quality)
+        self._records: queue.Queue[logging.LogRecord | None] = queue.Queue(MOST_WAITING)
+        self._thread = threading.Thread(target=self._run, name="ros2 rosout", daemon=True)
+        self._thread.start()
+        logging.getLogger("grabbergui").addHandler(self)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """See logging.Handler."""
+        try:
+            self._records.put_nowait(record)
+        except queue.Full:
+            return
+
+    def close(self) -> None:
+        """Publish what waits, and stop. May be called twice."""
+        logging.getLogger("grabbergui").removeHandler(self)
+        if self._thread.is_alive():
+            self._records.put(None)
+            self._thread.join()
+        super().close()
+
+    def _run(self) -> None:
+        while (record := self._records.get()) is not None:
+            self._publisher.publish(self._log(record))
+
+    def _log(self, record: logging.LogRecord) -> Any:
+        fraction, seconds = math.modf(record.created)
+        message = self._message(
+            level=min(record.levelno, logging.CRITICAL),  # ROS numbers them as Python does
+            name=self._node.get_logger().name,
+            msg=record.getMessage(),
+            file=record.filename,
+            function=record.funcName or "",
+            line=record.lineno,
+        )
+        message.stamp.sec, message.stamp.nanosec = int(seconds), int(fraction * 1e9)
+        return message

@@ -16,8 +16,17 @@ from grabbergui.core.features import (
     FeatureKind,
     FeatureValue,
 )
-from grabbergui.net.ros2.parameter_arrays import ARRAYS, message_of_text, text_of
-from grabbergui.net.ros2.parameter_values import BOOL, DOUBLE, INTEGER, STRING, message_of, value_of
+from grabbergui.net.ros2.parameter_values import (
+    ARRAYS,
+    BOOL,
+    DOUBLE,
+    INTEGER,
+    STRING,
+    message_of,
+    message_of_text,
+    text_of,
+    value_of,
+)
 
 _KINDS = {
     BOOL: FeatureKind.BOOLEAN,

@@ -9,15 +9,13 @@ from typing import Any
 from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.core.errors import AccessDeniedError, GrabberError, UsageError
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.ros2.camera_info import read_camera_info
-from grabbergui.net.ros2.camera_info_url import DEFAULT_URL, path_of
-from grabbergui.net.ros2.diagnostics import Diagnostics
+from grabbergui.net.ros2.camera_info import DEFAULT_URL, path_of, read_camera_info
+from grabbergui.net.ros2.diagnostics import Diagnostics, RosoutHandler
 from grabbergui.net.ros2.parameters import FeatureParameters
 from grabbergui.net.ros2.pictures import PicturePublisher
-from grabbergui.net.ros2.rosout import RosoutHandler
 from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
 from grabbergui.net.ros2.services import GrabberServices
-from grabbergui.net.tree_service import Terminal, no_terminal
+from grabbergui.net.tree import Terminal, no_terminal
 
 log = logging.getLogger(__name__)
 

@@ -10,10 +10,9 @@ from grabbergui.core.features import Feature, FeatureKind, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.feature_json import dumps
 from grabbergui.net.feature_modes import FeatureModes
+from grabbergui.net.numbered_features import FeatureId, FeatureMode, NumberedFeatures
 from grabbergui.net.ros2.runtime import require_interfaces
-from grabbergui.net.tree_service import Terminal, TreeService, no_terminal
-from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
-from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
+from grabbergui.net.tree import Terminal, TreeService, no_terminal
 
 
 class GrabberServices:

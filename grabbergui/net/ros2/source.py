@@ -35,7 +35,7 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
         require_ros2()
     except SourceUnavailableError:
         return []
-    from grabbergui.net.ros2.publishers import IMAGE_TYPE, publishers_of
+    from grabbergui.net.ros2.pictures import IMAGE_TYPE, publishers_of
 
     node = _listener(*map(os.environ.get, _NETWORK)).node
     deadline = time.monotonic() + timeout

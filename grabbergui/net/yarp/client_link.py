@@ -7,8 +7,8 @@ from typing import Any, Protocol
 from grabbergui.core.errors import AckTimeoutError, RemoteProtocolError, SourceNotFoundError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.net.remote_grabber import RemoteFeatures
-from grabbergui.net.tree_client import TIMEOUT as TREE_TIMEOUT
-from grabbergui.net.tree_client import TreeFeatures
+from grabbergui.net.tree import TIMEOUT as TREE_TIMEOUT
+from grabbergui.net.tree import TreeFeatures
 from grabbergui.net.yarp.client_numbers import NumberFeatures
 from grabbergui.net.yarp.dev import grabber_tree
 from grabbergui.net.yarp.dev.grabber_rpc import (

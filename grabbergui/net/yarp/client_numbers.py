@@ -19,8 +19,7 @@ from grabbergui.core.features import (
     FeatureValue,
 )
 from grabbergui.core.sfnc import AUTO_CONTINUOUS, AUTO_OFF, AUTO_ONCE
-from grabbergui.net.yarp.dev.grabber_features import BALANCE_SELECTOR, BLUE, RED, ROLES
-from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
+from grabbergui.net.numbered_features import BALANCE_SELECTOR, BLUE, RED, ROLES, FeatureId, FeatureMode
 from grabbergui.net.yarp.dev.grabber_rpc import Operation, Reply
 from grabbergui.net.yarp.dev.grabber_values import Value
 

@@ -19,9 +19,9 @@ from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.net.yarp.image import HEADER, ImageHeader
 from grabbergui.net.yarp.os.bottle import Buffer
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import InputPort
+from grabbergui.net.yarp.os.values import Stamp
 
 log = logging.getLogger(__name__)
 

@@ -12,14 +12,14 @@ from grabbergui.core.features import format_value
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.net.tree_service import Terminal, no_terminal
-from grabbergui.net.yarp.dev.grabber_pictures import Capability
+from grabbergui.net.tree import Terminal, no_terminal
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
+from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.request import Reply, Request
+from grabbergui.net.yarp.os.values import Stamp
 
 log = logging.getLogger(__name__)
 

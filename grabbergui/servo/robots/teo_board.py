@@ -15,11 +15,10 @@ import numpy as np
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.request import Request
-from grabbergui.net.yarp.os.values import Item, Vocab, word
+from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import STEP_SPEED, SimRobot
 

@@ -29,7 +29,7 @@ from grabbergui.core.errors import (  # noqa: E402
 from grabbergui.core.features import FeatureKind  # noqa: E402
 from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from grabbergui.net.ros2.client_link import not_found  # noqa: E402
-from grabbergui.net.ros2.publishers import publishers_of  # noqa: E402
+from grabbergui.net.ros2.pictures import publishers_of  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 

@@ -6,7 +6,7 @@ import pytest
 from grabbergui.core import pfnc
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.net.ros2.encodings import encoding_of, format_of, pixels_of
+from grabbergui.net.ros2.image_messages import encoding_of, format_of, pixels_of
 
 
 @pytest.mark.parametrize(

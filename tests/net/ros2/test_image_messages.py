@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.net.ros2.encodings import _FORMATS
-from grabbergui.net.ros2.image_messages import Continuity, frame_of
+from grabbergui.net.ros2.image_messages import _FORMATS, Continuity, frame_of
 
 NOW = "now"
 

@@ -7,9 +7,9 @@ from grabbergui.core.errors import AccessDeniedError, LocalProtocolError, Remote
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
 from grabbergui.net.yarp.os import datagrams, mjpeg, web_page
-from grabbergui.net.yarp.os.auth import Handshake
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.framing import Receiver
+from grabbergui.net.yarp.os.sockets import Handshake
+from grabbergui.net.yarp.os.values import Stamp
 
 
 def fresh(size):

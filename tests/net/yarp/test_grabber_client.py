@@ -25,12 +25,12 @@ from grabbergui.core.errors import (
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.uri import SourceUri
-from grabbergui.net import tree_service
+from grabbergui.net import tree
 from grabbergui.net.yarp import client_link, image, source
 from grabbergui.net.yarp.client import YarpGrabber
 from grabbergui.net.yarp.client_stream import FORMATS, to_frame
 from grabbergui.net.yarp.dev import grabber_service, grabber_tree
-from grabbergui.net.yarp.os import carrier, configuration
+from grabbergui.net.yarp.os import carrier, name_client
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.outputs import connect as connect_output
 from grabbergui.net.yarp.os.ports import OutputPort
@@ -226,7 +226,7 @@ def test_a_server_selects_and_writes_in_one_step(coloured: Stage) -> None:
 def test_a_server_of_an_older_version_is_asked_step_by_step(
     coloured: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tree_service, "VERSION", 1)
+    monkeypatch.setattr(tree, "VERSION", 1)
     blue = SettingKey("BalanceRatio", (("BalanceRatioSelector", "Blue"),))
     with coloured.share():
         coloured.grabber.write_feature("BalanceRatioSelector", "Green")
@@ -393,9 +393,9 @@ def test_uris() -> None:
 
 
 def test_discovery(scene: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(configuration, "name_server", lambda: None)
+    monkeypatch.setattr(name_client, "name_server", lambda: None)
     assert source.discover(1.0) == []
-    monkeypatch.setattr(configuration, "name_server", lambda: scene.name_server.contact)
+    monkeypatch.setattr(name_client, "name_server", lambda: scene.name_server.contact)
     assert source.discover(1.0) == []
     with scene.share("/left/grabber"), scene.share("/right/grabber"):
         found = source.discover(2.0)

@@ -12,8 +12,7 @@ import pytest
 from fakes import ScriptedGrabber
 from grabbergui.core.errors import FeatureAccessError, FeatureError, FeatureNotFoundError, FeatureValueError
 from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
-from grabbergui.net.yarp.dev.grabber_features import ROLES, NumberedFeatures
-from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode
+from grabbergui.net.numbered_features import ROLES, FeatureId, FeatureMode, NumberedFeatures
 from patience import PATIENCE
 
 

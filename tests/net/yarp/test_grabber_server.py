@@ -13,15 +13,14 @@ from grabber_stage import Stage, stage
 
 from grabbergui.core.errors import SourceUnavailableError, TransportError
 from grabbergui.net.yarp import image
-from grabbergui.net.yarp.dev.grabber_pictures import Capability
 from grabbergui.net.yarp.dev.grabber_rpc import VERSION_REPLY
+from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os import carrier
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os.values import Stamp, Vocab
 from grabbergui.net.yarp.server import YarpGrabberServer
 from patience import PATIENCE, attempts, until
 

@@ -29,8 +29,8 @@ from grabbergui.core.features import (
     Visibility,
 )
 from grabbergui.core.grabber import DeviceInfo
-from grabbergui.net import change_log, feature_json
-from grabbergui.net.change_log import ChangeLog
+from grabbergui.net import feature_json, tree
+from grabbergui.net.tree import ChangeLog
 from grabbergui.net.yarp.dev import grabber_tree
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab
@@ -191,7 +191,7 @@ def test_changes_since_a_revision(grabber: ScriptedGrabber) -> None:
 def test_too_old_a_revision_may_have_missed_anything(grabber: ScriptedGrabber) -> None:
     log = ChangeLog(grabber)
     start, _ = log.since(0)
-    for _ in range(change_log.MEMORY + 1):
+    for _ in range(tree.MEMORY + 1):
         grabber.features_changed.emit(frozenset({"Gain"}))
     assert log.since(start)[1] is None
     assert log.since(start + 1)[1] == ["Gain"]
@@ -203,7 +203,7 @@ def test_nobody_asks_nobody_listens(grabber: ScriptedGrabber, monkeypatch: pytes
     assert not len(grabber.features_changed)
     start, _ = log.since(0)
     assert len(grabber.features_changed) == 1
-    monkeypatch.setattr(change_log, "IDLE", -1.0)
+    monkeypatch.setattr(tree, "IDLE", -1.0)
     grabber.features_changed.emit(frozenset({"Gain"}))
     assert not len(grabber.features_changed)
     assert log.since(start)[1] is None

@@ -2,10 +2,15 @@ import pytest
 from yarp_transcripts import read
 
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, UsageError
-from grabbergui.net.yarp.os import configuration, name_client
+from grabbergui.net.yarp.os import name_client
 from grabbergui.net.yarp.os.name_client import NameClient
-from grabbergui.net.yarp.os.name_database import ASKER_LIMIT, PORTS_LIMIT, PROPERTY_BYTES, NameDatabase
-from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.os.name_server import (
+    ASKER_LIMIT,
+    PORTS_LIMIT,
+    PROPERTY_BYTES,
+    NameDatabase,
+    NameServer,
+)
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 
 
@@ -85,24 +90,24 @@ def test_the_server_is_found_as_yarp_finds_it(tmp_path, monkeypatch):
     monkeypatch.setenv("YARP_CONFIG_HOME", str(tmp_path))
     monkeypatch.setenv("HOME", str(tmp_path / "nowhere"))
     monkeypatch.setenv("YARP_CONFIG_DIRS", str(tmp_path / "nowhere"))
-    assert configuration.name_server() is None
+    assert name_client.name_server() is None
     (tmp_path / "yarp.conf").write_text("10.1.2.3 10500 yarp\n")
-    assert configuration.name_server() == Contact("/root", "10.1.2.3", 10500)
+    assert name_client.name_server() == Contact("/root", "10.1.2.3", 10500)
     (tmp_path / "yarp.conf").write_text("[name]\nhost 10.1.2.4\nport 10600\n")
-    assert configuration.name_server() == Contact("/root", "10.1.2.4", 10600)
+    assert name_client.name_server() == Contact("/root", "10.1.2.4", 10600)
     (tmp_path / "yarp_namespace.conf").write_text("/my/root\n")
     (tmp_path / "_my_root.conf").write_text("10.1.2.5\n")
-    assert configuration.name_server() == Contact("/my/root", "10.1.2.5", 10000)
-    assert configuration.authentication_key() is None
+    assert name_client.name_server() == Contact("/my/root", "10.1.2.5", 10000)
+    assert name_client.authentication_key() is None
     (tmp_path / "auth.conf").write_text('[AUTH]\nkey "our secret"\n')
-    assert configuration.authentication_key() == b"our secret"
+    assert name_client.authentication_key() == b"our secret"
     assert NameClient.find("robot:11000").server.address == ("robot", 11000)
     with pytest.raises(UsageError, match="HOST:PORT"):
         NameClient.find("robot:99999")
 
 
 def test_without_a_configuration_one_on_this_machine_is_used(monkeypatch):
-    monkeypatch.setattr(configuration, "name_server", lambda: None)
+    monkeypatch.setattr(name_client, "name_server", lambda: None)
     with NameServer(port=0) as server:
         monkeypatch.setattr(name_client, "DEFAULT_PORT", server.port_number)
         names = NameClient.find()

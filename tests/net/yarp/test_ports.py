@@ -10,16 +10,15 @@ import pytest
 from grabbergui.core.errors import AckTimeoutError, FrameTimeoutError, TransportError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os import carrier as wire
-from grabbergui.net.yarp.os import ports, registration
+from grabbergui.net.yarp.os import name_client, ports
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.link import administer, ping
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.names import Contact
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
 from grabbergui.net.yarp.os.rpc_client import RpcClient
-from grabbergui.net.yarp.os.values import Dialect, Vocab
+from grabbergui.net.yarp.os.values import Dialect, Stamp, Vocab
 from patience import PATIENCE, until
 
 
@@ -257,7 +256,7 @@ def test_garbage_closes_its_connection_and_nothing_else(data, monkeypatch):
 
 
 def test_a_port_returns_to_a_name_server_that_was_restarted(monkeypatch):
-    monkeypatch.setattr(registration, "KEEP_SECONDS", 0.05)
+    monkeypatch.setattr(name_client, "KEEP_SECONDS", 0.05)
     server = NameServer(port=0)
     server.open()
     names = NameClient(server.contact)
@@ -287,7 +286,7 @@ def test_a_name_that_is_overwritten_is_announced_again_ever_more_rarely(caplog):
                     names.register("/out", "tcp", "10.6.6.6", 666)
                 return len(waits) == 20
 
-        ours = registration.Registration(contact, names)
+        ours = name_client.Registration(contact, names)
         ours._closing = Overwritten()
         ours.open()
         until(lambda: len(waits) == 20, "the end")

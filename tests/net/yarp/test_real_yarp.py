@@ -10,12 +10,11 @@ import pytest
 from grabbergui.core.errors import GrabberError
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
-from grabbergui.net.yarp.os.envelope import Stamp
 from grabbergui.net.yarp.os.link import ping
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort, RpcServer
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os.values import Stamp, Vocab
 from patience import PATIENCE, until
 
 pytestmark = [

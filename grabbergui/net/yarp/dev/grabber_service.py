@@ -22,11 +22,9 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.sfnc import Role
-from grabbergui.net.tree_service import Terminal, TreeService, no_terminal
+from grabbergui.net.numbered_features import BusType, CropType, NumberedFeatures
+from grabbergui.net.tree import Terminal, TreeService, no_terminal
 from grabbergui.net.yarp.dev import grabber_tree
-from grabbergui.net.yarp.dev.grabber_features import NumberedFeatures
-from grabbergui.net.yarp.dev.grabber_ids import BusType, CropType
-from grabbergui.net.yarp.dev.grabber_pictures import Capability
 from grabbergui.net.yarp.dev.grabber_rpc import (
     Call,
     Operation,
@@ -36,8 +34,8 @@ from grabbergui.net.yarp.dev.grabber_rpc import (
     encode_reply,
     read_request,
 )
-from grabbergui.net.yarp.dev.grabber_values import Configuration, Value, Vertices
-from grabbergui.net.yarp.dev.visual_parameters import intrinsics
+from grabbergui.net.yarp.dev.grabber_values import Configuration, Value, Vertices, intrinsics
+from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle, Buffer
 
 log = logging.getLogger(__name__)

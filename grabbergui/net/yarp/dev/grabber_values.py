@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import Any, Final, NamedTuple
 
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
@@ -196,3 +197,26 @@ def _usual(items: Iterable[Item]) -> Bottle:
 
 def _described(item: Item | None) -> str:
     return "nothing" if item is None else f"a {type(item).__name__}"
+
+
+_COEFFICIENTS: Final = ("k1", "k2", "t1", "t2", "k3", "k4", "k5", "k6")
+"""YARP's names in OpenCV's order. YARP itself knows `plumb_bob` only, the first five."""
+
+
+def intrinsics(calibration: Calibration, seconds: float) -> Mapping[str, Item]:
+    """Return the properties of `getRgbIntrinsicParam`; lengths in pixels, `seconds` since 1970 as the stamp.
+
+    The physical focal length is 0, as YARP writes one that is not known: a calibration cannot tell it.
+    """
+    (focal_x, _, x), (_, focal_y, y), _ = calibration.matrix.tolist()
+    lens = zip(_COEFFICIENTS, calibration.distortion.tolist(), strict=False)
+    return {
+        "physFocalLength": 0.0,
+        "focalLengthX": focal_x,
+        "focalLengthY": focal_y,
+        "principalPointX": x,
+        "principalPointY": y,
+        "stamp": seconds,
+        "distortionModel": calibration.distortion_model,
+        **dict(lens),
+    }

@@ -1,22 +1,104 @@
-"""Asks a name server: where ports are, and that ours be known."""
+"""Where the name server is, how it is asked, and a thread that keeps a port's name registered there."""
 
 from __future__ import annotations
 
+import logging
 import os
+import re
+import threading
 import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Final
 
+from grabbergui.config import ini, resource_finder
 from grabbergui.core.errors import (
+    GrabberError,
     RemoteProtocolError,
     ResourceExhaustedError,
     SourceNotFoundError,
     SourceUnavailableError,
     TransportError,
+    UsageError,
 )
-from grabbergui.net.yarp.os import configuration, names, sockets
+from grabbergui.net.yarp.os import carrier as wire
+from grabbergui.net.yarp.os import names, sockets
 from grabbergui.net.yarp.os.carrier import NAME_SER, Header, Message, Reply
 from grabbergui.net.yarp.os.connection import Connection
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, Contact, check_port_name, literal_contact
+
+log = logging.getLogger(__name__)
+
+
+DEFAULT_NAMESPACE = "/root"
+
+
+def namespace() -> str:
+    """The namespace, which is also the name server's own name."""
+    if os.environ.get("YARP_NAMESPACE"):
+        return os.environ["YARP_NAMESPACE"]
+    words = _read("yarp_namespace.conf").split()
+    return words[0] if words else DEFAULT_NAMESPACE
+
+
+def name_server() -> Contact | None:
+    """The name server that the configuration tells of."""
+    name = namespace()
+    file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else re.sub(r"[^0-9A-Za-z]", "_", name) + ".conf"
+    text = _read(file_name)
+    if text.lstrip().startswith("["):
+        section = _section(text, "name")
+        words = [section.get("host", ""), section.get("port", str(DEFAULT_PORT))]
+    else:
+        words = text.split()
+    if not words or not words[0]:
+        return None
+    return parse_address(f"{words[0]}:{words[1] if len(words) > 1 else DEFAULT_PORT}", name)
+
+
+def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
+    """The server at `HOST`, `HOST:PORT` or `[HOST]:PORT`. Raises UsageError."""
+    match = re.fullmatch(r"(\[[^\]]+\]|[^:\s]+)(?::(\d+))?", text.strip())
+    port = int(match[2] or DEFAULT_PORT) if match else 0
+    if not match or not 0 < port < 65536:
+        raise UsageError(f"'{text}' is no address of a name server, write HOST:PORT")
+    return Contact(name, match[1].strip("[]"), port)
+
+
+def authentication_key() -> bytes | None:
+    """The key of `auth.conf`; None where ports need none."""
+    return _section(_read("auth.conf"), "auth").get("key", "").encode() or None
+
+
+def require_authentication() -> None:
+    """Raise UsageError where there is no key, so that nothing is served to whoever comes."""
+    if authentication_key() is None:
+        folders = ", ".join(str(folder) for folder in resource_finder.config_folders())
+        raise UsageError(
+            "--require-authentication: no key; write a file auth.conf with the lines `[AUTH]` and "
+            f"`key SECRET` into one of {folders}, on this machine and on every peer"
+        )
+
+
+def _read(name: str) -> str:
+    override = os.environ.get("YARP_CONF", "")
+    if name == "yarp.conf" and override and Path(override).is_file():
+        return Path(override).read_text(errors="replace")
+    for folder in (*([Path(override)] if override else []), *resource_finder.config_folders()):
+        path = folder / name
+        if path.is_file():
+            return path.read_text(errors="replace")
+    return ""
+
+
+def _section(text: str, name: str) -> Mapping[str, str]:
+    """A section's values, its name and keys in small letters."""
+    for section in ini.parse(text, "YARP's configuration").values():
+        if section.name.lower() == name:
+            return {key.lower(): value for key, value in section.values.items()}
+    return {}
+
 
 Lines = list[str]
 Contacts = list[Contact]
@@ -47,10 +129,10 @@ class NameClient:
         Without a configuration it is looked for where one of ours listens unless told otherwise. Raises
         UsageError for a bad address.
         """
-        server = configuration.parse_address(address) if address else configuration.name_server()
-        key = configuration.authentication_key()
+        server = parse_address(address) if address else name_server()
+        key = authentication_key()
         if server is None:
-            ours = Contact(configuration.namespace(), DEFAULT_HOST, DEFAULT_PORT)
+            ours = Contact(namespace(), DEFAULT_HOST, DEFAULT_PORT)
             return cls(ours, key, configured=False)
         return cls(server, key)
 
@@ -123,3 +205,79 @@ class NameClient:
 
 def _checked(name: str) -> str:
     return name if name == "..." else check_port_name(name)
+
+
+KEEP_SECONDS: Final = 5.0
+"""How often a port asks whether the name server still knows it."""
+
+LONGEST_WAIT: Final = 300.0
+"""Between two announcements of a name that somebody else takes again and again."""
+
+
+class Registration:
+    """The name of one port, from when it opens until it closes."""
+
+    def __init__(self, contact: Contact, names: NameClient) -> None:
+        self._contact = contact
+        self._names = names
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._keep, name=f"yarp {contact.name} name", daemon=True)
+
+    def open(self) -> None:
+        """Register, and keep it so. Raises SourceUnavailableError; the name is free again then."""
+        try:
+            self._register()
+        except GrabberError:
+            self._quietly(self._names.unregister, self._contact.name)
+            raise
+        self._thread.start()
+
+    def announce(self) -> None:
+        """Tell that the port listens. Never raises."""
+        self._quietly(self._names.announce, self._contact.name)
+
+    def close(self) -> None:
+        """Give the name up. Never raises."""
+        self._closing.set()
+        self._thread.join(10)
+        self._quietly(self._names.unregister, self._contact.name)
+
+    def _register(self) -> None:
+        contact = self._contact
+        self._names.register(contact.name, "tcp", contact.host, contact.port)
+        for key in ("offers", "accepts"):
+            self._names.set_property(contact.name, key, *wire.CARRIERS)
+        self._names.set_property(contact.name, "ips", contact.host)
+        self._names.set_property(contact.name, "process", str(os.getpid()))
+
+    def _keep(self) -> None:
+        """Announce the name again when the name server forgot it or another port took it."""
+        name, unreachable, wait = self._contact.name, False, KEEP_SECONDS
+        while not self._closing.wait(wait):
+            try:
+                known = self._names.query(name)
+                unreachable = False
+                if known.address == self._contact.address:
+                    wait = max(KEEP_SECONDS, wait / 2)
+                    continue
+                # The longer the dispute, the rarer: two ports of one name must not load the name server.
+                wait = min(2 * wait, LONGEST_WAIT)
+                log.warning(
+                    "%s: %s:%d took this name at the name server; it is registered again, and looked after "
+                    "in %g s",
+                    *(name, *known.address, wait),
+                )
+                self._register()
+            except SourceNotFoundError:
+                self._quietly(self._register)
+                log.info("%s: registered again", name)
+            except GrabberError as error:
+                if not unreachable:
+                    log.warning("%s: %s", name, error)
+                unreachable = True
+
+    def _quietly(self, action: Callable[..., object], *arguments: str) -> None:
+        try:
+            action(*arguments)
+        except GrabberError as error:
+            log.debug("%s: %s", self._contact.name, error)

@@ -1,24 +1,202 @@
 """A small name server for machines without YARP: `yarp name`, `yarp connect` and `yarp read` use it.
 
 It keeps names in memory only. Like YARP's it listens on one TCP port, speaks the line protocol, and is a
-port itself, so that it can be pinged and asked in text or binary.
+port itself, so that it can be pinged and asked in text or binary. `NameDatabase` does no I/O.
 """
 
 from __future__ import annotations
 
 import logging
 import threading
+from typing import Final
 
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import sockets, web_page
 from grabbergui.net.yarp.os.admin import PortCommands
-from grabbergui.net.yarp.os.configuration import DEFAULT_NAMESPACE, authentication_key
-from grabbergui.net.yarp.os.name_database import NameDatabase
-from grabbergui.net.yarp.os.names import DEFAULT_HOST, DEFAULT_PORT, PREFIX, Contact, contacts
+from grabbergui.net.yarp.os.bottle_text import quoted
+from grabbergui.net.yarp.os.name_client import DEFAULT_NAMESPACE, authentication_key
+from grabbergui.net.yarp.os.names import (
+    DEFAULT_HOST,
+    DEFAULT_PORT,
+    END,
+    NAME_LIMIT,
+    PREFIX,
+    Contact,
+    contacts,
+)
 from grabbergui.net.yarp.os.port import Port
 from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import word
+
+PORTS_LIMIT: Final = 5_000
+"""Ports known at a time; YARP has no limit. Listing so many takes about 20 ms."""
+
+ASKER_LIMIT: Final = 4_000
+"""Of them, those registered from one address, so that it leaves names to others."""
+
+PROPERTY_BYTES: Final = 4096
+"""Of all properties of one port."""
+_WORD_LIMIT: Final = 255
+"""Characters of a host's or carrier's name."""
+
+_ANY: Final = ("...", "-1", "0", "")
+_FALLBACK: Final = Contact("fallback", "224.2.1.1", 10000, "mcast")
+
+_HELP: Final = (
+    "Here are some ways to use the name server:",
+    "+ help",
+    "+ list [$prefix]",
+    "+ register $portname",
+    "+ register $portname $carrier $ipAddress $portNumber",
+    "  (if you want a field set automatically, write '...')",
+    "+ unregister $portname",
+    "+ query $portname",
+    "+ set $portname $property $value",
+    "+ get $portname $property",
+    "+ check $portname $property",
+    "+ route $port1 $port2",
+    "+ runners",
+    "  (to get a list of the yarprun ports)",
+)
+
+
+class NameDatabase:
+    """Names and their contacts, in memory only."""
+
+    def __init__(self, own: Contact) -> None:
+        self.own = own
+        "The server itself."
+        self._contacts: dict[str, Contact] = {own.name: own, _FALLBACK.name: _FALLBACK}
+        self._askers: dict[str, str] = {}
+        self._properties: dict[str, dict[str, set[str]]] = {}
+        self._own = (own.name, _FALLBACK.name)
+        self._next_port = own.port + 2
+        self._next_name = 1
+        self._next_group = 1
+
+    def answer(self, command: str, asker: str) -> str:
+        """The reply to one command, line ends included; `asker` is the address it came from."""
+        words = command.split()
+        if words[:1] == ["bot"]:
+            return self._bot(words[1:], asker) + "\r\n"
+        if words[:1] == ["announce"]:
+            return "[ok]\r\n"
+        lines = self._lines(words, asker) if words else []
+        return "".join(f"{line}\r\n" for line in (*lines, END))
+
+    def _lines(self, words: list[str], asker: str) -> list[str]:
+        verb, *arguments = words
+        first, second, third = [*arguments, "", "", ""][:3]
+        match verb:
+            case "register":
+                contact = self._register(arguments, asker)
+                return [contact.encode()] if contact else []
+            case "unregister":
+                self._unregister(first)
+            case "query":
+                return [self._contacts[first].encode()] if first in self._contacts else []
+            case "list":
+                return [contact.encode() for contact in self._list(first)]
+            case "set" if first in self._contacts and second:
+                return self._set(first, second, arguments[2:])
+            case "get" if first in self._contacts and second:
+                return [self._shown(first, second)]
+            case "check" if first in self._contacts and second:
+                present = third in self._properties.get(first, {}).get(second, ())
+                return [f"port {first} property {second} value {third} present {str(present).lower()}"]
+            case "route":
+                return [f"port {first} route {second} = tcp:/{second}"]
+            case "gc":
+                return ["garbage collection done."]
+            case "help":
+                return list(_HELP)
+        return []
+
+    def _register(self, arguments: list[str], asker: str) -> Contact | None:
+        name, carrier, host, port = [*arguments, "...", "...", "...", "..."][:4]
+        if name in self._own:  # stays ours; the answer says where it is
+            return self._contacts[name]
+        if not arguments or (name != "..." and not name.startswith("/")):
+            return None
+        if len(name) > NAME_LIMIT or len(carrier) > _WORD_LIMIT or len(host) > _WORD_LIMIT:
+            return None
+        if name not in self._contacts and self._full(asker):
+            return None
+        if name == "...":
+            name = f"/tmp/port/{self._next_name}"
+            self._next_name += 1
+        carrier = "tcp" if carrier in _ANY else carrier
+        if host in _ANY:
+            host = self._group() if carrier == "mcast" else asker
+        number = int(port) if port.isascii() and port.isdigit() and len(port) < 6 else 0
+        contact = Contact(name, host, number if 0 < number < 65536 else self._port(), carrier)
+        self._contacts[name] = contact
+        self._askers[name] = asker
+        self._properties.pop(name, None)
+        return contact
+
+    def _full(self, asker: str) -> bool:
+        """Whether nobody, or not this address, may register one more name."""
+        if len(self._contacts) < ASKER_LIMIT:
+            return False
+        return len(self._contacts) >= PORTS_LIMIT or list(self._askers.values()).count(asker) >= ASKER_LIMIT
+
+    def _unregister(self, name: str) -> None:
+        if name not in self._own:
+            for book in (self._contacts, self._askers, self._properties):
+                book.pop(name, None)
+
+    def _port(self) -> int:
+        """A port number that nobody was given."""
+        taken = {contact.port for contact in self._contacts.values()}
+        while True:
+            number, self._next_port = self._next_port, self._next_port + 1
+            if self._next_port > 65535:
+                self._next_port = 1025
+            if number not in taken:
+                return number
+
+    def _group(self) -> str:
+        number, self._next_group = self._next_group, self._next_group % 250 + 1
+        return f"224.1.1.{number}"
+
+    def _list(self, prefix: str) -> list[Contact]:
+        below = prefix.rstrip("/") + "/"
+        names = sorted(self._contacts)
+        return [
+            self._contacts[name] for name in names if not prefix or name == prefix or name.startswith(below)
+        ]
+
+    def _set(self, name: str, key: str, values: list[str]) -> list[str]:
+        keys = self._properties.setdefault(name, {})
+        size = sum(len(word) for other, words in keys.items() if other != key for word in (other, *words))
+        if size + sum(map(len, (key, *values))) <= PROPERTY_BYTES:
+            keys[key] = set(values)
+        return [self._shown(name, key)]
+
+    def _shown(self, name: str, key: str) -> str:
+        values = sorted(self._properties.get(name, {}).get(key, ()))
+        return f"port {name} property {key} = {' '.join(values)}"
+
+    def _bot(self, words: list[str], asker: str) -> str:
+        verb, name = [*words, "", ""][:2]
+        if verb == "list":
+            return " ".join(("ports", *(f"({_as_bottle(contact)})" for contact in self._list(name))))
+        if verb == "register":
+            contact = self._register(words[1:], asker)
+        else:
+            contact = self._contacts.get(name)
+            if verb == "unregister":
+                self._unregister(name)
+        return _as_bottle(contact) if contact else 'port (error -2 "port not known")'
+
+
+def _as_bottle(contact: Contact) -> str:
+    """A registration as a Bottle's text; as text at once, since lists are long."""
+    name, host, carrier = map(quoted, (contact.name, contact.host, contact.carrier))
+    return f"port (name {name}) (ip {host}) (port_number {contact.port}) (carrier {carrier})"
+
 
 log = logging.getLogger(__name__)
 

@@ -30,11 +30,10 @@ from grabbergui.net.yarp.os.carrier import Carrier
 from grabbergui.net.yarp.os.inputs import Input
 from grabbergui.net.yarp.os.link import Link
 from grabbergui.net.yarp.os.listener import Listener
-from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_client import NameClient, Registration
 from grabbergui.net.yarp.os.names import Contact, Target, check_port_name
 from grabbergui.net.yarp.os.outputs import Output
 from grabbergui.net.yarp.os.readers import Readers
-from grabbergui.net.yarp.os.registration import Registration
 from grabbergui.net.yarp.os.registry import Registry, StrangerLog
 from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import Item

@@ -1,4 +1,4 @@
-"""The values a Bottle holds, beyond Python's own.
+"""The values that messages carry: those of a Bottle beyond Python's own, and the stamp in an envelope.
 
 Plain ``int`` stands for int32 (int64 where it does not fit), ``float`` for float64, ``str`` for a string,
 ``bytes`` for a blob, a list for a list. The classes here name the other types of the wire.
@@ -6,6 +6,8 @@ Plain ``int`` stands for int32 (int64 where it does not fit), ``float`` for floa
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Union
 
@@ -86,3 +88,30 @@ MAX_ITEMS: Final = 10_000
 def word(item: object) -> str:
     """The text of a string or vocab, as commands are matched; empty for anything else."""
     return str(item) if isinstance(item, (str, _AnyVocab)) else ""
+
+
+_WRAP = 2**31
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """YARP's envelope, `COUNT TIME` as text."""
+
+    count: int
+    "0 to 2³¹-1, then from 0 again."
+    time: float
+    "Seconds since 1970; YARP's 15 digits keep some 10 microseconds of it."
+
+    def encode(self) -> str:
+        """The text on the wire."""
+        return f"{self.count % _WRAP} {self.time:.15g}"
+
+    @classmethod
+    def decode(cls, text: str) -> Stamp | None:
+        """The stamp in an envelope; None where it is something else, which is legal."""
+        words = text.split()
+        try:
+            stamp = cls(int(words[0]), float(words[1]))
+        except (ValueError, IndexError):
+            return None
+        return stamp if math.isfinite(stamp.time) and 0 <= stamp.count < _WRAP else None

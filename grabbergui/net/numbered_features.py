@@ -1,10 +1,8 @@
-"""YARP's numbered features on any grabber: which GenICam feature each id means, and what can be done with it.
-
-A number of YARP's is one feature with up to two companions: its automatic mode (`ExposureAuto`) and its
-switch (`AcquisitionFrameRateEnable`). White balance is two instances of one feature behind a selector.
-"""
+"""The numbered features that YARP's and ROS 2's frame grabbers share: numbers, modes, values from 0 to 1."""
 
 from __future__ import annotations
+
+from enum import IntEnum
 
 from grabbergui.core.companions import offers
 from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, FeatureValueError
@@ -13,7 +11,68 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import Role
 from grabbergui.net.feature_modes import FeatureModes
-from grabbergui.net.yarp.dev.grabber_ids import FeatureId, FeatureMode, label
+
+
+class FeatureId(IntEnum):
+    """What a camera may have, by YARP's count; the same in 3.x and 4.0."""
+
+    BRIGHTNESS = 0
+    EXPOSURE = 1
+    SHARPNESS = 2
+    WHITE_BALANCE = 3
+    "Two values: red, blue."
+    HUE = 4
+    SATURATION = 5
+    GAMMA = 6
+    SHUTTER = 7
+    GAIN = 8
+    IRIS = 9
+    FOCUS = 10
+    TEMPERATURE = 11
+    TRIGGER = 12
+    TRIGGER_DELAY = 13
+    WHITE_SHADING = 14
+    FRAME_RATE = 15
+    ZOOM = 16
+    PAN = 17
+    TILT = 18
+    OPTICAL_FILTER = 19
+    CAPTURE_SIZE = 20
+    CAPTURE_QUALITY = 21
+    MIRROR = 22
+
+
+def label(number: int) -> str:
+    """What a feature's number means, for people."""
+    try:
+        return FeatureId(number).name.lower().replace("_", " ")
+    except ValueError:
+        return f"feature number {number}"
+
+
+class FeatureMode(IntEnum):
+    """Who regulates a feature."""
+
+    UNKNOWN = 0
+    MANUAL = 1
+    AUTO = 2
+
+
+class BusType(IntEnum):
+    """How a camera is attached; YARP knows no Ethernet."""
+
+    UNKNOWN = 0
+    FIREWIRE = 1
+    USB = 2
+
+
+class CropType(IntEnum):
+    """What the vertices of a crop request mean."""
+
+    RECTANGLE = 0
+    "Two opposite corners, both within the picture cut out."
+    LIST = 1
+
 
 ROLES: dict[FeatureId, Role] = {
     FeatureId.BRIGHTNESS: Role.BLACK_LEVEL,

@@ -1,0 +1,200 @@
+"""The feature tree over a network: the client's requests, the server's answers, and its log of changes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from grabbergui.core.errors import RemoteProtocolError, UsageError
+from grabbergui.core.features import Category, Feature, FeatureValue, format_value
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.net.feature_json import read_category, read_feature, read_write_result, table_of
+
+SELECTING_VERSION = 2
+"From this version on a server takes selectors together with a name."
+TIMEOUT = 7.0
+"""Seconds for one request; a command may take five in the camera."""
+
+
+class TreeFeatures:
+    """Features of a server that knows our verbs. One thread at a time.
+
+    `ask` carries a verb and its arguments over, and gives the result as plain data or raises what the server
+    reported.
+    """
+
+    def __init__(self, ask: Callable[..., Any]) -> None:
+        self._ask = ask
+        self.tree: Category = read_category(self._ask("tree"))
+        "What there is; asked of the server once."
+        self._names = frozenset(description.name for description in self.tree.descriptions())
+        self._revision = 0
+        self._version: int | None = None
+        "Of the server's verbs; asked for when it matters first."
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a feature."""
+        return name in self._names
+
+    def read(self, name: str) -> Feature:
+        """The feature as the server has it now."""
+        found = self._ask("feature", name)
+        if not isinstance(found, list) or len(found) != 1:
+            raise RemoteProtocolError(f"the server did not describe {name}")
+        return read_feature(found[0])
+
+    def write(self, name: str, value: FeatureValue) -> Feature:
+        """Set it; the server says what it is then."""
+        return read_feature(self._ask("write", name, format_value(value)))
+
+    def execute(self, name: str) -> None:
+        """Run a command."""
+        self._ask("execute", name)
+
+    @property
+    def selects(self) -> bool:
+        """Whether the server selects, reads or writes, and selects back in one step."""
+        if self._version is None:
+            version = table_of(self._ask("hello")).get("version")
+            self._version = version if isinstance(version, int) else 1
+        return self._version >= SELECTING_VERSION
+
+    def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
+        """Set it under its selectors; the server says all that changed. Only where it `selects`."""
+        return read_write_result(self._ask("set", str(key), format_value(value)))
+
+    def changes(self) -> frozenset[str]:
+        """What others changed since the last call."""
+        answer = self._ask("changes", str(self._revision))
+        if not isinstance(answer, dict):
+            raise RemoteProtocolError("the server's list of changes is malformed")
+        revision, names = answer.get("revision"), answer.get("names")
+        if not isinstance(revision, int) or not isinstance(names, (list, type(None))):
+            raise RemoteProtocolError("the server's list of changes is malformed")
+        first, self._revision = not self._revision, revision
+        if names is None:
+            return frozenset() if first else self._names
+        return self._names.intersection(map(str, names))
+
+
+IDLE = 10.0
+"""Seconds without a question after which the grabber is no longer listened to: it may be polling its
+camera for our sake only."""
+
+MEMORY = 256
+"""Changes remembered; who asks later than that is told that anything may have changed."""
+
+
+class ChangeLog:
+    """Numbers a grabber's changes. Thread-safe; has no thread of its own."""
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+        # Counting from the time of day, a client notices that the server was started anew.
+        self._revision = time.time_ns() // 1_000_000
+        self._changes: deque[tuple[int, frozenset[str]]] = deque(maxlen=MEMORY)
+        self._asked = 0.0
+        self._listening = False
+        self._lock = threading.Lock()
+
+    def since(self, revision: int) -> tuple[int, list[str] | None]:
+        """The revision now, and the features changed after `revision`; None where that is not known."""
+        self._listen()
+        with self._lock:
+            oldest = self._changes[0][0] if self._changes else self._revision + 1
+            if not oldest - 1 <= revision <= self._revision:
+                return self._revision, None
+            names = {name for number, changed in self._changes if number > revision for name in changed}
+            return self._revision, sorted(names)
+
+    def close(self) -> None:
+        """Stop listening. May be called twice."""
+        with self._lock:
+            listening, self._listening = self._listening, False
+        if listening:
+            self._grabber.features_changed.disconnect(self._note)
+
+    def _listen(self) -> None:
+        with self._lock:
+            self._asked = time.monotonic()
+            if self._listening:
+                return
+            self._listening = True
+            self._revision += 1
+            self._changes.clear()
+        # Not under our lock: the signal holds its own while it calls `_note`.
+        self._grabber.features_changed.connect(self._note)
+
+    def _note(self, names: frozenset[str]) -> None:
+        with self._lock:
+            wanted = time.monotonic() - self._asked <= IDLE
+            if wanted:
+                self._revision += 1
+                self._changes.append((self._revision, names))
+        if not wanted:
+            self.close()
+
+
+VERSION = 2
+"From 2 on selectors can stand with a name, and `set` is known."
+_ANY = -1
+
+Terminal = Callable[[str], str]
+"""Runs a line typed from afar and gives what to print; raises GrabberError. Any thread."""
+
+
+def no_terminal(line: str) -> str:
+    """The terminal of a server that was given none."""
+    raise UsageError(f"'{line}' was not run: no terminal is offered here")
+
+
+class TreeService:
+    """Answers verbs about one grabber. Any thread; each call may take as long as the camera."""
+
+    def __init__(self, grabber: FrameGrabber, terminal: Terminal = no_terminal) -> None:
+        self._grabber = grabber
+        self._changes = ChangeLog(grabber)
+        self._verbs: dict[str, tuple[int, Callable[..., object]]] = {
+            "hello": (0, self._hello),
+            "tree": (0, grabber.feature_tree),
+            "feature": (_ANY, self._features),
+            "write": (2, lambda name, value: grabber.write_setting(SettingKey.parse(name), value).feature),
+            "set": (2, lambda name, value: grabber.write_setting(SettingKey.parse(name), value)),
+            "execute": (1, lambda name: grabber.execute_setting(SettingKey.parse(name))),
+            "changes": (1, self._changes_since),
+            "terminal": (1, terminal),
+        }
+        # Verb: how many arguments, and what it does.
+
+    def perform(self, verb: str, *arguments: str) -> object:
+        """Carry out a verb; the result is for `feature_json.dumps`. Raises GrabberError."""
+        if verb not in self._verbs:
+            known = ", ".join(self._verbs)
+            raise UsageError(f"'{verb}' is no verb, use one of {known}")
+        count, action = self._verbs[verb]
+        if count not in (_ANY, len(arguments)):
+            raise UsageError(f"{verb} takes {count} arguments, not {len(arguments)}")
+        return action(*arguments)
+
+    def close(self) -> None:
+        """Let go of the grabber. May be called twice."""
+        self._changes.close()
+
+    def _hello(self) -> dict[str, object]:
+        return {"version": VERSION, "info": self._grabber.info, "access": self._grabber.access}
+
+    def _features(self, *names: str) -> list[Feature]:
+        # Once each at most: a request of 64 KiB could name one feature ten thousand times.
+        if len(names) != len(set(names)):
+            raise UsageError("feature: a name is given twice, name each feature once")
+        return [self._grabber.read_setting(SettingKey.parse(name)) for name in names]
+
+    def _changes_since(self, revision: str) -> dict[str, object]:
+        if not revision.isdecimal():
+            raise UsageError(f"revision '{revision}' is no number")
+        number, names = self._changes.since(int(revision))
+        return {"revision": number, "names": names}
