@@ -15,15 +15,14 @@ from grabbergui.cli.numbers import count, counted, positive
 from grabbergui.cli.opening import Outage, add_lost_timeout, add_monitor, add_source, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config.shipped_files import check_folder_of
-from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
-from grabbergui.core.sfnc import Role
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import snapshot
-from grabbergui.recording.recorder import Recorder, RecordingLimits
-from grabbergui.recording.writer import RecordingKind, create_writer, kind_of
+from grabbergui.recording.recorder import RecordingLimits, create_recorder
+from grabbergui.recording.writer import RecordingKind, kind_of
 
 _LOOK = 0.5
 "Seconds between looks at whether the source is still there."
@@ -192,8 +191,7 @@ def _record(options: argparse.Namespace) -> int:
     kind = _kind(options)
     with frame_source(options) as source, stop_on_signals() as stop:
         grabber = source.grabber
-        writer = create_writer(kind, options.out, grabber.info, frame_rate(grabber))
-        recorder = Recorder(grabber, writer, _limits(options))
+        recorder = create_recorder(grabber, options.out, kind, _limits(options))
         recorder.start()
         try:
             grabber.start(keep_trigger=options.keep_trigger)
@@ -240,13 +238,3 @@ def _kind(options: argparse.Namespace) -> RecordingKind:
 def _limits(options: argparse.Namespace) -> RecordingLimits:
     size = None if options.size is None else round(options.size * 1e6)
     return RecordingLimits(options.frames, options.seconds, size)
-
-
-def frame_rate(grabber: FrameGrabber) -> float:
-    """What the camera says of its frames per second; 0 where it says nothing."""
-    name = Role.FRAME_RATE.find(grabber.has_feature)
-    try:
-        value = grabber.feature(name).value if name is not None else None
-    except FeatureError:
-        return 0.0
-    return float(value) if isinstance(value, int | float) else 0.0

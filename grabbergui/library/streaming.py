@@ -13,9 +13,8 @@ from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import Role
-from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress
-from grabbergui.recording.writer import RecordingKind, create_writer, kind_of
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
+from grabbergui.recording.writer import RecordingKind, kind_of
 
 DEPTH = 8
 "Frames that may wait for the loop; older ones are dropped and counted."
@@ -133,8 +132,7 @@ class Recording:
         """Start writing the frames that arrive from now on. Raises GrabberError where it cannot be made."""
         path = Path(path)
         kind = kind_of(path, movie=RecordingKind.LOSSLESS if lossless else RecordingKind.H264)
-        writer = create_writer(kind, path, grabber.info, _frame_rate(grabber))
-        recorder = Recorder(grabber, writer, limits)
+        recorder = create_recorder(grabber, path, kind, limits)
         ours = not grabber.streaming
         recorder.start()
         try:
@@ -185,10 +183,3 @@ class Recording:
         else:
             with contextlib.suppress(GrabberError):
                 self.stop()
-
-
-def _frame_rate(grabber: FrameGrabber) -> float:
-    """The camera's frames per second; 0 if it does not say."""
-    name = Role.FRAME_RATE.find(grabber.has_feature)
-    value = grabber.feature(name).value if name is not None else None
-    return float(value) if isinstance(value, int | float) else 0.0

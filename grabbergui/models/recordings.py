@@ -10,16 +10,14 @@ from pathlib import Path
 from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
-from grabbergui.core.features import FeatureValue
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.sfnc import Role
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
 from grabbergui.models.open_source import OpenSource
-from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress
+from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
-from grabbergui.recording.writer import RecordingKind, create_writer
+from grabbergui.recording.writer import RecordingKind
 
 
 @dataclass(frozen=True)
@@ -83,8 +81,7 @@ class Recordings:
 
         def job() -> Recorder:
             path = self._new_path(folder, grabber, kind)
-            writer = create_writer(kind, path, grabber.info, _frame_rate(grabber))
-            return Recorder(grabber, writer, limits)
+            return create_recorder(grabber, path, kind, limits)
 
         def failed(error: GrabberError) -> None:
             with self._lock:
@@ -188,10 +185,3 @@ def ended_text(progress: RecordingProgress) -> str:
     if progress.frames:
         return text + translate("Recording", "; what was recorded by then is kept")
     return text + translate("Recording", "; nothing was recorded")
-
-
-def _frame_rate(grabber: FrameGrabber) -> float:
-    """As the camera is set, in Hz; 0 where it does not say."""
-    name = Role.FRAME_RATE.find(grabber.has_feature)
-    value: FeatureValue | None = grabber.feature(name).value if name is not None else None
-    return float(value) if isinstance(value, int | float) else 0.0

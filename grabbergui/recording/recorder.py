@@ -6,15 +6,17 @@ import logging
 import threading
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from psygnal import Signal
 
-from grabbergui.core.errors import FrameTimeoutError, GrabberError
+from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.sfnc import Role
 from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
-from grabbergui.recording.writer import RecordingWriter
+from grabbergui.recording.writer import RecordingKind, RecordingWriter, create_writer
 
 log = logging.getLogger(__name__)
 
@@ -200,3 +202,23 @@ class Recorder:
         if problem is not None:
             log.info("recording ended: %s", self._progress.reason)  # the caller reports it
         self.changed.emit(self._progress)
+
+
+def create_recorder(
+    grabber: FrameGrabber, path: Path, kind: RecordingKind, limits: RecordingLimits = UNLIMITED
+) -> Recorder:
+    """Return a recorder of a grabber's next frames, not yet started.
+
+    Raises RecordingError if the path is taken or cannot be made.
+    """
+    return Recorder(grabber, create_writer(kind, path, grabber.info, frame_rate(grabber)), limits)
+
+
+def frame_rate(grabber: FrameGrabber) -> float:
+    """Return the frame rate that the camera is set to in Hz; 0 if it does not report one."""
+    name = Role.FRAME_RATE.find(grabber.has_feature)
+    try:
+        value = grabber.feature(name).value if name is not None else None
+    except FeatureError:
+        return 0.0
+    return float(value) if isinstance(value, int | float) else 0.0
