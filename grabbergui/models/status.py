@@ -14,10 +14,12 @@ from enum import Enum
 from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 from grabbergui.models.connection import Connection
 from grabbergui.models.diagnosis import CameraFacts
-from grabbergui.models.language import translate
+from grabbergui.models.language import localized, translate
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.stream_health import Health, HealthMeter, StreamHealth
 
+LEAST_RATE = 0.05
+"Frames per second below which a tile shows no rate."
 STALLED = 1.0
 "Seconds without a frame after which it is said."
 STARTING = 2.0
@@ -156,7 +158,10 @@ class SourceStatus:
     @property
     def tile(self) -> str:
         """How it is doing, where there is room for a few letters: a rate where frames come."""
-        rate = translate("Status", "{0:.0f} fps").format(self.rate)
+        rate = self.text.lower()  # "0 fps" would contradict "live"
+        if self.rate >= LEAST_RATE:
+            digits = f"{self.rate:.0f}" if self.rate >= 1 else localized(f"{self.rate:.1f}")
+            rate = translate("Status", "{0} fps").format(digits)
         if self.condition is Condition.LIVE and self.health.health in (Health.LOSING, Health.OVERRUN):
             return translate("Status", "{0}, losing frames").format(rate)
         if self.condition is Condition.LIVE:

@@ -37,117 +37,117 @@ It {1}.</source>
 <context>
     <name>Calibrating</name>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="273"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="265"/>
         <source>no board is seen</source>
         <translation>no se ve ningún tablero</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="274"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="266"/>
         <source>hold it still</source>
         <translation>manténgalo quieto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="267"/>
         <source>this view is there already</source>
         <translation>esta vista ya está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="276"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="268"/>
         <source>kept</source>
         <translation>guardada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="275"/>
         <source>Everything is covered</source>
         <translation>Todo está cubierto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="277"/>
         <source>Next: tilt it, its left edge nearer</source>
         <translation>Ahora: inclínelo, con el borde izquierdo más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="278"/>
         <source>Next: tilt it, its right edge nearer</source>
         <translation>Ahora: inclínelo, con el borde derecho más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="279"/>
         <source>Next: tilt it, its upper edge nearer</source>
         <translation>Ahora: inclínelo, con el borde superior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="280"/>
         <source>Next: tilt it, its lower edge nearer</source>
         <translation>Ahora: inclínelo, con el borde inferior más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="281"/>
         <source>Next: hold it at the top left</source>
         <translation>Ahora: arriba a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="282"/>
         <source>Next: hold it at the top</source>
         <translation>Ahora: arriba</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="283"/>
         <source>Next: hold it at the top right</source>
         <translation>Ahora: arriba a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="292"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="284"/>
         <source>Next: hold it at the left</source>
         <translation>Ahora: a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="293"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="285"/>
         <source>Next: hold it in the middle</source>
         <translation>Ahora: en el centro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="294"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="286"/>
         <source>Next: hold it at the right</source>
         <translation>Ahora: a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="295"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="287"/>
         <source>Next: hold it at the bottom left</source>
         <translation>Ahora: abajo a la izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="296"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="288"/>
         <source>Next: hold it at the bottom</source>
         <translation>Ahora: abajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="297"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="289"/>
         <source>Next: hold it at the bottom right</source>
         <translation>Ahora: abajo a la derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="298"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="290"/>
         <source>Next: hold it nearer</source>
         <translation>Ahora: más cerca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="299"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="291"/>
         <source>Next: hold it farther away</source>
         <translation>Ahora: más lejos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="173"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="178"/>
         <source>there is no calibration to save yet</source>
         <translation>todavía no hay ninguna calibración que guardar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="178"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="183"/>
         <source>the calibration could not be saved: {0}</source>
         <translation>no se pudo guardar la calibración: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/calibrating.py" line="211"/>
+        <location filename="../../grabbergui/models/calibrating.py" line="206"/>
         <source>frame {0} cannot be evaluated: {1}</source>
         <translation>no se puede evaluar el fotograma {0}: {1}</translation>
     </message>
@@ -794,7 +794,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="144"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="145"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1175,17 +1175,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="102"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="118"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="103"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="119"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="104"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="120"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1281,22 +1281,22 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="104"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="128"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="125"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="149"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="130"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="154"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="131"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="155"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
@@ -2179,7 +2179,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="288"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="296"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2733,17 +2733,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="261"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="266"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="270"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="270"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -2990,14 +2990,19 @@ It {1}.</source>
 <context>
     <name>RegionController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="190"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="200"/>
         <source>the region could not be changed: {0}</source>
         <translation>no se pudo cambiar la región: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/tuning.py" line="183"/>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="193"/>
         <source>Region of the sensor</source>
         <translation>Región del sensor</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/tuning.py" line="174"/>
+        <source>there is no picture yet to draw on; start the camera first, or write OffsetX, OffsetY, Width and Height</source>
+        <translation>todavía no hay imagen sobre la que dibujar; inicie primero la cámara, o escriba OffsetX, OffsetY, Width y Height</translation>
     </message>
 </context>
 <context>
@@ -3692,77 +3697,77 @@ It {1}.</source>
 <context>
     <name>Status</name>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="132"/>
+        <location filename="../../grabbergui/models/status.py" line="134"/>
         <source>Not connected</source>
         <translation>Sin conexión</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="133"/>
+        <location filename="../../grabbergui/models/status.py" line="135"/>
         <source>Connecting</source>
         <translation>Conectando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="134"/>
+        <location filename="../../grabbergui/models/status.py" line="136"/>
         <source>Stopped</source>
         <translation>Parada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="135"/>
+        <location filename="../../grabbergui/models/status.py" line="137"/>
         <source>Read only</source>
         <translation>Solo lectura</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="136"/>
+        <location filename="../../grabbergui/models/status.py" line="138"/>
         <source>Starting</source>
         <translation>Arrancando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="137"/>
+        <location filename="../../grabbergui/models/status.py" line="139"/>
         <source>Live</source>
         <translation>En directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="138"/>
+        <location filename="../../grabbergui/models/status.py" line="140"/>
         <source>Playing</source>
         <translation>Reproduciendo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="139"/>
+        <location filename="../../grabbergui/models/status.py" line="141"/>
         <source>Paused</source>
         <translation>En pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="140"/>
+        <location filename="../../grabbergui/models/status.py" line="142"/>
         <source>Waiting for trigger</source>
         <translation>Esperando disparo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="141"/>
+        <location filename="../../grabbergui/models/status.py" line="143"/>
         <source>No frame for {0:.0f} s</source>
         <translation>Sin imagen desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="142"/>
+        <location filename="../../grabbergui/models/status.py" line="144"/>
         <source>Lost for {0:.0f} s</source>
         <translation>Perdida desde hace {0:.0f} s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="159"/>
-        <source>{0:.0f} fps</source>
-        <translation>{0:.0f} im/s</translation>
+        <location filename="../../grabbergui/models/status.py" line="164"/>
+        <source>{0} fps</source>
+        <translation>{0} im/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="161"/>
+        <location filename="../../grabbergui/models/status.py" line="166"/>
         <source>{0}, losing frames</source>
         <translation>{0}, pierde imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="170"/>
+        <location filename="../../grabbergui/models/status.py" line="175"/>
         <source>● Recording</source>
         <translation>● Grabando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/status.py" line="172"/>
+        <location filename="../../grabbergui/models/status.py" line="177"/>
         <source>connection lost</source>
         <translation>conexión perdida</translation>
     </message>

@@ -55,6 +55,13 @@ def test_every_condition_has_its_words(condition):
     assert (status.tone is Tone.BAD) == (condition is Condition.LOST)
 
 
+def test_a_tile_shows_no_rate_that_contradicts_its_state():
+    live = SourceStatus(Condition.LIVE, rate=0.0)
+    assert live.tile == "live"
+    assert replace(live, health=StreamHealth(Health.LOSING)).tile == "live, losing frames"
+    assert (replace(live, rate=0.5).tile, replace(live, rate=1.4).tile) == ("0.5 fps", "1 fps")
+
+
 def test_a_stream_that_loses_something_is_not_plainly_good():
     live = SourceStatus(Condition.LIVE, rate=20)
     assert (live.tone, live.loss_tone, live.tile) == (Tone.GOOD, Tone.IDLE, "20 fps")

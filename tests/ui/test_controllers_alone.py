@@ -15,6 +15,9 @@ from grabbergui.models.picture.frame_history import FrameHistory
 from grabbergui.models.picture.picture import PictureModel
 from grabbergui.ui.controllers.calibration import CalibrationViewController
 from grabbergui.ui.controllers.pausing import PauseController
+from grabbergui.ui.controllers.tuning import RegionController
+from grabbergui.ui.widgets.drawing import DrawingTool
+from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.playback_bar import PauseBar
 
 PACKAGE = Path(grabbergui.ui.controllers.__file__).parent
@@ -75,6 +78,30 @@ def test_a_pause_without_frames_says_why_and_is_over(program, qtbot):
     assert not buttons.actionPause.isChecked() and bar.isHidden()
     (message,) = program.messages.shown(None)
     assert message.severity is Severity.ERROR and "no frame yet" in message.text
+
+
+class Undrawn:
+    """A picture whose drawing tool counts how often it was asked for."""
+
+    def __init__(self):
+        self.purposes = []
+        self.drawing = DrawingTool(PictureCanvas())
+        self.canvas = self.drawing.parent()
+
+    def draw(self, purpose):
+        self.purposes.append(purpose)
+
+
+def test_a_region_cannot_be_drawn_where_there_is_no_picture(program):
+    buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn()
+    RegionController(buttons, view, program.connection, PictureModel(), program.said, program.owner)
+    buttons.actionRegion.setEnabled(True)
+
+    buttons.actionRegion.trigger()
+
+    assert not view.purposes
+    (message,) = program.messages.shown(None)
+    assert "no picture" in message.text and "OffsetX" in message.text
 
 
 def test_loading_a_calibration_that_is_cancelled_does_nothing(program):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from PyQt5.QtCore import Qt
-from PyQt5.QtWidgets import QAbstractButton
+from PyQt5.QtWidgets import QAbstractButton, QApplication
 
 from grabbergui.core.grabber import ConnectionState
 from grabbergui.models.messages import NOTICE_SECONDS
@@ -120,6 +120,22 @@ def test_waiting_for_a_trigger_is_a_state_with_two_ways_out(desk):
     desk.qtbot.mouseClick(offers(desk)["Trigger off"], Qt.LeftButton)
     desk.until(lambda: state(desk) == "Live" and not desk.errors)
     assert desk.grabber.feature("TriggerMode").value == "Off"
+
+
+@pytest.mark.parametrize("by_key", [False, True])
+def test_a_button_that_goes_leaves_the_focus_to_the_picture(desk, by_key):
+    desk.window.activateWindow()
+    desk.grabber.write_feature("TriggerMode", "On")
+    desk.until(lambda: "Trigger off" in offers(desk))
+    button = offers(desk)["Trigger off"]
+    button.setFocus()
+    desk.until(button.hasFocus)
+    if by_key:
+        desk.qtbot.keyClick(button, Qt.Key_Space)
+    else:
+        desk.qtbot.mouseClick(button, Qt.LeftButton)
+    desk.until(lambda: state(desk) == "Live" and not desk.errors)
+    assert desk.window.picture.canvas.hasFocus(), QApplication.focusWidget()
 
 
 def test_the_note_of_a_trigger_that_was_closed_stays_closed(desk):

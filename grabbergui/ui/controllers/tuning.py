@@ -161,13 +161,23 @@ class RegionController(QObject):
         self._picture = picture
         self._messages = messages
         self._bridge = Bridge(self)
-        actions.actionRegion.triggered.connect(lambda: view.draw(Purpose.SENSOR_REGION))
+        actions.actionRegion.triggered.connect(self._draw)
         actions.actionFullSensor.triggered.connect(lambda: self._change(sensor_region.apply_full))
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         ability = CameraAbility(
             self, connection, sensor_region.has_region, actions.actionRegion, actions.actionFullSensor
         )
         ability.ended.connect(view.drawing.cancel)
+
+    def _draw(self) -> None:
+        if self._picture.frame is None:
+            text = self.tr(
+                "there is no picture yet to draw on; start the camera first, or write OffsetX, OffsetY, Width"
+                " and Height"
+            )
+            self._messages.error(text)
+            return
+        self._view.draw(Purpose.SENSOR_REGION)
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
         frame = self._picture.frame

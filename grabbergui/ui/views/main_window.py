@@ -219,7 +219,15 @@ class MainWindow(QMainWindow):
             self.resize(self.size().expandedTo(room * FIRST_SHARE).boundedTo(room))
 
     def focusNextPrevChild(self, forward: bool) -> bool:
-        """The Tab key: through the panels from left to right, in each as one reads."""
+        """Follow the Tab key through the panels from left to right, in each as one reads.
+
+        Qt also asks when the widget with the focus is hidden, such as a button of a message: the picture gets
+        it then, whose keys are letters, and not whichever field comes next.
+        """
+        focused = QApplication.focusWidget()
+        if focused is not None and not focused.isVisibleTo(self):
+            self.picture.canvas.setFocus(Qt.FocusReason.OtherFocusReason)
+            return True
         cards = sorted(self.favourites.findChildren(FeatureRow), key=lambda row: (row.y(), row.x()))
         docks = self.findChildren(QDockWidget)
         # Of docks that lie over each other Qt takes all for visible.
@@ -227,7 +235,7 @@ class MainWindow(QMainWindow):
         tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
         regions = [self.sourcesDock, *cards, self.tasks, self.picture, self.gallery, self.recordingBar,
                    *tools, self.featuresDock, self.messages]  # fmt: skip
-        return give_focus(regions, QApplication.focusWidget(), forward=forward)
+        return give_focus(regions, focused, forward=forward)
 
     def setTheme(self, theme: Theme) -> None:
         """Show which look is chosen."""
