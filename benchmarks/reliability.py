@@ -14,13 +14,22 @@ from dataclasses import replace
 from benchmarks._faults import DOCUMENT, FAULTS, document, keep, kept
 from benchmarks._results import machine
 
-MODULES = ("_faults_outages", "_faults_strangers", "_faults_servo", "_faults_ros2")
+MODULES = ("_faults_strangers", "_faults_outages", "_faults_servo", "_faults_ros2")
 """In the order of the page's tables."""
+
+
+def order_faults() -> None:
+    """Put the faults into the order of MODULES, whichever of them another program imported first."""
+    places = {f"benchmarks.{module}": place for place, module in enumerate(MODULES)}
+    ordered = sorted(FAULTS.items(), key=lambda item: places[item[1][1].__module__])
+    FAULTS.clear()
+    FAULTS.update(ordered)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     for module in MODULES:
         importlib.import_module(f"benchmarks.{module}")
+    order_faults()
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.reliability",
         description=__doc__,

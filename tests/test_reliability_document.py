@@ -44,3 +44,21 @@ def test_the_page_is_what_the_kept_outcomes_give():
     reliability.main(["--list"])
     assert Path(_faults.DOCUMENT).read_text(encoding="utf-8") == document(kept())
     assert set(kept()) <= set(_faults.FAULTS), "an outcome of a fault that is gone"
+
+
+def test_the_page_is_the_same_whichever_module_was_imported_first(capsys):
+    reliability.main(["--list"])
+    listed = capsys.readouterr().out.split()
+    assert len(listed) > 10
+    chapters = list(dict.fromkeys(_faults.FAULTS[name][0] for name in listed))
+    backwards = dict(reversed(_faults.FAULTS.items()))
+    _faults.FAULTS.clear()
+    _faults.FAULTS.update(backwards)
+    try:
+        reliability.main(["--list"])
+        again = capsys.readouterr().out.split()
+        assert list(dict.fromkeys(_faults.FAULTS[name][0] for name in again)) == chapters
+    finally:
+        faults = dict(_faults.FAULTS)
+        _faults.FAULTS.clear()
+        _faults.FAULTS.update({name: faults[name] for name in listed})
