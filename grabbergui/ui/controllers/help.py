@@ -12,7 +12,6 @@ from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
-from grabbergui.doctor import network, software, usb
 from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import HelpActions
@@ -81,6 +80,9 @@ class HelpController(QObject):
         dialog.open()
 
     def _examine(self, dialog: DoctorDialog) -> None:
+        # Not with the window: nothing else needs these checks, nor what they look at.
+        from grabbergui.doctor import network, software, usb
+
         for checks in (network, usb, software):
             for finding in checks.check():
                 if self.doctor is not dialog:
