@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 setup-servo run test lint bench fuzz docs screenshots translations clean
+.PHONY: setup setup-ros2 setup-servo run test coverage mutants lint bench fuzz docs screenshots translations clean
 
 setup: $(STAMP)
 
@@ -46,6 +46,17 @@ ROOM ?=
 test: setup
 	scripts/system-packages tests
 	$(BIN)/python tests/run_tests.py tests/$(ROOM)
+
+# Branch coverage of all tests, or of one package's: make coverage ROOM=core; the lines are in build/coverage.
+coverage: setup
+	$(BIN)/python -m pip install -qq --disable-pip-version-check pytest-cov
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n auto --dist worksteal --cov=grabbergui$(if $(ROOM),/$(ROOM)) \
+	    --cov-branch --cov-report=term:skip-covered --cov-report=html:build/coverage tests/$(ROOM)
+
+# Mutation testing of the packages where an untested line hurts, or of one: make mutants ROOM=core
+mutants: setup
+	$(BIN)/python -m pip install -qq --disable-pip-version-check mutmut
+	$(BIN)/python scripts/mutants $(ROOM)
 
 # The pictures in docs/, made by the program itself.
 screenshots: setup

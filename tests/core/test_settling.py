@@ -1,0 +1,165 @@
+"""Several settings brought to given values, though one hides, locks or limits another."""
+
+from dataclasses import replace
+
+import pytest
+
+from fakes import ScriptedGrabber
+from grabbergui.core.features import AccessMode, EnumEntry, Feature, FeatureKind
+from grabbergui.core.selection import SettingKey
+from grabbergui.core.settling import BATCH, MAX_PASSES, Settled, settle
+
+WIDTH, OFFSET, GAIN, AUTO = map(SettingKey, ("Width", "OffsetX", "Gain", "GainAuto"))
+
+
+def number(name, value, maximum=100):
+    return Feature(
+        name=name,
+        kind=FeatureKind.INTEGER,
+        access=AccessMode.READ_WRITE,
+        value=value,
+        minimum=0,
+        maximum=maximum,
+    )
+
+
+def choice(name, value, *names):
+    entries = tuple(EnumEntry(entry) for entry in names)
+    return Feature(
+        name=name, kind=FeatureKind.ENUMERATION, access=AccessMode.READ_WRITE, value=value, entries=entries
+    )
+
+
+class Reports(list):
+    def __call__(self, key, settled, value, error, feature):
+        self.append((str(key), settled, value))
+
+
+@pytest.fixture
+def reports():
+    return Reports()
+
+
+@pytest.fixture
+def region():
+    """A sensor of 100 columns: the offset has the room that the width leaves."""
+    grabber = ScriptedGrabber([number("Width", 100), number("OffsetX", 0, maximum=0)])
+
+    def follow(name, value):
+        if name == "Width":
+            grabber.set("OffsetX", maximum=100 - value)
+        return value
+
+    grabber.on_write = follow
+    return grabber
+
+
+def written(grabber):
+    return [(name, value) for name, value, _ in grabber.writes]
+
+
+def test_what_does_not_fit_yet_is_tried_again_after_the_others(region, reports):
+    assert settle(region, {OFFSET: 40, WIDTH: 60}, report=reports) == {}
+    assert (region.known["OffsetX"].value, region.known["Width"].value) == (40, 60)
+    assert [entry[:2] for entry in reports] == [
+        ("OffsetX", Settled.REFUSED),
+        ("Width", Settled.WRITTEN),
+        ("OffsetX", Settled.WRITTEN),
+    ]
+
+
+def test_what_never_fits_is_named_with_its_reason(region, reports):
+    problems = settle(region, {OFFSET: 70, WIDTH: 60}, report=reports)
+    assert list(problems) == [OFFSET]
+    assert "OffsetX" in problems[OFFSET] and "40" in problems[OFFSET]
+    assert reports[-1] == ("OffsetX", Settled.REFUSED, None)
+
+
+def test_values_that_are_there_already_are_not_written(region, reports):
+    assert settle(region, {WIDTH: "100", OFFSET: 0}, report=reports) == {}
+    assert region.writes == []
+    assert reports == [("Width", Settled.WRITTEN, 100), ("OffsetX", Settled.WRITTEN, 0)]
+
+
+def test_a_camera_that_rounds_is_not_asked_for_ever(reports):
+    grabber = ScriptedGrabber([number("Width", 0)])
+    grabber.on_write = lambda name, value: value // 8 * 8
+    problems = settle(grabber, {WIDTH: 63}, report=reports)
+    assert problems == {WIDTH: "Width is 56 instead of 63"}
+    assert written(grabber) == [("Width", 63)] * 2
+    assert reports[-1] == ("Width", Settled.DIFFERENT, 56)
+
+
+def test_what_a_later_write_disturbed_is_written_once_more(reports):
+    grabber = ScriptedGrabber([number("Width", 1), number("Gain", 1)])
+
+    def disturb(name, value):
+        if name == "Gain" and len(grabber.writes) < 4:
+            grabber.set("Width", 5)
+        return value
+
+    grabber.on_write = disturb
+    assert settle(grabber, {WIDTH: 7, GAIN: 2}, report=reports) == {}
+    assert written(grabber) == [("Width", 7), ("Gain", 2), ("Width", 7)]
+    assert reports[-1] == ("Width", Settled.WRITTEN, 7)
+
+
+def test_two_that_fight_come_to_an_end():
+    grabber = ScriptedGrabber([number("Width", 1), number("Gain", 1)])
+    other = {"Width": "Gain", "Gain": "Width"}
+
+    def fight(name, value):
+        grabber.set(other[name], len(grabber.writes) % 90 + 9)
+        return value
+
+    grabber.on_write = fight
+    assert settle(grabber, {WIDTH: 7, GAIN: 2})
+    assert len(grabber.writes) <= 2 * (MAX_PASSES + 1)
+
+
+def test_a_wanted_mode_decides_over_the_value_it_regulates():
+    grabber = ScriptedGrabber([number("Gain", 1), choice("GainAuto", "Off", "Off", "Continuous")])
+    assert settle(grabber, {AUTO: "Continuous", GAIN: 50}) == {}
+    assert written(grabber) == [("GainAuto", "Continuous")]
+
+
+def test_modes_are_written_behind_the_values_that_they_rule():
+    grabber = ScriptedGrabber([choice("GainAuto", "Continuous", "Off", "Continuous"), number("Gain", 1)])
+    assert settle(grabber, {AUTO: "Off", GAIN: 50}) == {}
+    assert written(grabber) == [("Gain", 50), ("GainAuto", "Off")]
+
+
+def test_a_mode_that_regulates_once_may_be_off_again():
+    grabber = ScriptedGrabber([choice("GainAuto", "Off", "Off", "Once")])
+    grabber.on_write = lambda name, value: "Off"
+    assert settle(grabber, {AUTO: "Once"}) == {}
+    assert written(grabber) == [("GainAuto", "Once")]
+
+
+def test_a_reluctant_value_is_written_only_where_another_needs_it(region):
+    assert settle(region, {WIDTH: 60}, reluctantly=[WIDTH]) == {}
+    assert region.writes == []
+    assert settle(region, {OFFSET: 40, WIDTH: 60}, reluctantly=[WIDTH]) == {}
+    assert written(region) == [("OffsetX", 40), ("Width", 60), ("OffsetX", 40)]
+
+
+def test_once_cancelled_nothing_more_is_written(region):
+    assert settle(region, {WIDTH: 60, OFFSET: 40}, cancelled=lambda: bool(region.writes)) == {}
+    assert written(region) == [("Width", 60)]
+
+
+def test_a_value_that_is_gone_is_reported():
+    grabber = ScriptedGrabber([number("Width", 1)])
+    grabber.known["Width"] = replace(grabber.known["Width"], value=None, access=AccessMode.NOT_AVAILABLE)
+    problems = settle(grabber, {WIDTH: 7, SettingKey("Nothing"): 1})
+    assert set(problems) == {WIDTH, SettingKey("Nothing")}
+
+
+def test_others_come_between_batches_and_selectors_stand_where_they_stood():
+    entries = [f"E{index}" for index in range(2 * BATCH + 1)]
+    grabber = ScriptedGrabber([choice("Selector", "E0", *entries), number("Gain", 1)])
+    wanted = {SettingKey("Gain", (("Selector", entry),)): 1 for entry in entries}
+    assert settle(grabber, wanted) == {}
+    assert grabber.known["Selector"].value == "E0"
+    back = [value for name, value, _ in grabber.writes if (name, value) == ("Selector", "E0")]
+    assert len(back) == 2 * 3, "once for each batch, in writing and in looking again"
