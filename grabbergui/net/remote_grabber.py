@@ -1,4 +1,4 @@
-"""What grabbers of remote cameras have in common, whichever network they are on."""
+"""The grabber of a remote camera, on any network."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from abc import abstractmethod
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Generic, Protocol, TypeVar
+
+from typing_extensions import override
 
 from grabbergui.core.companions import Companions, regulating
 from grabbergui.core.errors import FeatureAccessError, FeatureError, OtherCameraError
@@ -41,7 +43,7 @@ class RemoteFeatures(Protocol):
 
 
 class RemoteStream(Protocol):
-    """Pictures coming in."""
+    """A stream of incoming frames."""
 
     def close(self) -> None:
         """Stop."""
@@ -54,7 +56,7 @@ StreamType = TypeVar("StreamType", bound=RemoteStream)
 
 
 class RemoteGrabber(FrameGrabber, Generic[StreamType]):
-    """Features asked of the other end, one request at a time; pictures that come while streaming."""
+    """Reads and writes features by one request at a time, and receives frames while streaming."""
 
     shared = True
 
@@ -95,42 +97,42 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             self.connection_changed.emit(ConnectionState.LOST, str(error))
 
     # -- features --------------------------------------------------------------------------------
+    @override
     def feature_tree(self) -> Category:
-        """See FrameGrabber."""
         return self._known().tree
 
+    @override
     def has_feature(self, name: str) -> bool:
-        """See FrameGrabber."""
         return self._known().has(name)
 
+    @override
     def feature(self, name: str) -> Feature:
-        """See FrameGrabber."""
         self._require(name)
         with self._lock:
             return self._note(self._shown(name), self._connected().read(name))
 
+    @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber."""
         self._require_control(name)
         with self._lock:
             return self._note(self._shown(name), self._connected().write(name, value))
 
+    @override
     def execute(self, name: str) -> None:
-        """See FrameGrabber."""
         self._require_control(name)
         with self._lock:
             self._connected().execute(name)
 
     # -- settings: one request where the server selects by itself --------------------------------
+    @override
     def read_setting(self, key: SettingKey) -> Feature:
-        """See FrameGrabber."""
         self._require(key.name)
         with self._lock:
             tree = self._selecting_tree()
             return super().read_setting(key) if tree is None else self._note(key, tree.read(str(key)))
 
+    @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """See FrameGrabber."""
         self._require_control(key.name)
         with self._lock:
             tree = self._selecting_tree()
@@ -142,8 +144,8 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
                     self._seen[change.key] = change.after
             return result
 
+    @override
     def execute_setting(self, key: SettingKey) -> None:
-        """See FrameGrabber."""
         self._require_control(key.name)
         with self._lock:
             tree = self._selecting_tree()
@@ -152,9 +154,10 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             else:
                 tree.execute(str(key))
 
+    @override
     @contextmanager
     def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        """See FrameGrabber. Other clients of the server are kept out by each request for itself."""
+        """Keep other threads out. Each request keeps out the other clients of the server."""
         with self._lock, super().exclusive(() if self._selecting_tree() else selectors):
             yield
 
@@ -212,19 +215,19 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
     # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:
-        """Let no more pictures come; the remote camera itself is not touched."""
+        """Receive no more frames. The remote camera itself goes on."""
         with self._lock:
             stream, self._stream = self._stream, None
             if stream is not None:
                 stream.close()
                 self._statistics = stream.statistics()
 
+    @override
     @property
     def streaming(self) -> bool:
-        """See FrameGrabber."""
         return self._stream is not None
 
+    @override
     def statistics(self) -> StreamStatistics:
-        """See FrameGrabber."""
         stream = self._stream
         return stream.statistics() if stream is not None else self._statistics

@@ -6,6 +6,8 @@ import logging
 import threading
 import time
 
+from typing_extensions import override
+
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import DeviceLostError, GrabberError, OtherCameraError, SourceNotFoundError
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, return_text
@@ -45,8 +47,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._watcher: threading.Thread | None = None
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access = Access.CONTROL) -> None:
-        """See FrameGrabber. Raises SourceUnavailableError without ROS 2."""
+        """Raises SourceUnavailableError without ROS 2."""
         if self._ros is not None:
             return
         self.connection_changed.emit(ConnectionState.OPENING, "")
@@ -67,8 +70,8 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
             node = self._link.publisher.node or "its publisher"
             self.noticed.emit(f"{self._link.topic} is shown without controls: {node} {self._link.silence}")
 
+    @override
     def close(self) -> None:
-        """See FrameGrabber."""
         if self._ros is None:
             return
         self._closing.set()
@@ -80,9 +83,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         self._fanout.close()
         self.connection_changed.emit(ConnectionState.CLOSED, "")
 
+    @override
     @property
     def access(self) -> Access:
-        """See FrameGrabber."""
         return Access.CONTROL
 
     # -- acquisition -----------------------------------------------------------------------------
@@ -97,8 +100,9 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
                 )
                 self._stream.open()
 
+    @override
     def calibration(self) -> Calibration | None:
-        """See FrameGrabber. From the topic's camera_info, while streaming."""
+        """From the topic's camera_info, while streaming."""
         stream = self._stream
         return stream.calibration() if stream is not None else None
 

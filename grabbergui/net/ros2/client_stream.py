@@ -76,7 +76,7 @@ class ImageStream:
         return counters
 
     def look(self) -> None:
-        """See who publishes: subscribe so that we match, and say what is amiss. One thread at a time."""
+        """Subscribe to match the topic's publishers, and log what does not fit. One thread at a time."""
         publishers = publishers_of(self._node, self._topic)
         images = [publisher for publisher in publishers if publisher.topic_type == IMAGE_TYPE]
         for other in publishers:

@@ -9,6 +9,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from typing_extensions import override
+
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import format_number
 from grabbergui.core.grabber import FrameGrabber
@@ -101,8 +103,8 @@ class RosoutHandler(logging.Handler):
         self._thread.start()
         logging.getLogger("grabbergui").addHandler(self)
 
+    @override
     def emit(self, record: logging.LogRecord) -> None:
-        """See logging.Handler."""
         try:
             self._records.put_nowait(record)
         except queue.Full:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import threading
 
+from typing_extensions import override
+
 from grabbergui.core.errors import (
     GrabberError,
     OtherCameraError,
@@ -65,8 +67,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         self._watcher: threading.Thread | None = None
 
     # -- connection ------------------------------------------------------------------------------
+    @override
     def open(self, access: Access = Access.CONTROL) -> None:
-        """See FrameGrabber. Raises SourceUnavailableError without a name server."""
+        """Raises SourceUnavailableError without a name server."""
         with self._lock:
             if self._link is not None:
                 return
@@ -78,8 +81,8 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
             self._watcher.start()
         self.connection_changed.emit(ConnectionState.OPEN, "")
 
+    @override
     def close(self) -> None:
-        """See FrameGrabber."""
         self._stopping.set()
         watcher, self._watcher = self._watcher, None
         if watcher is not None and watcher is not threading.current_thread():
@@ -93,20 +96,20 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         if was_open:
             self.connection_changed.emit(ConnectionState.CLOSED, "")
 
+    @override
     @property
     def access(self) -> Access:
-        """See FrameGrabber."""
         return self._access
 
     # -- features --------------------------------------------------------------------------------
+    @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber."""
         feature = super().write_feature(name, value)
         self.features_changed.emit(frozenset({name}))
         return feature
 
+    @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """See FrameGrabber."""
         result = super().write_setting(key, value)
         changes = (*result.written, *result.consequences)
         self.features_changed.emit(frozenset(change.key.name for change in changes))
@@ -124,8 +127,9 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         return self._known()
 
     # -- acquisition -----------------------------------------------------------------------------
+    @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """See FrameGrabber. The remote camera is not told to start: its server decides that."""
+        """The remote camera is not told to start: its server decides that."""
         with self._lock:
             if self._stream is not None:
                 return

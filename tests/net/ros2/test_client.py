@@ -474,7 +474,7 @@ def test_reliable_where_it_can_be_had(driver, opened, notices):
 
     subscription = until(lambda: driver.node.get_subscriptions_info_by_topic("/other/image_raw"))[0]
     assert subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-    with pytest.raises(UsageError, match="qos=reliable"):
+    with pytest.raises(UsageError, match="sensor_data or reliable"):
         sources.create("ros2:/other?qos=best")
 
 
