@@ -33,7 +33,7 @@ def opened(kind: str, place: str) -> Robot:
         from grabbergui.servo.robots import tiago
         from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
-        robot = TiagoOverRos2(tiago.body())
+        robot = TiagoOverRos2(tiago.model())
     robot.open()
     return robot
 

@@ -18,11 +18,11 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.driver.sim.rendered.scene import Things, swaying
 from grabbergui.servo import control
+from grabbergui.servo.closed_loop import ClosedLoop, in_base, single_threaded
 from grabbergui.servo.config import ArmConfig, HeadConfig
-from grabbergui.servo.desk import Desk, in_base, single_threaded
 from grabbergui.servo.kinematics import STRETCHED, Chain
 from grabbergui.servo.robots import teo, tiago
-from grabbergui.servo.robots.robot import Body
+from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.state_machine import State
 
 Result = dict[str, Any]
@@ -46,20 +46,20 @@ LONGEST = 30.0
 REST = 3.0
 
 
-def random_start(random: np.random.Generator, body: Body) -> tuple[Pose, Vector]:
+def random_start(random: np.random.Generator, model: KinematicModel) -> tuple[Pose, Vector]:
     """A board and, behind it, who holds it, in the room.
 
     The arm can take the board's goal from its home, neither stretched nor with a joint near its limit, and a
     head that looks at the person has the board in its picture.
     """
-    arm, margin = body.arm, 0.15
+    arm, margin = model.arm, 0.15
     low, high = arm.low + margin * (arm.high - arm.low), arm.high - margin * (arm.high - arm.low)
     reach = control.ArmController(ArmConfig(), 0.10)
     before = geometry.inverse(reach.goal(geometry.pose()))
-    eye = (body.stands @ body.camera_pose(np.zeros(2)))[:3, 3]
+    eye = (model.stands @ model.camera_pose(np.zeros(2)))[:3, 3]
     while True:
         goal = arm.forward(random.uniform(low, high))
-        board = body.stands @ goal @ before
+        board = model.stands @ goal @ before
         behind = 1.35 * (board[1, 3] - eye[1]) / max(board[0, 3], 0.1) + random.uniform(-0.25, 0.25)
         person = np.array([1.35, behind, random.uniform(0.7, 0.85)])
         looking = geometry.looking_at(eye, person - (0, 0, HeadConfig().below))
@@ -71,7 +71,7 @@ def random_start(random: np.random.Generator, body: Body) -> tuple[Pose, Vector]
             and in_picture(board, looking)
             and math.degrees(abs(math.atan2(sight[1], sight[0]))) < 60
             and reach.inside(goal[:3, 3])
-            and can_take(arm, goal, body.home)
+            and can_take(arm, goal, model.home)
         ):
             return board, person
 
@@ -90,60 +90,60 @@ def can_take(arm: Chain, goal: Pose, home: Vector) -> bool:
     return angles is not None and bool(np.linalg.svd(arm.jacobian(angles))[1][-1] > STRETCHED)
 
 
-def run(random: np.random.Generator, body: Body) -> Result:
+def run(random: np.random.Generator, model: KinematicModel) -> Result:
     """One start, to its end."""
-    board, person = random_start(random, body)
+    board, person = random_start(random, model)
     things = Things(
         face=swaying(*person),
         board=lambda seconds: board if seconds >= SHOWN else None,
     )
     head = np.radians((random.uniform(-50, 50), random.uniform(-20, 5)))
-    arm = body.home + np.radians(random.uniform(-12, 12, len(body.home)))
-    desk = Desk(body, things=things, head=tuple(head), arm=body.arm.clamped(arm))
-    desk.run(LONGEST, State.REACHED)
-    reached = desk.loop.machine.state is State.REACHED
-    turn = desk.turns[-1]
+    arm = model.home + np.radians(random.uniform(-12, 12, len(model.home)))
+    simulation = ClosedLoop(model, things=things, head=tuple(head), arm=model.arm.clamped(arm))
+    simulation.run(LONGEST, State.REACHED)
+    reached = simulation.loop.machine.state is State.REACHED
+    cycle = simulation.cycles[-1]
     result: Result = {
         "reached": reached,
-        "violations": desk.robot.limit_violations,
-        "state": f"{turn.state.value}: {turn.reason}, {1e3 * turn.error[0]:.0f} mm off",
+        "violations": simulation.robot.limit_violations,
+        "state": f"{cycle.state.value}: {cycle.reason}, {1e3 * cycle.error[0]:.0f} mm off",
     }
-    arrivals = {step.state: step.time for step in reversed(desk.loop.machine.transitions)}
+    arrivals = {step.state: step.time for step in reversed(simulation.loop.machine.transitions)}
     if State.APPROACHING in arrivals:
         result["centred_s"] = arrivals[State.APPROACHING] - SHOWN
     if reached:
-        result["reached_s"] = desk.now - SHOWN
+        result["reached_s"] = simulation.now - SHOWN
         positions = []
-        for _ in range(int(REST * desk.config.loop.rate)):
-            desk.turn()
-            positions.append(desk.robot.state().hand[:3, 3])
-        metres, radians = desk.true_error()
+        for _ in range(int(REST * simulation.config.loop.rate)):
+            simulation.cycle()
+            positions.append(simulation.robot.state().hand[:3, 3])
+        metres, radians = simulation.true_error()
         result["error_mm"], result["error_deg"] = 1e3 * metres, math.degrees(radians)
         result["jitter_mm"] = 1e3 * float(np.linalg.norm(np.std(positions, axis=0)))
-        result["overshoot_mm"] = overshoot(desk)
+        result["overshoot_mm"] = overshoot(simulation)
     return result
 
 
-def overshoot(desk: Desk) -> float:
+def overshoot(simulation: ClosedLoop) -> float:
     """How far beyond the goal the hand went along its way, mm."""
-    board = desk.things.board(desk.now)
+    board = simulation.things.board(simulation.now)
     assert board is not None
-    hands = [turn.robot.hand[:3, 3] for turn in desk.turns if turn.robot is not None]
-    goal = desk.loop.arm.goal(in_base(desk.robot, board))[:3, 3]
+    hands = [cycle.robot.hand[:3, 3] for cycle in simulation.cycles if cycle.robot is not None]
+    goal = simulation.loop.arm.goal(in_base(simulation.robot, board))[:3, 3]
     way = goal - hands[0]
     way = way / np.linalg.norm(way)
     return 1e3 * max(0.0, max(float((hand - goal) @ way) for hand in hands))
 
 
-def bodies(names: Iterable[str]) -> Iterator[Body]:
+def bodies(names: Iterable[str]) -> Iterator[KinematicModel]:
     """Those robots that can be simulated here."""
     for name in names:
         if name == "teo":
-            yield teo.BODY
+            yield teo.MODEL
         elif importlib.util.find_spec("pinocchio") is None:
             print("TIAGo is left out: pip install '.[servo]'")
         else:
-            yield tiago.body()
+            yield tiago.model()
 
 
 def measure(arguments: list[str] | None = None) -> Section:
@@ -154,9 +154,9 @@ def measure(arguments: list[str] | None = None) -> Section:
     options = parser.parse_args(arguments)
     single_threaded()
     found: dict[str, list[Result]] = {}
-    for body in bodies(options.robot):
-        found[body.name] = results = many(body, options.starts, options.seed)
-        print(f"{body.name}: {sum(result['reached'] for result in results)} of {len(results)}", flush=True)
+    for model in bodies(options.robot):
+        found[model.name] = results = many(model, options.starts, options.seed)
+        print(f"{model.name}: {sum(result['reached'] for result in results)} of {len(results)}", flush=True)
     reached = {name: [result for result in results if result["reached"]] for name, results in found.items()}
     rows = [["reached", *(f"{len(reached[name])} of {len(found[name])}" for name in found)]]
     for key, title, form in MEASURES:
@@ -192,14 +192,14 @@ def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> l
     ]
 
 
-def many(body: Body, starts: int, seed: int) -> list[Result]:
+def many(model: KinematicModel, starts: int, seed: int) -> list[Result]:
     """So many starts, told where one is not reached."""
     random = np.random.default_rng(seed)
     results: list[Result] = []
     for number in range(starts):
-        results.append(run(random, body))
+        results.append(run(random, model))
         if not results[-1]["reached"]:
-            print(f"{body.name}, start {number + 1} was not reached: {results[-1]['state']}", flush=True)
+            print(f"{model.name}, start {number + 1} was not reached: {results[-1]['state']}", flush=True)
     return results
 
 

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from benchmarks._document import markdown
 from benchmarks._results import Chart, Goal, Section, Table, machine
-from grabbergui.calibration.markers import ArucoFinder
+from grabbergui.calibration.markers import ArucoDetector
 from grabbergui.core.calibration import Calibration
 from grabbergui.driver.sim.rendered import world
-from grabbergui.servo.desk import single_threaded
-from grabbergui.servo.heads import CascadeFinder
+from grabbergui.servo.closed_loop import single_threaded
+from grabbergui.servo.detection import CascadeFaceDetector
 
 SIZES = (("640×480", 640, 480), ("1080p", 1920, 1080), ("8.8 MP", 4096, 2160))
 DICTIONARY, FIRST_ID, MARKERS = "4X4_50", 15, 6
@@ -48,15 +48,17 @@ def measure(argv: list[str] | None = None) -> Section:
         calibration = Calibration.from_field_of_view(width, height, 60)
         grey, corners = busy_picture(width, height)
         for name, finder in (
-            ("ArUco, reduced search", ArucoFinder(DICTIONARY, 0.1, calibration)),
-            ("ArUco, full picture", ArucoFinder(DICTIONARY, 0.1, calibration, search_pixels=1 << 30)),
-            ("head", CascadeFinder(calibration)),
+            ("ArUco, reduced search", ArucoDetector(DICTIONARY, 0.1, calibration)),
+            ("ArUco, full picture", ArucoDetector(DICTIONARY, 0.1, calibration, search_pixels=1 << 30)),
+            ("head", CascadeFaceDetector(calibration)),
         ):
             found = finder.detect(grey)
             median, worst = milliseconds(partial(finder.detect, grey), options.repeats)
             times[name, label] = median
             error = f"{corner_error(found, corners):.2f}" if name != "head" else ""
-            smallest = f"{smallest_marker(finder, width, height)}" if isinstance(finder, ArucoFinder) else ""
+            smallest = (
+                str(smallest_marker(finder, width, height)) if isinstance(finder, ArucoDetector) else ""
+            )
             whole = f"{len(found)} of {MARKERS if name != 'head' else 1}"
             rows.append([label, name, f"{median:.1f}", f"{worst:.1f}", whole, error, smallest])
             print(*rows[-1], flush=True)
@@ -105,7 +107,7 @@ def corner_error(found: list[Any], corners: dict[int, NDArray[np.float64]]) -> f
     return float(np.sqrt((np.array(apart) ** 2).sum(axis=-1).mean()))
 
 
-def smallest_marker(finder: ArucoFinder, width: int, height: int) -> int:
+def smallest_marker(finder: ArucoDetector, width: int, height: int) -> int:
     """Pixels along the edge of the smallest that is found at every one of some places."""
     random, side = np.random.default_rng(2), 8
     while side < 200:

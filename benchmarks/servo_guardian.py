@@ -141,7 +141,7 @@ def teo_on_yarp() -> Iterator[tuple[SimRobot, list[str]]]:
 
     server = NameServer("127.0.0.1", 0)
     server.open()
-    robot = SimRobot(teo.BODY)
+    robot = SimRobot(teo.MODEL)
     ports = TeoPorts(robot, NameClient(server.contact))
     try:
         with undisturbed():
@@ -157,7 +157,7 @@ def tiago_on_ros2() -> Iterator[tuple[SimRobot, list[str]]]:
     """The simulated TIAGo behind its topics, likewise."""
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
-    robot = Tireless(tiago.body())
+    robot = Tireless(tiago.model())
     topics = TiagoTopics(robot)
     try:
         with undisturbed():

@@ -15,13 +15,13 @@ from benchmarks._results import Goal, Section, Table, machine
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.driver.sim.rendered.scene import Things
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
-from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo, tiago
-from grabbergui.servo.robots.robot import Body, Robot
+from grabbergui.servo.robots.robot import KinematicModel, Robot
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
 
 Opened = AbstractContextManager[tuple[Robot, FrameGrabber]]
 """A robot and a camera, closed at the end."""
@@ -34,10 +34,10 @@ rendering it is in it."""
 
 
 @contextmanager
-def in_process(body: Body) -> Iterator[tuple[Robot, FrameGrabber]]:
+def in_process(model: KinematicModel) -> Iterator[tuple[Robot, FrameGrabber]]:
     """The simulated robot and its camera, without a network."""
-    robot = SimRobot(body)
-    camera = desk.mounted_camera(robot, desk.things_for(Config().marker, Things()), FPS)
+    robot = SimRobot(model)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker, Things()), FPS)
     camera.open()
     try:
         yield robot, camera
@@ -59,7 +59,7 @@ def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
     try:
         simulation.stdout.readline()
         with ExitStack() as stack:
-            robot, camera = TiagoOverRos2(tiago.body()), sources.create("ros2:/camera")
+            robot, camera = TiagoOverRos2(tiago.model()), sources.create("ros2:/camera")
             for part in (robot, camera):
                 part.open()
                 stack.callback(part.close)
@@ -72,9 +72,9 @@ def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
 
 def chains() -> Iterator[tuple[str, Callable[[], Opened]]]:
     """Those that can be run here, by name."""
-    yield "TEO, in one process", lambda: in_process(teo.BODY)
+    yield "TEO, in one process", lambda: in_process(teo.MODEL)
     if importlib.util.find_spec("pinocchio") is not None:
-        yield "TIAGo, in one process", lambda: in_process(tiago.body())
+        yield "TIAGo, in one process", lambda: in_process(tiago.model())
         if importlib.util.find_spec("rclpy") is not None:
             yield "TIAGo over ROS 2, in two processes", over_ros2
 
@@ -83,7 +83,7 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.servo_latency")
     parser.add_argument("--seconds", type=float, default=15.0)
     options = parser.parse_args(arguments)
-    desk.single_threaded()
+    closed_loop.single_threaded()
     rows, medians = [], []
     for name, opened in chains():
         with opened() as (robot, camera):
@@ -109,13 +109,13 @@ def real_time() -> bool:
 
 def latencies_of(robot: Robot, camera: FrameGrabber, seconds: float) -> list[float]:
     def detector(frame: Frame) -> Detector:
-        return desk.detector(Config(), desk.calibration())
+        return closed_loop.detector(Config(), closed_loop.calibration())
 
-    pilot = Pilot(camera, robot, detector)
-    pilot.start()
+    runner = Runner(camera, robot, detector)
+    runner.start()
     time.sleep(seconds)
-    pilot.stop()
-    return list(pilot.latency_ms)[WARM_UP:]
+    runner.stop()
+    return list(runner.latency_ms)[WARM_UP:]
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from PyQt5.QtTest import QTest
 
 from grabbergui.core.frame import Frame
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application
 from grabbergui.ui.theme import Theme, dress
@@ -26,20 +26,20 @@ SHOWN_EVERY = 4
 
 
 class Follower:
-    """What the window knows of a pilot, around a run in simulated time."""
+    """What the window knows of a runner, around a run in simulated time."""
 
-    turned = Signal(object, object)
+    cycle_done = Signal(object, object)
     failed = Signal(str)
 
-    def __init__(self, run: desk.Desk) -> None:
+    def __init__(self, run: closed_loop.ClosedLoop) -> None:
         self.loop, self.robot, self.config, self.gate = run.loop, run.robot, run.config, run.gate
         self.running = True
         self.grabber = SimpleNamespace()
 
 
-def picture(run: desk.Desk, number: int) -> Frame:
+def picture(run: closed_loop.ClosedLoop, number: int) -> Frame:
     """What the camera sees just now, in colour."""
-    settings = desk.settings("RGB8")
+    settings = closed_loop.settings("RGB8")
     out = run._sensor.render(settings, number, int(run.now * 1e9), np.empty(settings.image_bytes, np.uint8))
     return Frame(out.reshape(-1).copy(), settings.width, settings.height, settings.pixel_format, number)
 
@@ -48,14 +48,16 @@ def main(theme: str, file: str) -> None:
     """Run it and take the picture."""
     app = application()
     dress(app, Theme(theme))
-    run = desk.Desk(things=Things(board=lambda seconds: board_pose() if seconds >= SHOWN_AT else None))
+    run = closed_loop.ClosedLoop(
+        things=Things(board=lambda seconds: board_pose() if seconds >= SHOWN_AT else None)
+    )
     follower, window = Follower(run), ServoWindow()
-    controller = ServoController(window, follower, desk.calibration().scaled_to)
+    controller = ServoController(window, follower, closed_loop.calibration().scaled_to)
     window.show()
     number = 0
     while run.now < SECONDS:
-        turn, number = run.turn(), number + 1
-        follower.turned.emit(turn, None if number % SHOWN_EVERY else picture(run, number))
+        cycle, number = run.cycle(), number + 1
+        follower.cycle_done.emit(cycle, None if number % SHOWN_EVERY else picture(run, number))
         if number % SHOWN_EVERY == 0:
             QTest.qWait(45)  # as long as the window takes for a picture
     QTest.qWait(500)

@@ -66,7 +66,7 @@ def check_marker(dictionary: str, marker: int) -> None:
         raise UsageError(f"the dictionary {dictionary} has no marker {marker}; it has 0 to {ids - 1}")
 
 
-class ArucoFinder:
+class ArucoDetector:
     """Markers of one dictionary and size. Use from one thread."""
 
     def __init__(

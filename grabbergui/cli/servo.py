@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from grabbergui.calibration.fitted import CalibrationFor
     from grabbergui.core.frame import Frame
     from grabbergui.servo.config import Config
-    from grabbergui.servo.loop import Turn
-    from grabbergui.servo.pilot import Pilot
+    from grabbergui.servo.loop import ControlCycle
     from grabbergui.servo.report import Recorder
+    from grabbergui.servo.runner import Runner
 
 EXIT_NOT_REACHED = 1
 WAITS = "ready: nothing moves until Start is pressed"
@@ -71,9 +71,9 @@ def _config(options: argparse.Namespace) -> Config:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from grabbergui.servo import desk
+    from grabbergui.servo import closed_loop
     from grabbergui.servo.detection import Detector
-    from grabbergui.servo.pilot import Pilot
+    from grabbergui.servo.runner import Runner
 
     if options.screenshot is not None and (options.seconds is None or options.headless):
         raise UsageError("--screenshot needs the window and --seconds, after which it is taken")
@@ -82,18 +82,18 @@ def _run(options: argparse.Namespace) -> int:
         scene = servo_robots.assemble(options, config, stack)
 
         def detector(frame: Frame) -> Detector:
-            return desk.detector(config, scene.calibration(frame.width, frame.height))
+            return closed_loop.detector(config, scene.calibration(frame.width, frame.height))
 
         if scene.guardian is not None:
             scene.guardian.await_ready()
-        pilot = Pilot(scene.grabber, scene.robot, detector, config, scene.guardian)
-        servo_robots.publish(pilot, options, stack)
+        runner = Runner(scene.grabber, scene.robot, detector, config, scene.guardian)
+        servo_robots.publish(runner, options, stack)
         with stop_on_signals() as stop:
-            return _follow(pilot, options, scene, stop)
+            return _follow(runner, options, scene, stop)
 
 
 def _follow(
-    pilot: Pilot, options: argparse.Namespace, scene: servo_robots.Scene, stop: threading.Event
+    runner: Runner, options: argparse.Namespace, scene: servo_robots.Scene, stop: threading.Event
 ) -> int:
     """Run to the end: of the time, of the loop, or by the user's wish."""
     from grabbergui.servo.report import Recorder
@@ -101,32 +101,32 @@ def _follow(
     recorder: Recorder | None = Recorder(options.report, scene.calibration) if options.report else None
     outcome = _Outcome()
 
-    def turned(turn: Turn, frame: Frame | None) -> None:
-        outcome.note(turn)
+    def turned(cycle: ControlCycle, frame: Frame | None) -> None:
+        outcome.note(cycle)
         if recorder is not None:
-            recorder.add(turn, frame, pilot.loop.sighting)
+            recorder.add(cycle, frame, runner.loop.sighting)
 
     window = None if options.headless else _window(options, stop)
-    pilot.turned.connect(turned)
-    pilot.failed.connect(outcome.fail)
+    runner.cycle_done.connect(turned)
+    runner.failed.connect(outcome.fail)
     # Without a window, the command itself is the wish that it moves.
-    pilot.start(held=WAITS if window is not None and scene.real else "")
+    runner.start(held=WAITS if window is not None and scene.real else "")
     began = time.monotonic()
 
     def over() -> bool:
         timed_out = options.seconds is not None and time.monotonic() - began >= options.seconds
-        return not pilot.running or timed_out or (options.until_reached and outcome.reached)
+        return not runner.running or timed_out or (options.until_reached and outcome.reached)
 
     if window is not None:
-        window(pilot, scene.calibration)
+        window(runner, scene.calibration)
     while options.headless and not over():
         if stop.is_set():
-            pilot.emergency_stop("interrupted")
+            runner.emergency_stop("interrupted")
             break
-        if _typed(KEYBOARD_PERIOD, pilot, stop) == "q":
+        if _typed(KEYBOARD_PERIOD, runner, stop) == "q":
             break
-    facts = {**_timing(pilot), **(scene.truth() if scene.truth else {})}
-    pilot.stop()
+    facts = {**_timing(runner), **(scene.truth() if scene.truth else {})}
+    runner.stop()
     if recorder is not None:
         report = recorder.finish(facts)
         print(f"report in {options.report}: {'reached' if report['reached'] else 'not reached'}")
@@ -138,7 +138,7 @@ def _follow(
     return 0 if outcome.reached and not outcome.failure else EXIT_NOT_REACHED
 
 
-def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Pilot, CalibrationFor], None]:
+def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Runner, CalibrationFor], None]:
     try:
         from grabbergui.ui.run import standalone
         from grabbergui.ui.theme import Theme
@@ -159,20 +159,20 @@ class _Outcome:
         self._state: Any = None
         self._start: float | None = None
 
-    def note(self, turn: Turn) -> None:
+    def note(self, cycle: ControlCycle) -> None:
         """Print a change of state."""
-        self._start = turn.time if self._start is None else self._start
-        if turn.state is not self._state:
-            self._state = turn.state
-            self.reached |= turn.state.name == "REACHED"
-            print(f"{turn.time - self._start:7.2f} s  {turn.state.value}: {turn.reason}", flush=True)
+        self._start = cycle.time if self._start is None else self._start
+        if cycle.state is not self._state:
+            self._state = cycle.state
+            self.reached |= cycle.state.name == "REACHED"
+            print(f"{cycle.time - self._start:7.2f} s  {cycle.state.value}: {cycle.reason}", flush=True)
 
     def fail(self, reason: str) -> None:
         """Remember why the loop ended."""
         self.failure = reason
 
 
-def _typed(seconds: float, pilot: Pilot, stop: threading.Event) -> str:
+def _typed(seconds: float, runner: Runner, stop: threading.Event) -> str:
     """Wait a moment for a line from the keyboard, and act on it."""
     if not sys.stdin or not sys.stdin.isatty():
         stop.wait(seconds)
@@ -181,17 +181,17 @@ def _typed(seconds: float, pilot: Pilot, stop: threading.Event) -> str:
         return ""
     line = sys.stdin.readline().strip().lower()
     if line == "":
-        pilot.emergency_stop("stopped from the keyboard")
-    elif line == "r" and (why_not := pilot.resume()):
+        runner.emergency_stop("stopped from the keyboard")
+    elif line == "r" and (why_not := runner.resume()):
         print(f"still stopped: {why_not}", flush=True)
     return line
 
 
-def _timing(pilot: Pilot) -> dict[str, float | None]:
+def _timing(runner: Runner) -> dict[str, float | None]:
     return {
-        "pictures": pilot.pictures,
-        "detection_ms_median": statistics.median(pilot.detection_ms) if pilot.detection_ms else None,
-        "photon_to_command_ms_median": statistics.median(pilot.latency_ms) if pilot.latency_ms else None,
-        "commands_sent": pilot.gate.sent,
-        "commands_refused": pilot.gate.refused,
+        "pictures": runner.pictures,
+        "detection_ms_median": statistics.median(runner.detection_ms) if runner.detection_ms else None,
+        "photon_to_command_ms_median": statistics.median(runner.latency_ms) if runner.latency_ms else None,
+        "commands_sent": runner.gate.sent,
+        "commands_refused": runner.gate.refused,
     }

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
     from grabbergui.servo.guardian_link import GuardianLink
-    from grabbergui.servo.pilot import Pilot
-    from grabbergui.servo.robots.robot import Body, Robot
+    from grabbergui.servo.robots.robot import KinematicModel, Robot
     from grabbergui.servo.robots.tiago_ros2 import Topics
+    from grabbergui.servo.runner import Runner
 
 Truth = Callable[[], dict[str, float]]
 "What is true at the moment, where all is simulated; for the report."
@@ -99,29 +99,29 @@ def assemble(options: argparse.Namespace, config: Config, stack: ExitStack) -> S
     return _ROBOTS[options.robot](options, config, stack)
 
 
-def publish(pilot: Pilot, options: argparse.Namespace, stack: ExitStack) -> None:
+def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> None:
     """Tell the networks what the loop sees and does, and take their stops; until `stack` closes."""
     if options.publish:
         from grabbergui.net.yarp.os.name_client import NameClient
         from grabbergui.net.yarp.os.names import check_port_name
         from grabbergui.servo.publisher_yarp import YarpPublisher
 
-        ports = YarpPublisher(pilot, NameClient.find(options.nameserver), check_port_name(options.publish))
+        ports = YarpPublisher(runner, NameClient.find(options.nameserver), check_port_name(options.publish))
         ports.open()
         stack.callback(ports.close)
     if options.publish_ros2:
         from grabbergui.servo.publisher_ros2 import Ros2Publisher
 
-        topics = Ros2Publisher(pilot, options.publish_ros2, options.camera_frame or "camera")
+        topics = Ros2Publisher(runner, options.publish_ros2, options.camera_frame or "camera")
         topics.open()
         stack.callback(topics.close)
 
 
-def tiago_body(options: argparse.Namespace) -> Body:
+def tiago_model(options: argparse.Namespace) -> KinematicModel:
     """TIAGo as the options have it. Raises SourceUnavailableError."""
     from grabbergui.servo.robots import tiago
 
-    return tiago.body(options.urdf, options.hand_frame or tiago.HAND, options.camera_frame or tiago.CAMERA)
+    return tiago.model(options.urdf, options.hand_frame or tiago.HAND, options.camera_frame or tiago.CAMERA)
 
 
 def tiago_topics(options: argparse.Namespace) -> Topics:
@@ -136,35 +136,35 @@ def tiago_topics(options: argparse.Namespace) -> Topics:
 def _sim_teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
     from grabbergui.servo.robots import teo
 
-    return _simulated(teo.BODY, options, config, stack)
+    return _simulated(teo.MODEL, options, config, stack)
 
 
 def _sim_tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
-    return _simulated(tiago_body(options), options, config, stack)
+    return _simulated(tiago_model(options), options, config, stack)
 
 
-def _simulated(body: Body, options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
+def _simulated(model: KinematicModel, options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
     from grabbergui.calibration import geometry
     from grabbergui.driver.sim.rendered import scene as rendered_scene
     from grabbergui.driver.sim.rendered.scene import Things
-    from grabbergui.servo import desk
+    from grabbergui.servo import closed_loop
     from grabbergui.servo.control import ArmController
     from grabbergui.servo.robots.simulated import SimRobot
 
-    robot = SimRobot(body)
+    robot = SimRobot(model)
     robot.open()
     stack.callback(robot.close)
     if options.source:
         grabber = stack.enter_context(opened(options.source))
         return Scene(robot, grabber, _calibration(options, grabber))
     board = rendered_scene.board_pose()
-    things = desk.things_for(
+    things = closed_loop.things_for(
         config.marker, Things(board=lambda seconds: board if seconds >= BOARD_SHOWN_S else None)
     )
-    grabber = desk.mounted_camera(robot, things)
+    grabber = closed_loop.mounted_camera(robot, things)
     grabber.open()
     stack.callback(grabber.close)
-    goal = ArmController(config.arm, config.marker.standoff).goal(desk.in_base(robot, board))
+    goal = ArmController(config.arm, config.marker.standoff).goal(closed_loop.in_base(robot, board))
 
     def truth() -> dict[str, float]:
         hand = robot.state().hand
@@ -175,7 +175,7 @@ def _simulated(body: Body, options: argparse.Namespace, config: Config, stack: E
         }
 
     given = options.calibration is not None or options.field_of_view is not None
-    calibration = _calibration(options, grabber) if given else desk.calibration().scaled_to
+    calibration = _calibration(options, grabber) if given else closed_loop.calibration().scaled_to
     return Scene(robot, grabber, calibration, truth)
 
 
@@ -199,7 +199,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
     from grabbergui.servo.robots import tiago_ros2
 
     source = options.source = options.source or "ros2:/camera"
-    robot = tiago_ros2.TiagoOverRos2(tiago_body(options), tiago_topics(options))
+    robot = tiago_ros2.TiagoOverRos2(tiago_model(options), tiago_topics(options))
     guardian = _guardian(robot, config, stack)
     robot.open()
     stack.callback(robot.close)

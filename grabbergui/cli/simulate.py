@@ -155,7 +155,7 @@ def _add_teo(commands: Any) -> None:
 def _simulate_teo(options: argparse.Namespace) -> int:
     from grabbergui.net.yarp.os.names import check_port_name
     from grabbergui.net.yarp.server import YarpGrabberServer
-    from grabbergui.servo import desk
+    from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
     from grabbergui.servo.robots import teo
     from grabbergui.servo.robots.simulated import SimRobot
@@ -166,9 +166,9 @@ def _simulate_teo(options: argparse.Namespace) -> int:
         raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
     with ExitStack() as stack, stop_on_signals() as stop:
         names = stack.enter_context(named_server(options.nameserver or "", ours=options.with_name_server))
-        robot = SimRobot(teo.BODY)
+        robot = SimRobot(teo.MODEL)
         stack.callback(robot.close)
-        camera = desk.mounted_camera(robot, desk.things_for(MarkerConfig()), options.fps)
+        camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig()), options.fps)
         camera.open()
         stack.callback(camera.close)
         ports = TeoPorts(robot, names, options.name)
@@ -198,7 +198,7 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
     from grabbergui.calibration import camera_info
     from grabbergui.calibration.fitted import FittedCalibration
     from grabbergui.net.ros2.server import Ros2GrabberServer
-    from grabbergui.servo import desk
+    from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
     from grabbergui.servo.robots.simulated import SimRobot
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
@@ -206,15 +206,15 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
     if not 1 <= options.fps <= 100:
         raise UsageError(f"--fps {options.fps:g}: allowed is 1 to 100")
     with ExitStack() as stack, stop_on_signals() as stop:
-        robot = SimRobot(servo_robots.tiago_body(options))
+        robot = SimRobot(servo_robots.tiago_model(options))
         stack.callback(robot.close)
-        camera = desk.mounted_camera(robot, desk.things_for(MarkerConfig()), options.fps)
+        camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig()), options.fps)
         camera.open()
         stack.callback(camera.close)
         topics = servo_robots.tiago_topics(options)
         # A file of its own: whoever calls set_camera_info writes to it.
         calibration = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "camera_info.yaml"
-        camera_info.save(desk.calibration(), calibration)
+        camera_info.save(closed_loop.calibration(), calibration)
         pictures = Ros2GrabberServer(
             camera,
             options.ros2,

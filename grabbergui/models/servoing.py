@@ -24,9 +24,9 @@ from grabbergui.models.picture.rendering import DisplaySettings, render
 from grabbergui.servo import overlay
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.loop import Turn
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.overlay import Drawing
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 
 
@@ -66,7 +66,7 @@ log = logging.getLogger(__name__)
 PERIOD = 0.04
 "Seconds between two pictures at least."
 PATIENCE = 0.1
-"Seconds after which a turn without a picture is shown too."
+"Seconds after which a cycle without a picture is shown too."
 TAKE_WAIT = 0.5
 "Seconds to wait for the window; it may be hidden, then nobody takes what is offered."
 CURVE_SECONDS = 20.0
@@ -102,7 +102,7 @@ class Entry:
     """A state and since when."""
 
     time: float
-    "Seconds since the first turn."
+    "Seconds since the first cycle."
     state: State
     reason: str
 
@@ -111,7 +111,7 @@ class Entry:
 class Shown:
     """What one moment looks like."""
 
-    turn: Turn
+    cycle: ControlCycle
     image: DisplayImage | None
     "None where no picture came since the last time."
     size: tuple[int, int]
@@ -127,7 +127,7 @@ class Shown:
 class _Newest:
     """What the loop left here."""
 
-    turn: Turn
+    cycle: ControlCycle
     sighting: Sighting | None
     marker: Pose | None
     goal: Pose | None
@@ -135,15 +135,15 @@ class _Newest:
 
 
 class ServoModel:
-    """Follows a pilot. `take`, `curves` and `entries` may be called from any thread and wait for nothing."""
+    """Follows a runner. `take`, `curves` and `entries` may be called from any thread and wait for nothing."""
 
     ready = Signal()
     """Something can be had from `take`; on the thread that made it."""
     entered = Signal(Entry)
     """Another state; on the loop's thread."""
 
-    def __init__(self, pilot: Pilot, calibration: CalibrationFor) -> None:
-        self._pilot = pilot
+    def __init__(self, runner: Runner, calibration: CalibrationFor) -> None:
+        self._runner = runner
         self._calibration = calibration
         self._newest: _Newest | None = None
         self._frame: Frame | None = None
@@ -163,14 +163,14 @@ class ServoModel:
     def open(self) -> None:
         """Begin to follow."""
         self._open = True
-        self._pilot.turned.connect(self._on_turned)
+        self._runner.cycle_done.connect(self._on_cycle)
         self._thread = threading.Thread(target=self._show, name="servo display", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Let go of the pilot; the thread has ended on return. May be called twice."""
+        """Let go of the runner; the thread has ended on return. May be called twice."""
         self._open = False
-        self._pilot.turned.disconnect(self._on_turned, missing_ok=True)
+        self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._fresh.set()
         self._taken.set()
         if self._thread is not None:
@@ -202,31 +202,31 @@ class ServoModel:
         return offer
 
     # -- loop thread -----------------------------------------------------------------------------
-    def _on_turned(self, turn: Turn, frame: Frame | None) -> None:
-        loop = self._pilot.loop
+    def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
+        loop = self._runner.loop
         marker = loop.marker.pose
         goal = None if marker is None else loop.arm.goal(marker)
-        self._newest = _Newest(turn, loop.sighting, marker, goal, loop.person.point)
+        self._newest = _Newest(cycle, loop.sighting, marker, goal, loop.person.point)
         if frame is not None:
             self._frame = frame
             self._fresh.set()
-        entry = self._note(turn)
+        entry = self._note(cycle)
         if entry is not None:
             self.entered.emit(entry)
 
-    def _note(self, turn: Turn) -> Entry | None:
+    def _note(self, cycle: ControlCycle) -> Entry | None:
         with self._lock:
             if self._began is None:
-                self._began = turn.time
+                self._began = cycle.time
             row = self._rows[(self._count - 1) % len(self._rows)]
-            if not self._count or turn.time - row[0] >= 0.9 / CURVE_RATE:
+            if not self._count or cycle.time - row[0] >= 0.9 / CURVE_RATE:
                 row = self._rows[self._count % len(self._rows)]
-                row[0], row[1:3], row[3:] = turn.time, turn.error, turn.command.hand
+                row[0], row[1:3], row[3:] = cycle.time, cycle.error, cycle.command.hand
                 self._count += 1
-            if turn.state is self._state:
+            if cycle.state is self._state:
                 return None
-            self._state = turn.state
-            entry = Entry(turn.time - self._began, turn.state, turn.reason)
+            self._state = cycle.state
+            entry = Entry(cycle.time - self._began, cycle.state, cycle.reason)
             self._entries.append(entry)
             return entry
 
@@ -253,22 +253,22 @@ class ServoModel:
             time.sleep(max(0.0, began + PERIOD - time.monotonic()))
 
     def _made(self, newest: _Newest, frame: Frame | None) -> Shown:
-        turn, image, size = newest.turn, None, (0, 0)
+        cycle, image, size = newest.cycle, None, (0, 0)
         drawing, nominal = Drawing(), False
         if frame is not None:
             size = frame.width, frame.height
             image = render(frame, *self._view, DisplaySettings())
             calibration = self._calibration(*size)
-            drawing = overlay.drawing(turn, newest.sighting, calibration, self._pilot.config.head)
+            drawing = overlay.drawing(cycle, newest.sighting, calibration, self._runner.config.head)
             nominal = calibration.nominal
             self._sight = _sight(calibration)
-        return Shown(turn, image, size, drawing, self._posture(newest), nominal)
+        return Shown(cycle, image, size, drawing, self._posture(newest), nominal)
 
     def _posture(self, newest: _Newest) -> Posture | None:
-        state = newest.turn.robot
+        state = newest.cycle.robot
         if state is None:
             return None
-        robot, config = self._pilot.robot, self._pilot.config
+        robot, config = self._runner.robot, self._runner.config
         arm = config.arm
         return Posture(
             robot.skeleton(state),

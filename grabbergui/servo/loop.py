@@ -1,4 +1,4 @@
-"""One turn of the loop: from what was seen and where the robot is to what it shall do. No clock, no I/O."""
+"""The servo loop: detections and the robot's state in, a command out, once a control cycle. No I/O."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
 from grabbergui.servo.robots.robot import Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
-from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
+from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
 from grabbergui.servo.watch import EncoderWatch, ProgressWatch
 
 
 @dataclass(frozen=True, eq=False)
-class Turn:
-    """What one turn of the loop came to; for plots, overlays and the network."""
+class ControlCycle:
+    """The outcome of one control cycle, for plots, overlays and the network."""
 
     time: float
     state: State
@@ -36,12 +36,12 @@ class ServoLoop:
     """Tracks, controllers and the state machine, joined. Use from one thread."""
 
     def __init__(self, config: Config, robot: Robot) -> None:
-        """Of the robot only its body is used, which never changes."""
+        """Of the robot only its model is used, which never changes."""
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
         self.marker = MarkerTrack(config.marker.id, config.track)
-        self.person = HeadTrack(config.track)
-        self.head = HeadController(config.head, robot.body.head.low, robot.body.head.high)
+        self.person = FaceTrack(config.track)
+        self.head = HeadController(config.head, robot.model.head.low, robot.model.head.high)
         self.arm = ArmController(config.arm, config.marker.standoff)
         self.sighting: Sighting | None = None
         "The newest picture's."
@@ -51,7 +51,7 @@ class ServoLoop:
         self._progress = ProgressWatch(config.safety.stuck)
         self._stuck = ""
         self._twist = np.zeros(6)
-        self._hindrance = robot.body.arm.hindrance
+        self._hindrance = robot.model.arm.hindrance
         self._pending: Sighting | None = None
         self._last = 0.0
 
@@ -62,12 +62,12 @@ class ServoLoop:
         self.arm.tune(config.arm)
 
     def see(self, sighting: Sighting) -> None:
-        """Take in what a picture showed; it counts in the next turn. Older pictures than before do not."""
+        """Take in what a picture showed; it counts in the next cycle. Older pictures than before do not."""
         if self.sighting is None or sighting.captured > self.sighting.captured:
             self.sighting = self._pending = sighting
 
-    def turn(self, now: float, robot: RobotState | None) -> Turn:
-        """One turn. `now` only grows; `robot` is the newest reading, whatever its age."""
+    def cycle(self, now: float, robot: RobotState | None) -> ControlCycle:
+        """Run one control cycle. `now` only grows; `robot` is the newest reading, whatever its age."""
         safety = self.config.safety
         seconds = min(max(now - self._last, 0.0), 0.1)
         self._last = now
@@ -105,7 +105,7 @@ class ServoLoop:
         self._twist = command.hand
         right, down = map(float, self.head.offset) if target is not None else (np.nan, np.nan)
         error = self.arm.error if marker is not None else (np.nan, np.nan)
-        return Turn(now, state, self.machine.reason, command, (right, down), error, robot)
+        return ControlCycle(now, state, self.machine.reason, command, (right, down), error, robot)
 
     def commanded(self, command: Command) -> None:
         """Note the command that reached the robot: not the one that the gate refused."""

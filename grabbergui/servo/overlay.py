@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo.config import HeadConfig
-from grabbergui.servo.detection import HeadDetection, Sighting
-from grabbergui.servo.loop import Turn
+from grabbergui.servo.detection import FaceDetection, Sighting
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.state_machine import State
 
 Picture = NDArray[np.uint8]
@@ -80,7 +80,7 @@ def colour_of(state: State) -> Colour:
 
 
 def drawing(
-    turn: Turn, sighting: Sighting | None, calibration: Calibration, head: HeadConfig | None = None
+    cycle: ControlCycle, sighting: Sighting | None, calibration: Calibration, head: HeadConfig | None = None
 ) -> Drawing:
     """What was found, and what the head makes of it; `calibration` is of pictures of this size.
 
@@ -89,20 +89,20 @@ def drawing(
     out = Drawing()
     for marker in sighting.markers if sighting else ():
         _add_marker(out, marker, calibration)
-    for face in sighting.heads if sighting else ():
+    for face in sighting.faces if sighting else ():
         _add_head(out, face)
     if head is not None:
         for angle, weight in ((head.deadband, 2), (head.start, 1)):
             side = math.tan(angle)
             corners = [(-side, -side, 1), (side, -side, 1), (side, side, 1), (-side, side, 1)]
             out.strokes.append(Stroke(_pixels(corners, calibration), MIDDLE, True, weight))
-    _add_middle(out, turn, calibration)
+    _add_middle(out, cycle, calibration)
     return out
 
 
 def draw(
     picture: Picture,
-    turn: Turn,
+    cycle: ControlCycle,
     sighting: Sighting | None,
     calibration: Calibration,
     head: HeadConfig | None = None,
@@ -110,14 +110,14 @@ def draw(
     """A copy of an RGB picture (rows, columns, 3) with everything drawn on it, and the state above."""
     out: Picture = np.array(picture)
     thick = max(1, round(picture.shape[1] / 600))
-    made = drawing(turn, sighting, calibration, head)
+    made = drawing(cycle, sighting, calibration, head)
     for stroke in made.strokes:
         points = [np.rint(stroke.points).astype(np.int32)]
         cv2.polylines(out, points, stroke.closed, stroke.colour, stroke.weight * thick, cv2.LINE_AA)
     for label in made.labels:
         place = round(label.place[0]), round(label.place[1])
         cv2.putText(out, label.text, place, _FONT, 0.45 * thick, label.colour, thick, cv2.LINE_AA)
-    _caption(out, turn, thick)
+    _caption(out, cycle, thick)
     return out
 
 
@@ -134,23 +134,23 @@ def _add_marker(out: Drawing, marker: MarkerDetection, calibration: Calibration)
             out.strokes.append(Stroke(np.array([pixels[0], tip]), axis, weight=2))
 
 
-def _add_head(out: Drawing, face: HeadDetection) -> None:
+def _add_head(out: Drawing, face: FaceDetection) -> None:
     x, y, width, height = face.box
     corners = np.array([(x, y), (x + width, y), (x + width, y + height), (x, y + height)], np.float64)
     out.strokes.append(Stroke(corners, PERSON, closed=True))
     out.labels.append(Label(f"{face.position[2]:.1f} m", (x, y - 4), PERSON))
 
 
-def _add_middle(out: Drawing, turn: Turn, calibration: Calibration) -> None:
+def _add_middle(out: Drawing, cycle: ControlCycle, calibration: Calibration) -> None:
     """A cross where the camera looks, and from there a line to what shall come there."""
     middle = _pixels([(0, 0, 1)], calibration)[0]
     arm = calibration.width / 60
     for end in ((arm, 0.0), (0.0, arm)):
         out.strokes.append(Stroke(np.array([middle - end, middle + end]), MIDDLE))
-    right, down = turn.off_centre
+    right, down = cycle.off_centre
     if math.isfinite(right) and max(abs(right), abs(down)) < 1.2:
         target = _pixels([(math.tan(right), math.tan(down), 1)], calibration)[0]
-        colour = colour_of(turn.state)
+        colour = colour_of(cycle.state)
         out.strokes.append(Stroke(np.array([middle, target]), colour))
         turned = np.linspace(0, 2 * math.pi, 25)[:-1]
         ring = target + arm / 2 * np.column_stack((np.cos(turned), np.sin(turned)))
@@ -165,12 +165,12 @@ def _pixels(points: ArrayLike, calibration: Calibration) -> Points:
     return np.clip(seen.reshape(-1, 2), -_FAR, _FAR).astype(np.float64)
 
 
-def _caption(out: Picture, turn: Turn, thick: int) -> None:
+def _caption(out: Picture, cycle: ControlCycle, thick: int) -> None:
     height = 26 * thick
     out[:height] //= 3
-    cv2.circle(out, (height // 2, height // 2), height // 4, colour_of(turn.state), -1, cv2.LINE_AA)
-    text = f"{turn.state.value}"
-    if math.isfinite(turn.error[0]):
-        text += f"   hand {1e3 * turn.error[0]:.0f} mm  {math.degrees(turn.error[1]):.1f} deg"
+    cv2.circle(out, (height // 2, height // 2), height // 4, colour_of(cycle.state), -1, cv2.LINE_AA)
+    text = f"{cycle.state.value}"
+    if math.isfinite(cycle.error[0]):
+        text += f"   hand {1e3 * cycle.error[0]:.0f} mm  {math.degrees(cycle.error[1]):.1f} deg"
     place = (height, int(height * 0.7))
     cv2.putText(out, text, place, _FONT, 0.5 * thick, (255, 255, 255), thick, cv2.LINE_AA)

@@ -21,9 +21,9 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.loop import Turn
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.ros2_packages import PUBLISHER, require_packages
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 
 log = logging.getLogger(__name__)
@@ -33,21 +33,21 @@ HEAD_SIZE = (0.19, 0.25, 0.2)
 
 
 class Ros2Publisher:
-    """Publishes one pilot. `open` and `close` from one thread; stops arrive on the node's."""
+    """Publishes one runner. `open` and `close` from one thread; stops arrive on the node's."""
 
-    def __init__(self, pilot: Pilot, name: str = "/grabbergui/servo", frame_id: str = "camera") -> None:
+    def __init__(self, runner: Runner, name: str = "/grabbergui/servo", frame_id: str = "camera") -> None:
         """`frame_id` is the camera's. Raises UsageError for a bad name."""
         namespace, _, node_name = ("/" + name.strip("/")).rpartition("/")
         if not name.isascii() or not all(part.isidentifier() for part in name.strip("/").split("/")):
             raise UsageError(f"{name}: names on ROS 2 are of letters, digits and _, as in /robot/servo")
-        self._pilot = pilot
+        self._runner = runner
         self._frame_id = frame_id
         self._name = (namespace, node_name)
         self._ros: Ros2Node | None = None
         self._publishers: dict[str, Any] = {}
 
     def open(self) -> None:
-        """Join the network and follow the pilot. Raises SourceUnavailableError without ROS 2."""
+        """Join the network and follow the runner. Raises SourceUnavailableError without ROS 2."""
         require_packages(*PUBLISHER)
         namespace, node_name = self._name
         self._ros = Ros2Node(node_name, namespace)
@@ -64,35 +64,35 @@ class Ros2Publisher:
         node.create_service(Trigger, f"{prefix}/resume", self._on_resume)
         node.create_subscription(Empty, f"{prefix}/stop_now", self._on_stop_now, 1)
         self._ros.start()
-        self._pilot.turned.connect(self._on_turn)
+        self._runner.cycle_done.connect(self._on_cycle)
 
     def close(self) -> None:
         """Leave the network. May be called twice; never raises."""
-        self._pilot.turned.disconnect(self._on_turn, missing_ok=True)
+        self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         ros, self._ros = self._ros, None
         if ros is not None:
             ros.close()
 
     # -- stops ---------------------------------------------------------------------------------------
     def _on_stop(self, request: Any, answer: Any) -> Any:
-        self._pilot.emergency_stop("stopped over ROS 2")
+        self._runner.emergency_stop("stopped over ROS 2")
         answer.success, answer.message = True, "stopped; call resume to go on"
         return answer
 
     def _on_resume(self, request: Any, answer: Any) -> Any:
-        was_stopped = bool(self._pilot.gate.halted)
-        why_not = self._pilot.resume()
+        was_stopped = bool(self._runner.gate.halted)
+        why_not = self._runner.resume()
         answer.success = not why_not
         answer.message = why_not or ("resumed" if was_stopped else "it was not stopped")
         return answer
 
     def _on_stop_now(self, message: Any) -> None:
-        self._pilot.emergency_stop("stopped over ROS 2")
+        self._runner.emergency_stop("stopped over ROS 2")
 
     # -- results -------------------------------------------------------------------------------------
-    def _on_turn(self, turn: Turn, frame: Frame | None) -> None:
-        self._publish("state", lambda: status(turn))
-        sighting = self._pilot.loop.sighting
+    def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
+        self._publish("state", lambda: status(cycle))
+        sighting = self._runner.loop.sighting
         if frame is None or sighting is None:
             return
         seconds, nanoseconds = divmod(frame.received_ns, 1_000_000_000)
@@ -102,14 +102,14 @@ class Ros2Publisher:
             message.header.frame_id = self._frame_id
             return message
 
-        nearest, wanted = sighting.nearest_head, sighting.only(self._pilot.config.marker.id)
+        nearest, wanted = sighting.nearest_face, sighting.only(self._runner.config.marker.id)
         if nearest is not None:
             self._publish("head", lambda: header(pose_stamped(pose(translation=nearest.position))))
         if wanted is not None and wanted.pose is not None:
             seen = wanted.pose
             self._publish("marker", lambda: header(pose_stamped(seen)))
         self._publish("heads", lambda: header(heads_array(sighting)))
-        size = self._pilot.config.marker.size
+        size = self._runner.config.marker.size
         self._publish("markers", lambda: header(markers_array(sighting, size)))
 
     def _publish(self, name: str, make: Any) -> None:
@@ -133,16 +133,16 @@ def pose_stamped(placed: Pose) -> Any:
     return message
 
 
-def status(turn: Turn) -> Any:
+def status(cycle: ControlCycle) -> Any:
     """State, reason, and as pairs what is known of the errors: millimetres, degrees."""
     from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-    values = {"state": turn.state.value}
+    values = {"state": cycle.state.value}
     for name, value, factor in (
-        ("distance_mm", turn.error[0], 1e3),
-        ("angle_degrees", turn.error[1], 180 / math.pi),
-        ("right_degrees", turn.off_centre[0], 180 / math.pi),
-        ("down_degrees", turn.off_centre[1], 180 / math.pi),
+        ("distance_mm", cycle.error[0], 1e3),
+        ("angle_degrees", cycle.error[1], 180 / math.pi),
+        ("right_degrees", cycle.off_centre[0], 180 / math.pi),
+        ("down_degrees", cycle.off_centre[1], 180 / math.pi),
     ):
         if math.isfinite(value):
             values[name] = f"{value * factor:.3f}"
@@ -152,17 +152,17 @@ def status(turn: Turn) -> Any:
         State.STUCK: DiagnosticStatus.WARN,
     }
     return DiagnosticStatus(
-        level=levels.get(turn.state, DiagnosticStatus.OK),
+        level=levels.get(cycle.state, DiagnosticStatus.OK),
         name="visual servoing",
         hardware_id="",
-        message=turn.reason,
+        message=cycle.reason,
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
 
 
 def heads_array(sighting: Sighting) -> Any:
     """All heads, as `vision_msgs/Detection3DArray`; their distance is rough."""
-    found = [("head", pose(translation=head.position), HEAD_SIZE) for head in sighting.heads]
+    found = [("head", pose(translation=head.position), HEAD_SIZE) for head in sighting.faces]
     return _array(found)
 
 

@@ -1,7 +1,7 @@
 """What the loop sees and does, on YARP; and a stop that anybody on the network can press.
 
 Ports below a prefix: `/heads:o` x y z in metres per picture that shows a head (the camera's frame),
-`/markers:o` one list of pairs per marker, `/state:o` state, reason and errors of every turn, and `/rpc:s`,
+`/markers:o` one list of pairs per marker, `/state:o` state, reason and errors of every cycle, and `/rpc:s`,
 which understands `stop`, `resume` and `state`.
 """
 
@@ -18,35 +18,35 @@ from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
 from grabbergui.net.yarp.os.request import Request
 from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.loop import Turn
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.loop import ControlCycle
+from grabbergui.servo.runner import Runner
 
 
 class YarpPublisher:
-    """Publishes one pilot. `open` and `close` from one thread; the rest happens on the pilot's."""
+    """Publishes one runner. `open` and `close` from one thread; the rest happens on the runner's."""
 
-    def __init__(self, pilot: Pilot, names: NameClient, prefix: str = "/grabbergui/servo") -> None:
-        self._pilot = pilot
+    def __init__(self, runner: Runner, names: NameClient, prefix: str = "/grabbergui/servo") -> None:
+        self._runner = runner
         self._heads = OutputPort(f"{prefix}/heads:o", names)
         self._markers = OutputPort(f"{prefix}/markers:o", names)
         self._state = OutputPort(f"{prefix}/state:o", names)
         self._rpc = RpcServer(f"{prefix}/rpc:s", self._answer, names)
         self._count = 0
-        self._turn: Turn | None = None
+        self._cycle: ControlCycle | None = None
 
     def open(self) -> None:
-        """Open the ports and follow the pilot. Raises SourceUnavailableError, TransportError."""
+        """Open the ports and follow the runner. Raises SourceUnavailableError, TransportError."""
         try:
             for port in self._ports:
                 port.open()
         except BaseException:
             self.close()
             raise
-        self._pilot.turned.connect(self._on_turn)
+        self._runner.cycle_done.connect(self._on_cycle)
 
     def close(self) -> None:
         """Drop the ports. May be called twice; never raises."""
-        self._pilot.turned.disconnect(self._on_turn, missing_ok=True)
+        self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         for port in self._ports:
             port.close()
 
@@ -54,15 +54,15 @@ class YarpPublisher:
     def _ports(self) -> tuple[OutputPort | RpcServer, ...]:
         return self._heads, self._markers, self._state, self._rpc
 
-    def _on_turn(self, turn: Turn, frame: Frame | None) -> None:
-        self._turn = turn
+    def _on_cycle(self, cycle: ControlCycle, frame: Frame | None) -> None:
+        self._cycle = cycle
         self._count += 1
         envelope = Stamp(self._count, time.time()).encode()
-        self._state.write_bottle(state_bottle(turn), envelope)
-        sighting = self._pilot.loop.sighting
+        self._state.write_bottle(state_bottle(cycle), envelope)
+        sighting = self._runner.loop.sighting
         if frame is None or sighting is None:
             return
-        head = sighting.nearest_head
+        head = sighting.nearest_face
         if head is not None:
             self._heads.write_bottle(Bottle(map(float, head.position)), envelope)
         self._markers.write_bottle(markers_bottle(sighting), envelope)
@@ -70,26 +70,26 @@ class YarpPublisher:
     def _answer(self, request: Request) -> Bottle:
         verb = word(next(iter(request.bottle()), "")).lower()
         if verb == "stop":
-            self._pilot.emergency_stop(f"stopped by {request.info.peer}")
+            self._runner.emergency_stop(f"stopped by {request.info.peer}")
         elif verb == "resume":
-            why_not = self._pilot.resume()
+            why_not = self._runner.resume()
             if why_not:
                 return Bottle([Vocab("fail"), why_not])
         elif verb == "state":
-            return state_bottle(self._turn) if self._turn else Bottle([Vocab("fail"), "no turn yet"])
+            return state_bottle(self._cycle) if self._cycle else Bottle([Vocab("fail"), "no cycle yet"])
         else:
             return Bottle([Vocab("fail"), "there are stop, resume and state"])
         return Bottle([Vocab("ok")])
 
 
-def state_bottle(turn: Turn) -> Bottle:
+def state_bottle(cycle: ControlCycle) -> Bottle:
     """State, reason, and as pairs what is known of the errors: millimetres, degrees."""
-    items: list[Item] = [turn.state.value, turn.reason]
+    items: list[Item] = [cycle.state.value, cycle.reason]
     for name, value, factor in (
-        ("distance_mm", turn.error[0], 1e3),
-        ("angle_degrees", turn.error[1], 180 / math.pi),
-        ("right_degrees", turn.off_centre[0], 180 / math.pi),
-        ("down_degrees", turn.off_centre[1], 180 / math.pi),
+        ("distance_mm", cycle.error[0], 1e3),
+        ("angle_degrees", cycle.error[1], 180 / math.pi),
+        ("right_degrees", cycle.off_centre[0], 180 / math.pi),
+        ("down_degrees", cycle.off_centre[1], 180 / math.pi),
     ):
         if math.isfinite(value):
             items.append([name, float(value * factor)])

@@ -18,7 +18,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.servo import overlay
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.loop import Turn
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.plots import Band, Curve, Plot, sheet
 from grabbergui.servo.state_machine import State
 
@@ -40,7 +40,7 @@ class Recorder:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise UsageError(f"the report cannot go to {folder}: {error.strerror or error}") from error
-        self.turns: list[Turn] = []
+        self.cycles: list[ControlCycle] = []
         self._folder = folder
         self._calibration = calibration
         self._video: MovieFile | None = None
@@ -48,24 +48,24 @@ class Recorder:
         self._next_picture = -math.inf
         self._pictures = 0
 
-    def add(self, turn: Turn, frame: Frame | None, sighting: Sighting | None) -> None:
-        """Note a turn, and now and then its picture."""
-        if len(self.turns) < _LONGEST:
-            self.turns.append(turn)
-        if frame is not None and turn.time >= self._next_picture:
-            self._next_picture = max(self._next_picture + 1 / VIDEO_FPS, turn.time - 1 / VIDEO_FPS)
+    def add(self, cycle: ControlCycle, frame: Frame | None, sighting: Sighting | None) -> None:
+        """Note a cycle, and now and then its picture."""
+        if len(self.cycles) < _LONGEST:
+            self.cycles.append(cycle)
+        if frame is not None and cycle.time >= self._next_picture:
+            self._next_picture = max(self._next_picture + 1 / VIDEO_FPS, cycle.time - 1 / VIDEO_FPS)
             calibration = self._calibration(frame.width, frame.height)
-            self._write(overlay.draw(frame.rgb(), turn, sighting, calibration), turn.time)
+            self._write(overlay.draw(frame.rgb(), cycle, sighting, calibration), cycle.time)
 
     def finish(self, facts: dict[str, Any]) -> dict[str, Any]:
         """Write everything; `facts` is merged into the report, which is returned."""
         if self._video is not None:
             self._video.finish()
-        report = summary(self.turns) | facts
+        report = summary(self.cycles) | facts
         report["video"] = f"{self._pictures} pictures at {VIDEO_FPS:g} per second"
         (self._folder / "report.json").write_text(json.dumps(_plain(report), indent=2) + "\n", "utf-8")
-        if len(self.turns) > 1:
-            plots = plot(self.turns)
+        if len(self.cycles) > 1:
+            plots = plot(self.cycles)
             cv2.imwrite(str(self._folder / "plots.png"), cv2.cvtColor(plots, cv2.COLOR_RGB2BGR))
         return report
 
@@ -82,23 +82,23 @@ class Recorder:
         self._pictures += 1
 
 
-def summary(turns: list[Turn]) -> dict[str, Any]:
+def summary(cycles: list[ControlCycle]) -> dict[str, Any]:
     """States, times and errors of a run."""
-    if not turns:
+    if not cycles:
         return {"reached": False, "seconds": 0.0, "states": []}
-    start = turns[0].time
+    start = cycles[0].time
     states = [
-        {"time": round(turn.time - start, 3), "state": turn.state.value, "reason": turn.reason}
-        for turn in _changes(turns)
+        {"time": round(cycle.time - start, 3), "state": cycle.state.value, "reason": cycle.reason}
+        for cycle in _changes(cycles)
     ]
     first: dict[State, float] = {}
-    for turn in turns:
-        first.setdefault(turn.state, turn.time - start)
-    last = next((turn for turn in reversed(turns) if math.isfinite(turn.error[0])), None)
+    for cycle in cycles:
+        first.setdefault(cycle.state, cycle.time - start)
+    last = next((cycle for cycle in reversed(cycles) if math.isfinite(cycle.error[0])), None)
     return {
         "reached": State.REACHED in first,
-        "seconds": turns[-1].time - start,
-        "turns": len(turns),
+        "seconds": cycles[-1].time - start,
+        "turns": len(cycles),
         "states": states,
         "seconds_to_approach": first.get(State.APPROACHING),
         "seconds_to_reach": first.get(State.REACHED),
@@ -107,53 +107,53 @@ def summary(turns: list[Turn]) -> dict[str, Any]:
     }
 
 
-def plot(turns: list[Turn]) -> np.ndarray:
+def plot(cycles: list[ControlCycle]) -> np.ndarray:
     """Error, offset, twist and head speed over time, on the colours of the states."""
-    start = turns[0].time
+    start = cycles[0].time
     plots = [
-        Plot(title, unit, tuple(Curve(name, [float(read(turn)) for turn in turns]) for name, read in curves))
+        Plot(title, unit, tuple(Curve(name, [float(read(one)) for one in cycles]) for name, read in curves))
         for title, unit, curves in _PLOTS
     ]
     bands = [
-        Band(turn.time - start, turn.state.value, overlay.colour_of(turn.state)) for turn in _changes(turns)
+        Band(one.time - start, one.state.value, overlay.colour_of(one.state)) for one in _changes(cycles)
     ]
-    return sheet(plots, [turn.time - start for turn in turns], bands)
+    return sheet(plots, [cycle.time - start for cycle in cycles], bands)
 
 
-def _changes(turns: list[Turn]) -> list[Turn]:
-    """The first turn, and every one that came to another state than the one before."""
+def _changes(cycles: list[ControlCycle]) -> list[ControlCycle]:
+    """The first cycle, and every one that came to another state than the one before."""
     return [
-        turn
-        for before, turn in zip([None, *turns], turns, strict=False)
-        if before is None or turn.state is not before.state
+        cycle
+        for before, cycle in zip([None, *cycles], cycles, strict=False)
+        if before is None or cycle.state is not before.state
     ]
 
 
-def _hand_velocity(axis: int, turn: Turn) -> float:
-    return 1e3 * float(turn.command.hand[axis])
+def _hand_velocity(axis: int, cycle: ControlCycle) -> float:
+    return 1e3 * float(cycle.command.hand[axis])
 
 
-def _head_velocity(axis: int, turn: Turn) -> float:
-    return math.degrees(turn.command.head[axis])
+def _head_velocity(axis: int, cycle: ControlCycle) -> float:
+    return math.degrees(cycle.command.head[axis])
 
 
-_Curves = tuple[tuple[str, Callable[[Turn], float]], ...]
+_Curves = tuple[tuple[str, Callable[[ControlCycle], float]], ...]
 
 _PLOTS: tuple[tuple[str, str, _Curves], ...] = (
     (
         "hand to goal",
         "mm, degrees",
         (
-            ("distance", lambda turn: 1e3 * turn.error[0]),
-            ("angle", lambda turn: math.degrees(turn.error[1])),
+            ("distance", lambda cycle: 1e3 * cycle.error[0]),
+            ("angle", lambda cycle: math.degrees(cycle.error[1])),
         ),
     ),
     (
         "target off centre",
         "degrees",
         (
-            ("right", lambda turn: math.degrees(turn.off_centre[0])),
-            ("down", lambda turn: math.degrees(turn.off_centre[1])),
+            ("right", lambda cycle: math.degrees(cycle.off_centre[0])),
+            ("down", lambda cycle: math.degrees(cycle.off_centre[1])),
         ),
     ),
     (
@@ -167,7 +167,7 @@ _PLOTS: tuple[tuple[str, str, _Curves], ...] = (
         tuple((name, partial(_head_velocity, axis)) for axis, name in enumerate(("pan", "tilt"))),
     ),
 )
-"""Title, unit, and what each curve shows of a turn."""
+"""Title, unit, and what each curve shows of a cycle."""
 
 
 def _plain(value: Any) -> Any:

@@ -118,7 +118,7 @@ class MarkerTrack:
         self._streak, self.problem = 0, problem
 
 
-class HeadTrack:
+class FaceTrack:
     """The nearest head, as a point in the robot's base."""
 
     def __init__(self, config: TrackConfig) -> None:
@@ -133,7 +133,7 @@ class HeadTrack:
 
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
         """Take in what a picture showed."""
-        head = sighting.nearest_head
+        head = sighting.nearest_face
         if head is None or camera is None or not np.isfinite(head.position).all() or head.position[2] <= 0:
             self._streak = 0
             return

@@ -8,52 +8,52 @@ import pytest
 
 from grabbergui.models import servoing
 from grabbergui.models.servoing import ServoModel, Tuning, state_text
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command
-from grabbergui.servo.loop import Turn
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from patience import PATIENCE, attempts
 
 
 @pytest.fixture
-def pilot():
-    """One that does not run: turns are told by hand."""
-    robot = SimRobot(teo.BODY)
-    camera = desk.mounted_camera(robot, desk.things_for(Config().marker))
-    return Pilot(camera, robot, lambda frame: desk.detector(Config(), desk.calibration()))
+def runner():
+    """One that does not run: cycles are told by hand."""
+    robot = SimRobot(teo.MODEL)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
+    return Runner(camera, robot, lambda frame: closed_loop.detector(Config(), closed_loop.calibration()))
 
 
 @pytest.fixture
-def model(pilot):
-    made = ServoModel(pilot, desk.calibration().scaled_to)
+def model(runner):
+    made = ServoModel(runner, closed_loop.calibration().scaled_to)
     made.open()
     yield made
     made.close()
     assert "servo display" not in {thread.name for thread in threading.enumerate()}
 
 
-def turned(pilot, seconds, state=State.CENTRING, error=(0.1, 0.2), hand=0.0):
+def turned(runner, seconds, state=State.CENTRING, error=(0.1, 0.2), hand=0.0):
     command = Command(hand=np.full(6, hand))
-    turn = Turn(seconds, state, f"at {seconds:g}", command, (0.0, 0.0), error, pilot.robot.state())
-    pilot.turned.emit(turn, None)
+    cycle = ControlCycle(seconds, state, f"at {seconds:g}", command, (0.0, 0.0), error, runner.robot.state())
+    runner.cycle_done.emit(cycle, None)
 
 
-def test_curves_are_in_order_and_end_now(model, pilot):
+def test_curves_are_in_order_and_end_now(model, runner):
     for number in range(10):
-        turned(pilot, 100 + 0.02 * number, error=(number, 0.0), hand=number / 10)
+        turned(runner, 100 + 0.02 * number, error=(number, 0.0), hand=number / 10)
     curves = model.curves()
     assert curves[:, 0] == pytest.approx(np.arange(-9, 1) * 0.02)
     assert curves[:, 1] == pytest.approx(np.arange(10))
     assert curves[:, 8] == pytest.approx(np.arange(10) / 10)
 
 
-def test_curves_remember_some_seconds_however_fast_the_loop_is(model, pilot):
+def test_curves_remember_some_seconds_however_fast_the_loop_is(model, runner):
     for number in range(5000):
-        turned(pilot, 0.005 * number)
+        turned(runner, 0.005 * number)
     curves = model.curves()
     assert len(curves) == servoing.CURVE_SECONDS * servoing.CURVE_RATE
     assert -curves[0, 0] == pytest.approx(servoing.CURVE_SECONDS, rel=0.05)
@@ -64,11 +64,11 @@ def test_no_curves_before_the_first_turn(model):
     assert len(model.curves()) == 0
 
 
-def test_states_are_noted_when_they_change(model, pilot):
+def test_states_are_noted_when_they_change(model, runner):
     entered = []
     model.entered.connect(entered.append)
     for seconds, state in ((5, State.LOST), (5.5, State.LOST), (6, State.CENTRING), (8, State.LOST)):
-        turned(pilot, seconds, state)
+        turned(runner, seconds, state)
     assert [(entry.time, entry.state) for entry in model.entries] == [
         (0, State.LOST),
         (1, State.CENTRING),
@@ -77,36 +77,36 @@ def test_states_are_noted_when_they_change(model, pilot):
     assert entered == model.entries
 
 
-def test_a_moment_without_a_picture_still_shows_the_robot(model, pilot):
+def test_a_moment_without_a_picture_still_shows_the_robot(model, runner):
     ready = threading.Event()
     model.ready.connect(ready.set)
-    turned(pilot, 1.0)
+    turned(runner, 1.0)
     assert ready.wait(PATIENCE)
     shown = model.take()
     assert shown.image is None
-    assert shown.posture.hand == pytest.approx(pilot.robot.state().hand)
+    assert shown.posture.hand == pytest.approx(runner.robot.state().hand)
     assert model.take() is None
 
 
-def test_a_window_that_takes_nothing_holds_nobody_up(model, pilot):
+def test_a_window_that_takes_nothing_holds_nobody_up(model, runner):
     for watch in attempts(1.0):
         with watch:
             for number in range(500):
-                turned(pilot, 0.02 * number)
+                turned(runner, 0.02 * number)
 
 
-def test_what_cannot_be_drawn_is_left_out_and_the_next_is_shown(model, pilot, caplog):
+def test_what_cannot_be_drawn_is_left_out_and_the_next_is_shown(model, runner, caplog):
     ready = threading.Event()
     model.ready.connect(ready.set)
-    right = pilot.robot.camera_pose
-    pilot.robot.camera_pose = lambda head: 1 / 0
-    turned(pilot, 1.0)
+    right = runner.robot.camera_pose
+    runner.robot.camera_pose = lambda head: 1 / 0
+    turned(runner, 1.0)
     deadline = time.monotonic() + PATIENCE
     while "cannot be shown" not in caplog.text and time.monotonic() < deadline:
         time.sleep(0.01)
     assert "cannot be shown" in caplog.text
-    pilot.robot.camera_pose = right
-    turned(pilot, 2.0)
+    runner.robot.camera_pose = right
+    turned(runner, 2.0)
     assert ready.wait(PATIENCE)
 
 

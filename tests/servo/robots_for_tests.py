@@ -5,7 +5,7 @@ import numpy as np
 from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import TransportError
-from grabbergui.servo.detection import HeadDetection, Sighting
+from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.robot import Robot, RobotState
 
@@ -14,7 +14,7 @@ class RecordingRobot(Robot):
     """Joints follow commands at once when `advance` is called."""
 
     def __init__(self):
-        super().__init__(teo.BODY, "recording robot")
+        super().__init__(teo.MODEL, "recording robot")
         self.head = np.zeros(2)
         self.hand = teo.RIGHT_ARM.forward(teo.HOME)
         self.velocity, self.twist = np.zeros(2), np.zeros(6)
@@ -80,5 +80,5 @@ def seeing(robot, time, board=None, face=None):
     view = geometry.inverse(robot.camera_pose(robot.head))
     heads = ()
     if face is not None:
-        heads = (HeadDetection((0, 0, 50, 50), tuple((view @ (*face, 1.0))[:3])),)
+        heads = (FaceDetection((0, 0, 50, 50), tuple((view @ (*face, 1.0))[:3])),)
     return Sighting(time, (marker(view @ board),) if board is not None else (), heads)

@@ -8,7 +8,7 @@ from grabbergui.calibration import geometry, markers
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import RenderedScene, Things, at, board_pose
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
 from grabbergui.servo.state_machine import State
 
 BOARD = board_pose()
@@ -138,7 +138,7 @@ FAULTS = (
 
 def started():
     """A run whose head looks at the board already."""
-    run = desk.Desk(things=Things(face=lambda _: None, board=lambda _: BOARD), head=(-0.42, 0.1))
+    run = closed_loop.ClosedLoop(things=Things(face=lambda _: None, board=lambda _: BOARD), head=(-0.42, 0.1))
     assert run.run(6, State.APPROACHING).state is State.APPROACHING
     return run
 
@@ -154,49 +154,49 @@ def test_an_approach_ends_within_200_ms(fault, monkeypatch):
     before = run.robot.state().arm
     reasons = set()
     for _ in range(40):
-        turn = run.turn()
-        reasons.add(turn.reason)
-        assert not turn.command.hand.any()
+        cycle = run.cycle()
+        reasons.add(cycle.reason)
+        assert not cycle.command.hand.any()
     assert np.abs(run.robot.state().arm - before).max() < 1e-3
     assert any(fault.problem in reason for reason in reasons), reasons
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_no_approach_ever_begins(fault, monkeypatch):
-    run, fault = desk.Desk(things=Things(face=lambda _: None), head=(-0.42, 0.1)), fault()
+    run, fault = closed_loop.ClosedLoop(things=Things(face=lambda _: None), head=(-0.42, 0.1)), fault()
     fault.begin(run, monkeypatch)
     for _ in range(75):
-        assert not run.turn().command.hand.any()
+        assert not run.cycle().command.hand.any()
     assert run.gate.refused == 0
 
 
 def test_without_a_fault_the_same_run_moves():
     run = started()
-    assert any(turn.command.hand.any() for turn in (run.turn() for _ in range(5)))
+    assert any(cycle.command.hand.any() for cycle in (run.cycle() for _ in range(5)))
 
 
 @pytest.fixture
 def grey():
     """The board, not far from the middle."""
-    run = desk.Desk(things=Things(board=lambda _: BOARD), head=(-0.42, 0.1))
+    run = closed_loop.ClosedLoop(things=Things(board=lambda _: BOARD), head=(-0.42, 0.1))
     return run._sensor.render(run._settings, 1, 0, np.empty(run._settings.image_bytes, np.uint8)).copy()
 
 
 def test_a_mirrored_picture_shows_no_marker(grey):
-    finder = markers.ArucoFinder(calibration=desk.calibration())
+    finder = markers.ArucoDetector(calibration=closed_loop.calibration())
     assert len(finder.detect(grey)) == 1
     assert finder.detect(np.ascontiguousarray(grey[:, ::-1])) == []
 
 
 def test_a_calibration_of_another_crop_is_an_error_not_a_pose(grey):
-    finder = markers.ArucoFinder(calibration=desk.calibration())
+    finder = markers.ArucoDetector(calibration=closed_loop.calibration())
     with pytest.raises(UsageError, match="another crop"):
         finder.detect(np.ascontiguousarray(grey[:, 60:]))
 
 
 @pytest.mark.parametrize("degrees", [20, 60, 120])
 def test_an_assumed_field_of_view_may_be_wrong_but_gives_no_pose_that_is_none(grey, degrees):
-    of = Calibration.from_field_of_view(desk.WIDTH, desk.HEIGHT, degrees)
-    (marker,) = markers.ArucoFinder(calibration=of).detect(grey)
+    of = Calibration.from_field_of_view(closed_loop.WIDTH, closed_loop.HEIGHT, degrees)
+    (marker,) = markers.ArucoDetector(calibration=of).detect(grey)
     assert (marker.pose is None) == bool(marker.problem)
     assert marker.pose is None or (geometry.is_pose(marker.pose) and marker.pose[2, 3] > 0)

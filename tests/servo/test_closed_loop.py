@@ -13,16 +13,17 @@ from grabbergui.cli import servo as command
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import desk, plots, report
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo import closed_loop, plots, report
+from grabbergui.servo.config import Config
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from patience import until
 
 
 def run_to_the_marker():
-    run = desk.Desk(things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
+    run = closed_loop.ClosedLoop(things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
     run.run(20, State.REACHED)
     return run
 
@@ -42,7 +43,7 @@ def test_it_looks_waits_approaches_and_arrives():
 
 
 def test_the_same_run_again_is_the_same_to_the_bit():
-    runs = [desk.Desk() for _ in range(2)]
+    runs = [closed_loop.ClosedLoop() for _ in range(2)]
     for run in runs:
         run.run(1.5)
     assert np.array_equal(runs[0].robot.state().hand, runs[1].robot.state().hand)
@@ -50,22 +51,22 @@ def test_the_same_run_again_is_the_same_to_the_bit():
 
 
 def test_the_robot_rests_200_ms_after_the_last_picture():
-    run = desk.Desk()
+    run = closed_loop.ClosedLoop()
     run.run(10, State.APPROACHING)
     run.run(0.5)
     assert run.robot.speed > 0
     run.camera_runs = False
-    last = run.turns[-1].time
+    last = run.cycles[-1].time
     while run.robot.speed and run.now < last + 1:
-        run.turn()
+        run.cycle()
     assert run.now - last < 0.2 + run.latency
 
 
 def test_a_board_that_is_taken_away_stops_the_arm():
-    run = desk.Desk(things=Things(board=lambda seconds: board_pose() if seconds < 2 else None))
+    run = closed_loop.ClosedLoop(things=Things(board=lambda seconds: board_pose() if seconds < 2 else None))
     assert run.run(5, State.APPROACHING).state is State.APPROACHING
     run.run(2.3 - run.now)
-    twists = [turn.command.hand for turn in run.turns if turn.time > 2.1]
+    twists = [cycle.command.hand for cycle in run.cycles if cycle.time > 2.1]
     assert not np.any(twists)
 
 
@@ -79,7 +80,7 @@ class Clock:
 
 def test_the_simulated_robot_forgets_a_command_after_a_while():
     clock = Clock()
-    robot = SimRobot(teo.BODY, clock)
+    robot = SimRobot(teo.MODEL, clock)
     robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
     robot.move_head(np.array([0.3, 0.0]))
     clock.now = 0.15
@@ -90,7 +91,7 @@ def test_the_simulated_robot_forgets_a_command_after_a_while():
 
 def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_told():
     clock, random = Clock(), np.random.default_rng(7)
-    robot = SimRobot(teo.BODY, clock)
+    robot = SimRobot(teo.MODEL, clock)
     for _ in range(400):
         robot.move_hand(random.normal(0, 5, 6))
         robot.move_head(random.normal(0, 20, 2))
@@ -105,7 +106,7 @@ def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_told():
 @pytest.mark.parametrize("bad", [np.full(6, np.nan), np.zeros(3)])
 def test_the_simulated_robot_rests_on_what_is_no_command(bad):
     clock = Clock()
-    robot = SimRobot(teo.BODY, clock)
+    robot = SimRobot(teo.MODEL, clock)
     robot.move_hand(bad)
     clock.now = 0.1
     assert np.allclose(robot.state().arm, teo.HOME)
@@ -113,7 +114,7 @@ def test_the_simulated_robot_rests_on_what_is_no_command(bad):
 
 def test_the_simulated_hand_moves_as_it_is_told():
     clock = Clock()
-    robot = SimRobot(teo.BODY, clock)
+    robot = SimRobot(teo.MODEL, clock)
     start = robot.state().hand
     for _ in range(50):
         robot.move_hand(np.array([0.03, 0.02, -0.01, 0, 0, 0.1]))
@@ -126,68 +127,70 @@ def test_the_simulated_hand_moves_as_it_is_told():
 # -- real time -----------------------------------------------------------------------------------
 @pytest.fixture
 def live(config):
-    robot = SimRobot(teo.BODY)
-    camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
+    robot = SimRobot(teo.MODEL)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
-    yield pilot, camera, robot
-    pilot.stop()
+    runner = Runner(
+        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
+    yield runner, camera, robot
+    runner.stop()
     camera.close()
 
 
 def test_a_session_moves_the_arm_and_an_emergency_stop_ends_that(live):
-    pilot, _, robot = live
-    turns = []
-    pilot.turned.connect(lambda turn, frame: turns.append(turn))
-    pilot.start()
-    until(lambda: pilot.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
-    pilot.emergency_stop("test")
+    runner, _, robot = live
+    cycles = []
+    runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
+    runner.start()
+    until(lambda: runner.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    runner.emergency_stop("test")
     assert robot.speed == 0
-    sent = pilot.gate.sent
-    until(lambda: turns[-1].state is State.STOPPED)
-    before = len(turns)
-    until(lambda: len(turns) > before + 20)
-    assert pilot.gate.sent == sent
+    sent = runner.gate.sent
+    until(lambda: cycles[-1].state is State.STOPPED)
+    before = len(cycles)
+    until(lambda: len(cycles) > before + 20)
+    assert runner.gate.sent == sent
     assert robot.speed == 0
-    pilot.resume()
+    runner.resume()
     until(lambda: robot.speed > 0.01)
 
 
 def test_a_session_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
-    pilot, _, robot = live
-    turns = []
-    pilot.turned.connect(lambda turn, frame: turns.append(turn))
-    pilot.start(held="press Start")
-    until(lambda: len(pilot.detection_ms) > 3 and len(turns) > 50)
-    assert all((turn.state, turn.reason) == (State.STOPPED, "press Start") for turn in turns)
+    runner, _, robot = live
+    cycles = []
+    runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
+    runner.start(held="press Start")
+    until(lambda: len(runner.detection_ms) > 3 and len(cycles) > 50)
+    assert all((cycle.state, cycle.reason) == (State.STOPPED, "press Start") for cycle in cycles)
     assert robot.speed == 0
-    assert pilot.gate.sent == 0
-    pilot.resume()
+    assert runner.gate.sent == 0
+    runner.resume()
     until(lambda: robot.speed > 0.01)
 
 
 def test_a_session_without_pictures_comes_to_rest(live):
-    pilot, camera, robot = live
-    pilot.start()
-    until(lambda: pilot.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
+    runner, camera, robot = live
+    runner.start()
+    until(lambda: runner.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
     camera.stop()
     stopped = time.monotonic()
     until(lambda: robot.speed == 0)
-    assert pilot.running
-    assert pilot.loop.sighting.captured <= stopped
-    until(lambda: pilot.loop.machine.state is State.LOST)
+    assert runner.running
+    assert runner.loop.sighting.captured <= stopped
+    until(lambda: runner.loop.machine.state is State.LOST)
 
 
 def test_a_session_whose_source_closes_says_so_and_leaves_the_robot_at_rest(live):
-    pilot, camera, robot = live
+    runner, camera, robot = live
     reasons = []
-    pilot.failed.connect(reasons.append)
-    pilot.start()
-    until(lambda: pilot.detection_ms)
+    runner.failed.connect(reasons.append)
+    runner.start()
+    until(lambda: runner.detection_ms)
     camera.close()
     for queue in _queues(camera):
         queue.close()
-    until(lambda: not pilot.running or pilot.loop.machine.state is State.LOST)
+    until(lambda: not runner.running or runner.loop.machine.state is State.LOST)
     assert robot.speed == 0
 
 
@@ -198,9 +201,9 @@ def _queues(camera) -> tuple[FrameQueue, ...]:
 # -- what is left behind -------------------------------------------------------------------------
 def test_the_report_of_a_run(tmp_path):
     run = run_to_the_marker()
-    recorder = report.Recorder(tmp_path / "out", desk.calibration().scaled_to)
-    for turn in run.turns:
-        recorder.add(turn, None, None)
+    recorder = report.Recorder(tmp_path / "out", closed_loop.calibration().scaled_to)
+    for cycle in run.cycles:
+        recorder.add(cycle, None, None)
     written = recorder.finish({"true_error_mm": float("nan"), "limit_violations": 0})
     assert written["reached"]
     assert json.loads((tmp_path / "out/report.json").read_text())["true_error_mm"] is None
@@ -210,7 +213,7 @@ def test_the_report_of_a_run(tmp_path):
 
 
 def test_an_empty_run_has_a_report_too(tmp_path):
-    recorder = report.Recorder(tmp_path, desk.calibration().scaled_to)
+    recorder = report.Recorder(tmp_path, closed_loop.calibration().scaled_to)
     assert recorder.finish({})["reached"] is False
     assert not (tmp_path / "plots.png").exists()
 
@@ -218,7 +221,7 @@ def test_an_empty_run_has_a_report_too(tmp_path):
 def test_a_report_that_cannot_be_written_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match=r"cannot go to \S+: Not a directory$"):
-        report.Recorder(tmp_path / "file" / "below", desk.calibration().scaled_to)
+        report.Recorder(tmp_path / "file" / "below", closed_loop.calibration().scaled_to)
 
 
 def test_a_curve_is_drawn_where_its_values_are_and_gaps_stay_empty():

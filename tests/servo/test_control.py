@@ -11,9 +11,9 @@ from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.config import ArmConfig, Config, HeadConfig, TrackConfig
 from grabbergui.servo.control import ArmController, HeadController, off_centre
-from grabbergui.servo.detection import HeadDetection, Sighting
+from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.robots import teo
-from grabbergui.servo.tracking import HeadTrack, JointHistory, MarkerTrack
+from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
 
 DT = 0.02
 AHEAD = geometry.pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], (0, 0, 0.7))
@@ -232,9 +232,9 @@ def test_noise_is_smoothed():
 
 
 def test_a_person_is_followed_in_the_base_s_coordinates():
-    person = HeadTrack(TrackConfig())
+    person = FaceTrack(TrackConfig())
     for index in range(3):
-        person.update(Sighting(index, heads=(HeadDetection((0, 0, 9, 9), (0.1, -0.2, 1.5)),)), AHEAD)
+        person.update(Sighting(index, faces=(FaceDetection((0, 0, 9, 9), (0.1, -0.2, 1.5)),)), AHEAD)
     assert person.point == pytest.approx([1.5, -0.1, 0.9])
     person.update(Sighting(4), AHEAD)
     assert person.point is None

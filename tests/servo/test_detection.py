@@ -6,11 +6,10 @@ import pytest
 import servo_scene
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.markers import ArucoFinder, MarkerDetection, judged
+from grabbergui.calibration.markers import ArucoDetector, MarkerDetection, judged
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
-from grabbergui.servo.detection import Detector, Sighting
-from grabbergui.servo.heads import CascadeFinder, YuNetFinder
+from grabbergui.servo.detection import CascadeFaceDetector, Detector, Sighting, YuNetFaceDetector
 
 SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
 
@@ -19,7 +18,7 @@ SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
 @pytest.mark.parametrize(("yaw", "pitch"), [(20, 0), (-35, 15), (10, -40)])
 def test_a_marker_is_where_it_is(binning, yaw, pitch):
     of, camera, board = servo_scene.settings(binning), servo_scene.camera(), at(0.7, -0.1, 0.55, yaw, pitch)
-    found = ArucoFinder(calibration=servo_scene.calibration(of)).detect(
+    found = ArucoDetector(calibration=servo_scene.calibration(of)).detect(
         servo_scene.picture(of, camera, board)
     )
     assert [(marker.marker_id, marker.problem) for marker in found] == [(20, "")]
@@ -31,7 +30,7 @@ def test_a_marker_is_where_it_is(binning, yaw, pitch):
 def test_corners_are_found_to_a_fraction_of_a_pixel_in_a_reduced_search():
     of, camera, board = servo_scene.settings(1), servo_scene.camera(), at(0.8, 0.0, 0.5, yaw=25)
     calibration = servo_scene.calibration(of)
-    marker = ArucoFinder(calibration=calibration).detect(servo_scene.picture(of, camera, board))[0]
+    marker = ArucoDetector(calibration=calibration).detect(servo_scene.picture(of, camera, board))[0]
     corners = np.array([[-0.05, 0.05, 0, 1], [0.05, 0.05, 0, 1], [0.05, -0.05, 0, 1], [-0.05, -0.05, 0, 1]])
     seen = calibration.matrix @ (geometry.inverse(camera) @ board @ corners.T)[:3]
     assert np.abs(marker.corners - (seen[:2] / seen[2]).T).max() < 0.4
@@ -39,7 +38,7 @@ def test_corners_are_found_to_a_fraction_of_a_pixel_in_a_reduced_search():
 
 def test_a_marker_seen_edge_on_has_no_pose():
     of, camera = servo_scene.settings(1), servo_scene.camera()
-    finder = ArucoFinder(calibration=servo_scene.calibration(of))
+    finder = ArucoDetector(calibration=servo_scene.calibration(of))
     for yaw in (74, 77):
         for marker in finder.detect(servo_scene.picture(of, camera, at(0.5, 0.0, 0.5, yaw=yaw))):
             assert marker.pose is None
@@ -49,7 +48,7 @@ def test_a_marker_seen_edge_on_has_no_pose():
 def test_a_far_marker_seen_head_on_may_be_tilted_either_way():
     """Twenty pixels wide, the two tilts cannot be told apart: no pose, or one that is not far off."""
     of, camera = servo_scene.settings(4), servo_scene.camera()
-    finder = ArucoFinder(calibration=servo_scene.calibration(of))
+    finder = ArucoDetector(calibration=servo_scene.calibration(of))
     problems = []
     for yaw in range(-14, 15, 2):
         board = at(2.2, 0.02, 0.5, yaw=yaw)
@@ -104,7 +103,7 @@ def test_two_markers_of_one_id_are_none():
 
 def test_without_a_calibration_there_are_corners_but_no_pose():
     of = servo_scene.settings(4)
-    found = ArucoFinder().detect(servo_scene.picture(of, servo_scene.camera(), at(0.7, 0, 0.5)))[0]
+    found = ArucoDetector().detect(servo_scene.picture(of, servo_scene.camera(), at(0.7, 0, 0.5)))[0]
     assert found.pose is None
     assert "not calibrated" in found.problem
 
@@ -112,14 +111,14 @@ def test_without_a_calibration_there_are_corners_but_no_pose():
 @pytest.mark.parametrize(("keywords", "complaint"), [({"dictionary": "9X9"}, "4X4_50"), ({"size": 0}, "0 m")])
 def test_a_marker_that_cannot_be_is_refused(keywords, complaint):
     with pytest.raises(UsageError, match=complaint):
-        ArucoFinder(**keywords)
+        ArucoDetector(**keywords)
 
 
 def test_no_picture_upsets_the_finders():
     of = servo_scene.settings(4)
     finder, heads = (
-        ArucoFinder(calibration=servo_scene.calibration(of)),
-        CascadeFinder(servo_scene.calibration(of)),
+        ArucoDetector(calibration=servo_scene.calibration(of)),
+        CascadeFaceDetector(servo_scene.calibration(of)),
     )
     random = np.random.default_rng(1)
     for grey in (
@@ -135,7 +134,9 @@ def test_no_picture_upsets_the_finders():
 @pytest.mark.parametrize("y", [-0.4, 0.0, 0.3])
 def test_a_head_is_where_it_is(binning, y):
     of, camera, face = servo_scene.settings(binning), servo_scene.camera(), at(1.2, y, 0.55)
-    found = CascadeFinder(servo_scene.calibration(of)).detect(servo_scene.picture(of, camera, face=face))
+    found = CascadeFaceDetector(servo_scene.calibration(of)).detect(
+        servo_scene.picture(of, camera, face=face)
+    )
     assert len(found) == 1
     true = (geometry.inverse(camera) @ face)[:3, 3]
     seen = np.array(found[0].position)
@@ -149,33 +150,33 @@ def test_too_dark_a_picture_shows_nothing_and_a_longer_exposure_helps():
     for exposure in (20.0, 10_000.0):
         of = servo_scene.settings(4, exposure=exposure)
         grey = servo_scene.picture(of, camera, board)
-        seen[exposure] = len(ArucoFinder(calibration=servo_scene.calibration(of)).detect(grey))
+        seen[exposure] = len(ArucoDetector(calibration=servo_scene.calibration(of)).detect(grey))
     assert seen == {20.0: 0, 10_000.0: 1}
 
 
 def test_heads_are_not_looked_for_while_a_marker_is_seen():
     of, camera = servo_scene.settings(4), servo_scene.camera()
     calibration = servo_scene.calibration(of)
-    detector = Detector(ArucoFinder(calibration=calibration), CascadeFinder(calibration))
+    detector = Detector(ArucoDetector(calibration=calibration), CascadeFaceDetector(calibration))
     both = servo_scene.picture(of, camera, at(0.7, -0.1, 0.45, yaw=20), at(1.2, 0.2, 0.65))
     assert [len(found) for found in _found(detector, both)] == [1, 0]
-    detector.heads_with_markers = True
+    detector.faces_with_markers = True
     assert [len(found) for found in _found(detector, both)] == [1, 1]
 
 
 def _found(detector, grey):
     sighting = detector.detect(grey, 0.0)
-    return sighting.markers, sighting.heads
+    return sighting.markers, sighting.faces
 
 
 def test_a_model_file_that_is_none_is_refused(tmp_path):
     of = servo_scene.settings(4)
     with pytest.raises(UsageError, match="there is no head model"):
-        YuNetFinder(tmp_path / "none.onnx", servo_scene.calibration(of))
+        YuNetFaceDetector(tmp_path / "none.onnx", servo_scene.calibration(of))
     bad = tmp_path / "bad.onnx"
     bad.write_bytes(b"not a network")
     with pytest.raises(UsageError, match="no YuNet model"):
-        YuNetFinder(bad, servo_scene.calibration(of))
+        YuNetFaceDetector(bad, servo_scene.calibration(of))
 
 
 @pytest.mark.parametrize("dictionary", ["5X5_100", "DICT_6X6_250", "ARUCO_ORIGINAL"])
@@ -184,4 +185,4 @@ def test_other_dictionaries(dictionary):
     drawn = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name)), 7, 120)
     canvas = np.full((300, 300), 255, np.uint8)
     canvas[90:210, 90:210] = drawn
-    assert [marker.marker_id for marker in ArucoFinder(dictionary).detect(canvas)] == [7]
+    assert [marker.marker_id for marker in ArucoDetector(dictionary).detect(canvas)] == [7]

@@ -41,17 +41,17 @@ class Bench:
             sighting = self.see(self.now)
             if sighting is not None:
                 self.loop.see(sighting)
-            turn = self.loop.turn(self.now, self.robot.state())
-            if turn.state is State.STOPPED and not self.gate.halted:
-                self.gate.halt(turn.reason)
-            passed = self.gate.send(turn.command, self.now)
-            self.loop.commanded(turn.command if passed else Command(halt=True))
+            cycle = self.loop.cycle(self.now, self.robot.state())
+            if cycle.state is State.STOPPED and not self.gate.halted:
+                self.gate.halt(cycle.reason)
+            passed = self.gate.send(cycle.command, self.now)
+            self.loop.commanded(cycle.command if passed else Command(halt=True))
             self.now += DT
             self.robot.advance(self.now, DT)
             self.gate.expire(self.now)
-            if turn.state is until:
+            if cycle.state is until:
                 break
-        return turn
+        return cycle
 
     def approaching(self):
         assert self.run(10, State.APPROACHING).state is State.APPROACHING
@@ -164,9 +164,9 @@ def test_a_lost_target_is_searched_for_slowly_after_a_while():
 def test_a_robot_that_never_answered_is_never_moved():
     bench = Bench()
     bench.robot.silent = True
-    turn = bench.run(5)
-    assert turn.state is State.LOST
-    assert "not answered" in turn.reason
+    cycle = bench.run(5)
+    assert cycle.state is State.LOST
+    assert "not answered" in cycle.reason
     assert bench.robot.moves == []
 
 
@@ -174,9 +174,9 @@ def test_a_robot_that_falls_silent_is_stopped():
     bench = Bench().approaching()
     bench.robot.state = lambda: last
     last = RecordingRobot.state(bench.robot)
-    turn = bench.run(0.3)
-    assert turn.state is State.LOST
-    assert "old" in turn.reason
+    cycle = bench.run(0.3)
+    assert cycle.state is State.LOST
+    assert "old" in cycle.reason
     assert not bench.robot.moving
 
 
@@ -188,9 +188,9 @@ def test_encoders_that_freeze_stop_everything_for_good(part):
     else:
         bench.see = lambda now: seeing(bench.robot, now, face=(1.2, 0.6, 0.8))
     bench.robot.frozen = True
-    turn = bench.run(2)
-    assert turn.state is State.STOPPED
-    assert "encoders stand still" in turn.reason
+    cycle = bench.run(2)
+    assert cycle.state is State.STOPPED
+    assert "encoders stand still" in cycle.reason
     bench.robot.moves.clear()
     bench.run(3)
     assert bench.robot.moves == []
@@ -202,9 +202,9 @@ def test_frozen_encoders_are_noticed_though_frames_are_lost_again_and_again():
     bench = Bench().approaching()
     bench.robot.frozen = True
     bench.see = lambda now: None if now % 0.5 > 0.25 else seeing(bench.robot, now, BOARD)
-    turn = bench.run(10, State.STOPPED)
-    assert turn.state is State.STOPPED, turn.reason
-    assert "encoders stand still" in turn.reason
+    cycle = bench.run(10, State.STOPPED)
+    assert cycle.state is State.STOPPED, cycle.reason
+    assert "encoders stand still" in cycle.reason
 
 
 def test_commands_that_the_gate_refuses_do_not_blame_the_encoders():
@@ -217,9 +217,9 @@ def test_commands_that_the_gate_refuses_do_not_blame_the_encoders():
 def test_readings_that_are_no_numbers_move_nothing():
     bench = Bench().approaching()
     bench.robot.hand = np.full((4, 4), np.nan)
-    turn = bench.run(0.1)
-    assert turn.state is State.LOST
-    assert "no numbers" in turn.reason
+    cycle = bench.run(0.1)
+    assert cycle.state is State.LOST
+    assert "no numbers" in cycle.reason
     assert not bench.robot.moving
 
 
@@ -227,9 +227,9 @@ def test_a_marker_outside_the_workspace_is_looked_at_but_not_approached():
     bench = Bench()
     far = at(1.6, 0.0, 0.5)
     bench.see = lambda now: seeing(bench.robot, now, far)
-    turn = bench.run(4)
-    assert turn.state is State.WAITING
-    assert "outside the workspace" in turn.reason
+    cycle = bench.run(4)
+    assert cycle.state is State.WAITING
+    assert "outside the workspace" in cycle.reason
     assert not [move for move in bench.robot.moves if move[0] == "hand"]
     assert np.abs(off_centre(far[:3, 3], bench.robot.camera_pose(bench.robot.head))).max() < 0.05
 
@@ -267,7 +267,7 @@ def fast(**parts):
         fast(hand=np.array([0.5, 0, 0, 0, 0, 0])),
         fast(hand=np.array([0, 0, 0, 0, 3.0, 0])),
     ],
-    ids=["nan head", "inf hand", "nan step", "long step", "fast head", "fast hand", "fast turn"],
+    ids=["nan head", "inf hand", "nan step", "long step", "fast head", "fast hand", "fast cycle"],
 )
 def test_the_gate_lets_no_bad_command_through_and_stops_what_moves(command):
     robot = RecordingRobot()
@@ -417,7 +417,7 @@ def test_a_command_that_a_stop_overtook_is_no_error(caplog):
 def test_what_a_picture_led_to_is_over_in_time_though_the_command_came_late():
     """Should a detection hang just when the last picture is about to be too old."""
     bench = Bench().approaching()
-    command = bench.loop.turn(bench.now, bench.robot.state()).command
+    command = bench.loop.cycle(bench.now, bench.robot.state()).command
     captured = bench.loop.sighting.captured
     late = captured + bench.config.safety.picture_timeout - 0.01
     bench.gate.send(command, late)

@@ -16,17 +16,17 @@ from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.server import YarpGrabberServer
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian import REPEATS, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, Guard, GuardianLink, Verdict
-from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots import teo_messages as messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+from grabbergui.servo.runner import Runner
 from patience import PROGRAM, TRIES, allowance, until
 
 PROMISED = GOAL_MM / 1000
@@ -166,13 +166,13 @@ class Dark:
 
 
 def test_a_loop_that_waits_for_pictures_beats_all_the_same(guard):
-    pilot = Pilot(Dark(), RecordingRobot(), lambda frame: None, guard=guard)
-    pilot.start()
+    runner = Runner(Dark(), RecordingRobot(), lambda frame: None, guard=guard)
+    runner.start()
     try:
         until(lambda: len(guard.heard) > 3)
         assert not any(guard.heard)
     finally:
-        pilot.stop()
+        runner.stop()
 
 
 # -- the process ----------------------------------------------------------------------------------
@@ -281,7 +281,7 @@ def test_what_it_could_not_stop_must_not_move():
 # -- a whole program, killed ----------------------------------------------------------------------
 @pytest.fixture
 def simulated(names):
-    robot = SimRobot(teo.BODY)
+    robot = SimRobot(teo.MODEL)
     ports = TeoPorts(robot, names)
     with undisturbed():
         ports.open()
@@ -327,7 +327,7 @@ def test_what_teo_is_to_be_told_survives_being_text(names):
 
 
 def test_the_program_itself_has_a_guardian(simulated, names, server):
-    camera = desk.mounted_camera(simulated, desk.things_for(Config().marker))
+    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     pictures = YarpGrabberServer(camera, "/teoSim/camera", names=names)
     options = ["--robot", "teo", "--nameserver", server, "--headless", "--calibration", CALIBRATION]
     camera.open()

@@ -13,13 +13,13 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.servo import heads, pilot
+from grabbergui.servo import detection, runner
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo, teo_ports
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from patience import PATIENCE, until
 
@@ -51,7 +51,7 @@ def test_a_search_begins_though_time_began_at_zero():
 
 def test_an_hour_at_rest_is_passed_at_once_and_nothing_is_moved_by_it(monkeypatch):
     now = [0.0]
-    robot = SimRobot(teo.BODY, lambda: now[0])
+    robot = SimRobot(teo.MODEL, lambda: now[0])
     robot.step_head(np.array([0.2, -0.1]))
     robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
     now[0] = 5.0
@@ -70,7 +70,7 @@ def test_an_hour_at_rest_is_passed_at_once_and_nothing_is_moved_by_it(monkeypatc
 
 def test_a_motion_goes_on_as_long_as_it_was_told_to_however_late_it_is_asked_for():
     now = [0.0]
-    asked, unasked = SimRobot(teo.BODY, lambda: now[0]), SimRobot(teo.BODY, lambda: now[0])
+    asked, unasked = SimRobot(teo.MODEL, lambda: now[0]), SimRobot(teo.MODEL, lambda: now[0])
     for robot in (asked, unasked):
         robot.move_head(np.array([0.3, 0.1]))
     for _ in range(600):
@@ -81,10 +81,10 @@ def test_a_motion_goes_on_as_long_as_it_was_told_to_however_late_it_is_asked_for
 
 
 def test_what_is_kept_of_a_run_has_an_end():
-    one = Pilot(types.SimpleNamespace(), RecordingRobot(), lambda frame: None)
+    one = Runner(types.SimpleNamespace(), RecordingRobot(), lambda frame: None)
     for times in (one.detection_ms, one.latency_ms):
-        times.extend(float(number) for number in range(pilot.TIMES_KEPT + 5))
-        assert (len(times), times[-1]) == (pilot.TIMES_KEPT, pilot.TIMES_KEPT + 4)
+        times.extend(float(number) for number in range(runner.TIMES_KEPT + 5))
+        assert (len(times), times[-1]) == (runner.TIMES_KEPT, runner.TIMES_KEPT + 4)
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_an_unforeseen_error_in_detection_is_told_and_the_robot_rests(camera):
             raise ZeroDivisionError("corners")
 
     robot, reasons = RecordingRobot(), []
-    one = Pilot(camera, robot, lambda frame: Detector(Broken()))
+    one = Runner(camera, robot, lambda frame: Detector(Broken()))
     one.failed.connect(reasons.append)
     one.start()
     until(lambda: reasons)
@@ -114,14 +114,14 @@ def test_an_unforeseen_error_in_detection_is_told_and_the_robot_rests(camera):
 
 
 def test_a_listener_that_fails_ends_the_run_with_its_reason(camera):
-    def listener(turn, frame):
+    def listener(cycle, frame):
         raise UsageError("the calibration is of another crop")
 
     reasons = []
     nothing = types.SimpleNamespace(detect=lambda grey: [])
-    one = Pilot(camera, RecordingRobot(), lambda frame: Detector(nothing))
+    one = Runner(camera, RecordingRobot(), lambda frame: Detector(nothing))
     one.failed.connect(reasons.append)
-    one.turned.connect(listener)
+    one.cycle_done.connect(listener)
     one.start()
     until(lambda: reasons)
     one.stop()
@@ -139,7 +139,7 @@ def test_the_end_of_a_run_stops_the_robot_at_once_though_a_detection_hangs(camer
             return []
 
     robot = RecordingRobot()
-    one = Pilot(camera, robot, lambda frame: Detector(Hanging()))
+    one = Runner(camera, robot, lambda frame: Detector(Hanging()))
     one.start()
     assert hangs.wait(PATIENCE)
     ending = threading.Thread(target=one.stop)
@@ -158,7 +158,7 @@ def test_the_end_of_a_run_stops_the_robot_at_once_though_a_detection_hangs(camer
 @pytest.mark.parametrize("shape", [(8, 4096), (1, 640), (700, 3)])
 def test_heads_are_looked_for_in_pictures_of_any_shape(shape):
     height, width = shape
-    finder = heads.CascadeFinder(Calibration.from_field_of_view(width, height))
+    finder = detection.CascadeFaceDetector(Calibration.from_field_of_view(width, height))
     assert finder.detect(np.zeros(shape, np.uint8)) == []
 
 
@@ -185,7 +185,7 @@ def test_corners_of_the_workspace_may_be_negative():
 def test_a_simulated_teo_closes_whenever_its_stream_looks_whether_to_go_on(monkeypatch):
     """Between looking and waiting there was a moment in which an end was overlooked."""
     ports = teo_ports.TeoPorts.__new__(teo_ports.TeoPorts)
-    robot = SimRobot(teo.BODY)
+    robot = SimRobot(teo.MODEL)
     quiet = types.SimpleNamespace(write_bottle=lambda bottle: None, step=lambda: None)
     ports._robot = robot
     ports._head = ports._arm = ports._arm_encoders = quiet
@@ -211,10 +211,10 @@ def test_a_simulated_teo_closes_whenever_its_stream_looks_whether_to_go_on(monke
 
 def test_a_camera_on_the_head_is_where_the_head_is_though_its_clock_is_set():
     from grabbergui.driver.sim.rendered.scene import Things
-    from grabbergui.servo import desk
+    from grabbergui.servo import closed_loop
 
-    robot = SimRobot(teo.BODY)
-    camera = desk.mounted_camera(robot, Things())
+    robot = SimRobot(teo.MODEL)
+    camera = closed_loop.mounted_camera(robot, Things())
     model = camera.device.model
     seen = []
     robot.camera_at = seen.append

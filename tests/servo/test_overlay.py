@@ -11,9 +11,9 @@ from grabbergui.calibration.markers import MarkerDetection
 from grabbergui.core.calibration import Calibration
 from grabbergui.servo import overlay
 from grabbergui.servo.config import HeadConfig
-from grabbergui.servo.detection import HeadDetection, Sighting
+from grabbergui.servo.detection import FaceDetection, Sighting
 from grabbergui.servo.gate import Command
-from grabbergui.servo.loop import Turn
+from grabbergui.servo.loop import ControlCycle
 from grabbergui.servo.state_machine import State
 
 CAMERA = Calibration(640, 480, np.array([[500.0, 0, 330], [0, 500.0, 230], [0, 0, 1]]), np.zeros(5))
@@ -21,8 +21,8 @@ CORNERS = np.array([[300.0, 200], [350, 200], [350, 250], [300, 250]])
 FACING = pose(np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 1.0))
 
 
-def turn(off_centre=(math.nan, math.nan), state=State.CENTRING):
-    return Turn(1.0, state, "", Command(), off_centre, (0.05, 0.1), None)
+def cycle(off_centre=(math.nan, math.nan), state=State.CENTRING):
+    return ControlCycle(1.0, state, "", Command(), off_centre, (0.05, 0.1), None)
 
 
 def strokes_of(drawing, colour):
@@ -31,7 +31,7 @@ def strokes_of(drawing, colour):
 
 def test_a_marker_has_its_outline_and_its_axes():
     marker = MarkerDetection(20, CORNERS, FACING)
-    drawing = overlay.drawing(turn(), Sighting(0.0, (marker,)), CAMERA)
+    drawing = overlay.drawing(cycle(), Sighting(0.0, (marker,)), CAMERA)
     (outline, green_axis) = strokes_of(drawing, overlay.GOOD)
     assert outline.closed
     assert np.array_equal(outline.points, CORNERS)
@@ -42,14 +42,14 @@ def test_a_marker_has_its_outline_and_its_axes():
 
 def test_a_marker_without_a_pose_says_why():
     marker = MarkerDetection(7, CORNERS, None, "it is seen edge-on")
-    drawing = overlay.drawing(turn(), Sighting(0.0, (marker,)), CAMERA)
+    drawing = overlay.drawing(cycle(), Sighting(0.0, (marker,)), CAMERA)
     assert drawing.labels[0].text == "id 7 it is seen edge-on"
     assert len(strokes_of(drawing, overlay.BAD)) == 1
 
 
 def test_a_head_has_its_box_and_distance():
-    head = HeadDetection((100, 50, 80, 90), (0.1, 0.0, 1.52))
-    drawing = overlay.drawing(turn(), Sighting(0.0, (), (head,)), CAMERA)
+    head = FaceDetection((100, 50, 80, 90), (0.1, 0.0, 1.52))
+    drawing = overlay.drawing(cycle(), Sighting(0.0, (), (head,)), CAMERA)
     (box,) = strokes_of(drawing, overlay.PERSON)
     assert box.points.min(axis=0).tolist() == [100, 50]
     assert box.points.max(axis=0).tolist() == [180, 140]
@@ -58,7 +58,7 @@ def test_a_head_has_its_box_and_distance():
 
 def test_the_deadband_lies_about_where_the_camera_looks_not_about_the_picture_s_middle():
     config = HeadConfig(deadband=0.03, start=0.06)
-    drawing = overlay.drawing(turn(), None, CAMERA, config)
+    drawing = overlay.drawing(cycle(), None, CAMERA, config)
     frames = [stroke for stroke in drawing.strokes if stroke.closed]
     for frame, angle in zip(frames, (0.03, 0.06), strict=True):
         assert frame.points.mean(axis=0) == pytest.approx((330, 230))
@@ -66,7 +66,7 @@ def test_the_deadband_lies_about_where_the_camera_looks_not_about_the_picture_s_
 
 
 def test_a_line_leads_to_the_target():
-    drawing = overlay.drawing(turn((0.2, -0.1)), None, CAMERA)
+    drawing = overlay.drawing(cycle((0.2, -0.1)), None, CAMERA)
     line, ring = strokes_of(drawing, overlay.colour_of(State.CENTRING))
     target = (330 + 500 * math.tan(0.2), 230 - 500 * math.tan(0.1))
     assert line.points == pytest.approx(np.array([(330, 230), target]))
@@ -75,21 +75,21 @@ def test_a_line_leads_to_the_target():
 
 @pytest.mark.parametrize("off_centre", [(math.nan, math.nan), (2.0, 0.0), (0.0, -1.5)])
 def test_no_line_leads_to_what_is_beside_or_behind(off_centre):
-    drawing = overlay.drawing(turn(off_centre), None, CAMERA)
+    drawing = overlay.drawing(cycle(off_centre), None, CAMERA)
     assert strokes_of(drawing, overlay.colour_of(State.CENTRING)) == []
 
 
 def test_whatever_is_drawn_stays_where_painters_can_count():
     near = pose(np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 1e-9))
     strange = dataclasses.replace(MarkerDetection(20, CORNERS, FACING), pose=near)
-    drawing = overlay.drawing(turn(), Sighting(0.0, (strange,)), CAMERA)
+    drawing = overlay.drawing(cycle(), Sighting(0.0, (strange,)), CAMERA)
     assert all(np.abs(stroke.points).max() <= 30_000 for stroke in drawing.strokes)
 
 
 @pytest.mark.parametrize("state", State)
 def test_every_state_has_a_colour_of_its_own_and_a_caption(state):
     picture = np.full((480, 640, 3), 90, np.uint8)
-    drawn = overlay.draw(picture, turn(state=state), None, CAMERA, HeadConfig())
+    drawn = overlay.draw(picture, cycle(state=state), None, CAMERA, HeadConfig())
     assert drawn.shape == picture.shape
     assert (drawn[:20] != picture[:20]).any()
     assert (picture == 90).all()

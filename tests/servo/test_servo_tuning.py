@@ -1,4 +1,4 @@
-"""Gains, limits and rate changed while it runs, and what a robot tells of its body."""
+"""Gains, limits and rate changed while it runs, and what a robot tells of its model."""
 
 import dataclasses
 
@@ -28,7 +28,7 @@ def head_speed(loop, robot, seconds=0.3):
     for _ in range(round(seconds / 0.02)):
         robot.time += 0.02
         loop.see(seeing(robot, robot.time, BOARD))
-        fastest = max(fastest, float(np.abs(loop.turn(robot.time, robot.state()).command.head).max()))
+        fastest = max(fastest, float(np.abs(loop.cycle(robot.time, robot.state()).command.head).max()))
     return fastest
 
 
@@ -56,7 +56,7 @@ def test_the_gate_holds_the_limit_that_was_tuned():
 
 
 def test_a_body_reaches_from_the_base_to_the_camera_and_to_the_hand():
-    robot = SimRobot(teo.BODY, lambda: 0.0, head=(0.3, -0.2))
+    robot = SimRobot(teo.MODEL, lambda: 0.0, head=(0.3, -0.2))
     state = robot.state()
     neck, arm = robot.skeleton(state)
     assert neck[0] == pytest.approx(np.zeros(3))
@@ -68,4 +68,4 @@ def test_a_body_of_which_nothing_is_known_still_carries_the_camera():
     robot = RecordingRobot()
     (line,) = robot.skeleton(robot.state())
     assert line[-1] == pytest.approx(robot.camera_pose(robot.head)[:3, 3])
-    assert len(teo.BODY.skeleton(np.zeros(2), None)) == 1
+    assert len(teo.MODEL.skeleton(np.zeros(2), None)) == 1

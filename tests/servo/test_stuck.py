@@ -31,7 +31,7 @@ class Chase:
 
     def __init__(self, board, robot=SimRobot):
         self.now, self.board = 0.0, board
-        self.robot = robot(teo.BODY, lambda: self.now)
+        self.robot = robot(teo.MODEL, lambda: self.now)
         self.loop = ServoLoop(Config(), self.robot)
         self.gate = CommandGate(self.robot, Config())
 
@@ -40,13 +40,13 @@ class Chase:
             state = self.robot.state()
             view = geometry.inverse(self.robot.camera_pose(state.head))
             self.loop.see(Sighting(self.now, (marker(view @ self.board),)))
-            turn = self.loop.turn(self.now, state)
-            passed = self.gate.send(turn.command, self.now)
-            self.loop.commanded(turn.command if passed else Command(halt=True))
+            cycle = self.loop.cycle(self.now, state)
+            passed = self.gate.send(cycle.command, self.now)
+            self.loop.commanded(cycle.command if passed else Command(halt=True))
             self.now += DT
-            if turn.state is until:
+            if cycle.state is until:
                 break
-        return turn
+        return cycle
 
 
 @pytest.mark.parametrize(
@@ -55,11 +55,11 @@ class Chase:
 )
 def test_a_hand_that_comes_no_nearer_gives_up_and_says_why(board, reason):
     chase = Chase(board)
-    turn = chase.run(15, State.STUCK)
-    assert turn.state is State.STUCK
-    assert "comes no nearer than" in turn.reason and reason in turn.reason
+    cycle = chase.run(15, State.STUCK)
+    assert cycle.state is State.STUCK
+    assert "comes no nearer than" in cycle.reason and reason in cycle.reason
     assert chase.run(0.5).state is State.STUCK
-    assert not turn.command.hand.any()
+    assert not cycle.command.hand.any()
     assert chase.robot.speed < 1e-3
     assert chase.robot.limit_violations == 0
 
@@ -70,14 +70,14 @@ class CoarseEncoders(SimRobot):
     def state(self):
         state = super().state()
         arm = np.round(state.arm, 1)
-        return RobotState(state.time, state.head, self.body.arm.forward(arm), arm)
+        return RobotState(state.time, state.head, self.model.arm.forward(arm), arm)
 
 
 @pytest.mark.parametrize("board", [ROLLED, FAR])
 def test_an_arm_at_its_limits_is_not_taken_for_one_whose_encoders_froze(board):
     chase = Chase(board, CoarseEncoders)
-    turn = chase.run(15, State.STUCK)
-    assert turn.state is State.STUCK, turn.reason
+    cycle = chase.run(15, State.STUCK)
+    assert cycle.state is State.STUCK, cycle.reason
     assert [step.state for step in chase.loop.machine.transitions if step.state is State.STOPPED] == []
 
 

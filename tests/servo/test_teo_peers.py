@@ -49,7 +49,7 @@ def clock():
 
 @pytest.fixture
 def robot(clock):
-    return SimRobot(teo.BODY, clock)
+    return SimRobot(teo.MODEL, clock)
 
 
 @pytest.fixture

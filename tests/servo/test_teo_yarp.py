@@ -23,9 +23,9 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.ports import InputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
 from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
-from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
 from grabbergui.servo.robots import teo, teo_yarp
 from grabbergui.servo.robots import teo_messages as messages
@@ -34,6 +34,7 @@ from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from patience import PATIENCE, PROGRAM, attempts, until
 
@@ -101,7 +102,7 @@ def test_no_message_does_worse_than_be_refused(content):
 # -- both ends -----------------------------------------------------------------------------------
 @pytest.fixture
 def simulated(names):
-    robot = SimRobot(teo.BODY)
+    robot = SimRobot(teo.MODEL)
     ports = TeoPorts(robot, names)
     ports.open()
     yield robot
@@ -234,7 +235,7 @@ def test_a_robot_whose_board_is_gone_takes_no_velocities(robot, names, simulated
 
 
 def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):
-    ports = TeoPorts(SimRobot(teo.BODY), names)
+    ports = TeoPorts(SimRobot(teo.MODEL), names)
     ports.open()
     client = TeoOverYarp(names)
     client.open()
@@ -266,16 +267,18 @@ def test_the_ports_answer_whatever_is_asked(names, simulated, text):
 
 
 def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
-    camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
+    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
+    runner = Runner(
+        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
     try:
-        pilot.start()
-        until(lambda: pilot.loop.machine.state is State.REACHED, seconds=PROGRAM)
+        runner.start()
+        until(lambda: runner.loop.machine.state is State.REACHED, seconds=PROGRAM)
     finally:
-        pilot.stop()
+        runner.stop()
         camera.close()
-    goal = pilot.loop.arm.goal(desk.rendered_scene.board_pose())
+    goal = runner.loop.arm.goal(closed_loop.rendered_scene.board_pose())
     hand = simulated.state().hand
     assert geometry.distance(hand, goal) < 0.010
     assert math.degrees(geometry.angle_between(hand, goal)) < 2
@@ -283,16 +286,18 @@ def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
 
 # -- what others see -----------------------------------------------------------------------------
 def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated, config):
-    camera = desk.mounted_camera(simulated, desk.things_for(desk.Config().marker))
+    camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
-    publisher = YarpPublisher(pilot, names, "/servo")
+    runner = Runner(
+        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
+    publisher = YarpPublisher(runner, names, "/servo")
     reader, caller = InputPort("/reader", names, depth=50), RpcClient("/servo/rpc:s", names)
     try:
         publisher.open()
         reader.open()
         assert caller.call(Bottle(["state"]))[0] == Vocab("fail")
-        pilot.start()
+        runner.start()
         reader.connect("/servo/markers:o")
         marker = dict(Bottle.decode(reader.read(10)[0])[0])
         assert marker["id"] == 20
@@ -306,7 +311,7 @@ def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulat
         assert caller.call(Bottle(["dance"]))[0] == Vocab("fail")
     finally:
         caller.close()
-        pilot.stop()
+        runner.stop()
         publisher.close()
         reader.close()
         camera.close()
@@ -320,5 +325,5 @@ def test_a_marker_without_a_pose_is_published_with_the_reason():
 
 def test_the_shipped_calibration_is_that_of_the_simulated_camera():
     shipped = camera_info.load(Path(__file__).parents[2] / "resources/servo/teo-sim-camera.yaml")
-    assert np.array_equal(shipped.matrix, desk.calibration().matrix)
-    assert (shipped.width, shipped.height) == (desk.WIDTH, desk.HEIGHT)
+    assert np.array_equal(shipped.matrix, closed_loop.calibration().matrix)
+    assert (shipped.width, shipped.height) == (closed_loop.WIDTH, closed_loop.HEIGHT)

@@ -11,7 +11,7 @@ import pytest
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
-from grabbergui.servo import desk, ros2_packages
+from grabbergui.servo import closed_loop, ros2_packages
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.state_machine import State
@@ -24,8 +24,8 @@ from grabbergui.servo.robots.urdf_chain import UrdfChain, load_urdf  # noqa: E40
 
 
 @pytest.fixture(scope="module")
-def body():
-    return tiago.body()
+def model():
+    return tiago.model()
 
 
 def some_angles(chain, count=10):
@@ -33,28 +33,28 @@ def some_angles(chain, count=10):
 
 
 # -- kinematics ----------------------------------------------------------------------------------
-def test_the_head_looks_ahead_at_rest_turns_left_and_looks_down(body):
-    ahead = body.camera_pose(np.zeros(2))
+def test_the_head_looks_ahead_at_rest_turns_left_and_looks_down(model):
+    ahead = model.camera_pose(np.zeros(2))
     assert ahead[:3, 2] == pytest.approx([1, 0, 0], abs=1e-6)
     assert ahead[:3, 1] == pytest.approx([0, 0, -1], abs=1e-6)
     # Of the URDF: the torso's link to the head's two, and the camera on the second.
     assert ahead[:3, 3] == pytest.approx([0.2778, 0.022, 0.178], abs=1e-3)
-    assert body.camera_pose(np.array([0.5, 0.0]))[1, 2] == pytest.approx(math.sin(0.5), abs=1e-6)
-    assert body.camera_pose(np.array([0.0, 0.5]))[2, 2] == pytest.approx(-math.sin(0.5), abs=1e-6)
-    assert np.degrees(body.head.low) == pytest.approx([-75, -45])
-    assert np.degrees(body.head.high) == pytest.approx([75, 60])
+    assert model.camera_pose(np.array([0.5, 0.0]))[1, 2] == pytest.approx(math.sin(0.5), abs=1e-6)
+    assert model.camera_pose(np.array([0.0, 0.5]))[2, 2] == pytest.approx(-math.sin(0.5), abs=1e-6)
+    assert np.degrees(model.head.low) == pytest.approx([-75, -45])
+    assert np.degrees(model.head.high) == pytest.approx([75, 60])
 
 
-def test_the_hand_at_home_points_ahead_and_its_x_down(body):
-    hand = body.arm.forward(body.home)
+def test_the_hand_at_home_points_ahead_and_its_x_down(model):
+    hand = model.arm.forward(model.home)
     assert hand[:3, 2] == pytest.approx([1, 0, 0], abs=0.02)
     assert hand[:3, 0] == pytest.approx([0, 0, -1], abs=0.02)
-    assert np.all((body.arm.low < body.home) & (body.home < body.arm.high))
+    assert np.all((model.arm.low < model.home) & (model.home < model.arm.high))
 
 
 @pytest.mark.parametrize("part", ["head", "arm"])
-def test_the_jacobian_is_the_derivative(body, part):
-    chain, step = getattr(body, part), 1e-6
+def test_the_jacobian_is_the_derivative(model, part):
+    chain, step = getattr(model, part), 1e-6
     for angles in some_angles(chain):
         jacobian = chain.jacobian(angles)
         for joint in range(len(angles)):
@@ -64,17 +64,17 @@ def test_the_jacobian_is_the_derivative(body, part):
             assert jacobian[:, joint] == pytest.approx(numeric, abs=1e-5)
 
 
-def test_links_hang_together_from_the_base_to_the_hand(body):
-    frames = body.arm.frames(body.home)
+def test_links_hang_together_from_the_base_to_the_hand(model):
+    frames = model.arm.frames(model.home)
     assert len(frames) == 7 + 2
     assert frames[0] == pytest.approx(np.eye(4))
     assert all(geometry.distance(one, next_one) < 0.4 for one, next_one in itertools.pairwise(frames))
-    assert frames[-1] == pytest.approx(body.arm.forward(body.home))
+    assert frames[-1] == pytest.approx(model.arm.forward(model.home))
 
 
 @pytest.mark.parametrize("chain", [teo.HEAD, teo.RIGHT_ARM], ids=lambda chain: chain.name)
 def test_teo_s_table_is_the_same_to_pinocchio(chain):
-    """Each row of the table as a joint about z, a shift along it, a shift along x and a turn about x."""
+    """Each row of the table as a joint about z, a shift along it, a shift along x and a cycle about x."""
     model, parent, placement = pinocchio.Model(), 0, pinocchio.SE3(chain.base)
     for joint in chain.joints:
         parent = model.addJoint(parent, pinocchio.JointModelRZ(), placement, joint.name)
@@ -102,37 +102,37 @@ def test_what_is_no_robot_is_refused(tmp_path):
         load_urdf(tmp_path / "none.urdf")
     (tmp_path / "bad.urdf").write_text("<robot")
     with pytest.raises(SourceUnavailableError, match="no robot that Pinocchio can read"):
-        tiago.body(tmp_path / "bad.urdf")
+        tiago.model(tmp_path / "bad.urdf")
     with pytest.raises(SourceUnavailableError, match="no gripper_link"):
-        tiago.body(hand="gripper_link")
+        tiago.model(hand="gripper_link")
     with pytest.raises(SourceUnavailableError, match="no arm_9_joint"):
         UrdfChain("arm", load_urdf(tiago.shipped_urdf()), tiago.BASE, ["arm_9_joint"], tiago.HAND)
 
 
 @pytest.mark.parametrize("angles", [[0.0], [float("nan")] * 7, np.zeros((7, 1))])
-def test_angles_that_are_none_are_refused(body, angles):
-    for ask in (body.arm.forward, body.arm.jacobian):
+def test_angles_that_are_none_are_refused(model, angles):
+    for ask in (model.arm.forward, model.arm.jacobian):
         with pytest.raises(UsageError, match="TIAGo's arm has 7 joints"):
             ask(angles)
 
 
 # -- the simulated robot -------------------------------------------------------------------------
-def test_it_keeps_to_its_limits_whatever_it_is_told(body):
+def test_it_keeps_to_its_limits_whatever_it_is_told(model):
     now, random = 0.0, np.random.default_rng(7)
-    robot = SimRobot(body, lambda: now)
+    robot = SimRobot(model, lambda: now)
     for _ in range(300):
         robot.move_hand(random.normal(0, 5, 6))
         robot.aim_head(random.normal(0, 2, 2), abs(random.normal(0, 0.2)))
         now += 0.02
     state = robot.state()
     assert robot.limit_violations == 0
-    assert np.all((body.arm.low - 1e-9 <= state.arm) & (state.arm <= body.arm.high + 1e-9))
-    assert np.all((body.head.low - 1e-9 <= state.head) & (state.head <= body.head.high + 1e-9))
+    assert np.all((model.arm.low - 1e-9 <= state.arm) & (state.arm <= model.arm.high + 1e-9))
+    assert np.all((model.head.low - 1e-9 <= state.head) & (state.head <= model.head.high + 1e-9))
 
 
-def test_a_head_that_is_aimed_gets_there_in_time_and_stays(body):
+def test_a_head_that_is_aimed_gets_there_in_time_and_stays(model):
     now = 0.0
-    robot = SimRobot(body, lambda: now)
+    robot = SimRobot(model, lambda: now)
     robot.aim_head(np.array([0.4, -0.2]), 1.0)
     now = 0.5
     assert robot.state().head == pytest.approx([0.19, -0.095], abs=0.015)
@@ -145,8 +145,10 @@ def test_a_head_that_is_aimed_gets_there_in_time_and_stays(body):
     assert robot.state().head == pytest.approx([0.4, -0.2], abs=1e-3)
 
 
-def test_it_looks_waits_approaches_and_arrives(body):
-    run = desk.Desk(body, things=Things(board=lambda seconds: board_pose() if seconds > 1 else None))
+def test_it_looks_waits_approaches_and_arrives(model):
+    run = closed_loop.ClosedLoop(
+        model, things=Things(board=lambda seconds: board_pose() if seconds > 1 else None)
+    )
     run.run(20, State.REACHED)
     states = [step.state for step in run.loop.machine.transitions]
     assert states[-2:] == [State.APPROACHING, State.REACHED]
@@ -160,11 +162,11 @@ def test_it_looks_waits_approaches_and_arrives(body):
     assert run.gate.refused == 0
 
 
-def test_a_face_is_seen_in_every_picture_from_below_too(body):
+def test_a_face_is_seen_in_every_picture_from_below_too(model):
     """TIAGo is shorter than who stands before it; what they wear must not hide their chin."""
-    run = desk.Desk(body, things=Things(board=lambda seconds: None))
+    run = closed_loop.ClosedLoop(model, things=Things(board=lambda seconds: None))
     run.run(3)
-    after = [turn.state for turn in run.turns if turn.time > 0.5]
+    after = [cycle.state for cycle in run.cycles if cycle.time > 0.5]
     assert State.LOST not in after
 
 
@@ -191,16 +193,16 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch):
         load_urdf(tiago.shipped_urdf())
 
 
-def test_without_ros_every_way_to_it_says_what_to_do(body, monkeypatch):
+def test_without_ros_every_way_to_it_says_what_to_do(model, monkeypatch):
     from grabbergui.servo.publisher_ros2 import Ros2Publisher
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
     monkeypatch.setitem(sys.modules, "rclpy", None)
     for opened in (
-        TiagoOverRos2(body).open,
+        TiagoOverRos2(model).open,
         Ros2Publisher(None).open,
-        lambda: TiagoTopics(SimRobot(body)),
+        lambda: TiagoTopics(SimRobot(model)),
     ):
         with pytest.raises(SourceUnavailableError, match="make setup-ros2"):
             opened()

@@ -33,13 +33,14 @@ from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E40
 from grabbergui.net.ros2.camera_info import receive_calibration  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
-from grabbergui.servo import desk  # noqa: E402
-from grabbergui.servo.pilot import Pilot  # noqa: E402
+from grabbergui.servo import closed_loop  # noqa: E402
+from grabbergui.servo.config import Config  # noqa: E402
 from grabbergui.servo.publisher_ros2 import Ros2Publisher  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
 from grabbergui.servo.robots.tiago_topics import TiagoTopics  # noqa: E402
+from grabbergui.servo.runner import Runner  # noqa: E402
 from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, PROGRAM, attempts, until  # noqa: E402
 
@@ -102,21 +103,21 @@ class Listener:
 
 
 @pytest.fixture(scope="module")
-def body():
-    return tiago.body()
+def model():
+    return tiago.model()
 
 
 @pytest.fixture
-def simulated(domain, body):
-    topics = Faulty(SimRobot(body))
+def simulated(domain, model):
+    topics = Faulty(SimRobot(model))
     topics.open()
     yield topics
     topics.close()
 
 
 @pytest.fixture
-def robot(simulated, body):
-    client = TiagoOverRos2(body)
+def robot(simulated, model):
+    client = TiagoOverRos2(model)
     client.open()
     yield client
     client.close()
@@ -138,14 +139,16 @@ def board_shown():
 
 
 @pytest.fixture
-def pilot(robot, simulated, config, board_shown):
+def runner(robot, simulated, config, board_shown):
     """The whole loop, its pictures from the simulated head: a person, and a second later the marker."""
     things = Things(board=lambda seconds: board_pose() if seconds > 1 and board_shown.is_set() else None)
-    camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker, things))
+    camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker, things))
     camera.open()
-    pilot = Pilot(camera, robot, lambda frame: desk.detector(config, desk.calibration()), config)
-    yield pilot
-    pilot.stop()
+    runner = Runner(
+        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
+    yield runner
+    runner.stop()
     camera.close()
 
 
@@ -209,18 +212,18 @@ def test_steps_go_by_one_trajectory_each(robot, simulated):
     until(lambda: np.allclose(np.degrees(robot.state().head), [2, -2], atol=0.1))
 
 
-def test_a_target_beyond_the_neck_s_limits_is_cut_off(robot, listener, body):
+def test_a_target_beyond_the_neck_s_limits_is_cut_off(robot, listener, model):
     heard = listener.hear(JointTrajectory, "/head_controller/joint_trajectory")
     until(lambda: robot.step_head(np.array([3.0, 3.0])) or heard.qsize())
     positions = tiago.HEAD_SIGNS * np.array(heard.get().points[0].positions)
-    assert positions == pytest.approx(body.head.high)
+    assert positions == pytest.approx(model.head.high)
 
 
-def test_the_whole_chain_reaches_the_marker(pilot, simulated):
-    pilot.start()
-    until(lambda: pilot.loop.machine.state is State.REACHED, seconds=PROGRAM)
-    pilot.stop()
-    goal = pilot.loop.arm.goal(desk.in_base(simulated.robot, desk.rendered_scene.board_pose()))
+def test_the_whole_chain_reaches_the_marker(runner, simulated):
+    runner.start()
+    until(lambda: runner.loop.machine.state is State.REACHED, seconds=PROGRAM)
+    runner.stop()
+    goal = runner.loop.arm.goal(closed_loop.in_base(simulated.robot, closed_loop.rendered_scene.board_pose()))
     hand = simulated.robot.state().hand
     assert geometry.distance(hand, goal) < 0.010
     assert math.degrees(geometry.angle_between(hand, goal)) < 2
@@ -228,33 +231,33 @@ def test_the_whole_chain_reaches_the_marker(pilot, simulated):
 
 
 # -- what goes wrong -----------------------------------------------------------------------------
-def approaching(pilot, simulated):
-    pilot.start()
-    until(lambda: pilot.loop.machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
+def approaching(runner, simulated):
+    runner.start()
+    until(lambda: runner.loop.machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
 
 
-def test_joint_states_that_cease_end_all_motion(pilot, simulated, listener):
+def test_joint_states_that_cease_end_all_motion(runner, simulated, listener):
     twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
-    approaching(pilot, simulated)
+    approaching(runner, simulated)
     until(twists.qsize)
     simulated.silent = True
-    until(lambda: pilot.loop.machine.state is State.LOST)
+    until(lambda: runner.loop.machine.state is State.LOST)
     until(lambda: simulated.robot.speed < 1e-3)
-    sent = pilot.gate.sent
+    sent = runner.gate.sent
     time.sleep(0.3)  # a while in which no command may follow
-    assert pilot.gate.sent == sent
+    assert runner.gate.sent == sent
     last = [twists.get() for _ in range(twists.qsize())][-1].twist
     assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
     simulated.silent = False
     until(lambda: simulated.robot.speed > 0.01)
 
 
-def test_joint_states_that_stand_still_stop_it_for_good(pilot, simulated, listener):
+def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, listener):
     twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
-    approaching(pilot, simulated)
+    approaching(runner, simulated)
     simulated.frozen = True
-    until(lambda: pilot.loop.machine.state is State.STOPPED)
-    assert "encoders stand still" in pilot.loop.machine.reason
+    until(lambda: runner.loop.machine.state is State.STOPPED)
+    assert "encoders stand still" in runner.loop.machine.reason
     until(lambda: simulated.robot.speed < 1e-3)
     last = [twists.get() for _ in range(twists.qsize())][-1].twist
     assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
@@ -264,31 +267,33 @@ def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated, config):
     others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
     limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
     object.__setattr__(config, "safety", limits)
-    camera = desk.mounted_camera(simulated.robot, desk.things_for(desk.Config().marker))
+    camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker))
     camera.open()
     server = Ros2GrabberServer(camera, "/camera")
     server.start()
     pictures = sources.create("ros2:/camera")
-    pilot = Pilot(pictures, robot, lambda frame: desk.detector(config, desk.calibration()), config)
-    turns = []
-    pilot.turned.connect(lambda turn, frame: turns.append(turn))
+    runner = Runner(
+        pictures, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
+    cycles = []
+    runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
     try:
         pictures.open()
-        approaching(pilot, simulated)
+        approaching(runner, simulated)
         server.stop()
-        until(lambda: turns[-1].state is State.LOST and turns[-1].time - last_moving(turns).time > 0.3)
-        assert last_moving(turns).time - pilot.loop.sighting.captured <= config.safety.picture_timeout
-        assert "no fresh picture" in turns[-1].reason
+        until(lambda: cycles[-1].state is State.LOST and cycles[-1].time - last_moving(cycles).time > 0.3)
+        assert last_moving(cycles).time - runner.loop.sighting.captured <= config.safety.picture_timeout
+        assert "no fresh picture" in cycles[-1].reason
         until(lambda: simulated.robot.speed < 1e-3)
     finally:
-        pilot.stop()
+        runner.stop()
         pictures.close()
         server.stop()
         camera.close()
 
 
-def last_moving(turns):
-    return next(turn for turn in reversed(turns) if turn.command.moves)
+def last_moving(cycles):
+    return next(cycle for cycle in reversed(cycles) if cycle.command.moves)
 
 
 def test_a_stop_goes_out_though_the_robot_says_nothing(robot, simulated, listener):
@@ -307,7 +312,7 @@ def test_a_head_of_which_old_news_is_known_is_not_turned_back(robot, simulated):
     until(lambda: simulated.robot.state().head[0] > np.radians(7.5))
     until(lambda: time.monotonic() - robot.state().time > 0.3)
     robot.stop()
-    time.sleep(0.3)  # a while in which it might turn back
+    time.sleep(0.3)  # a while in which it might cycle back
     assert np.degrees(simulated.robot.state().head[0]) == pytest.approx(8, abs=0.6)
 
 
@@ -329,9 +334,9 @@ def test_a_robot_that_is_gone_takes_no_command_and_a_stop_does_not_hang(robot, s
             robot.stop()
 
 
-def test_a_robot_that_is_not_there_is_said_not_to_be(domain, body):
+def test_a_robot_that_is_not_there_is_said_not_to_be(domain, model):
     with pytest.raises(SourceNotFoundError, match="nobody tells of TIAGo's joints at /joint_states"):
-        TiagoOverRos2(body, timeout=0.3).open()
+        TiagoOverRos2(model, timeout=0.3).open()
 
 
 @pytest.mark.parametrize(
@@ -341,14 +346,14 @@ def test_a_robot_that_is_not_there_is_said_not_to_be(domain, body):
         ((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS), "nobody listens to"),
     ],
 )
-def test_half_a_robot_is_told_from_a_whole_one(listener, body, joints, complaint):
+def test_half_a_robot_is_told_from_a_whole_one(listener, model, joints, complaint):
     states = listener.node.create_publisher(JointState, "/joint_states", 5)
     message = JointState(name=list(joints), position=[0.1] * len(joints))
     listener.node.create_timer(0.02, lambda: states.publish(message))
 
     def complained():
         with pytest.raises(SourceNotFoundError) as refused:
-            TiagoOverRos2(body, timeout=1.5).open()
+            TiagoOverRos2(model, timeout=1.5).open()
         return complaint in str(refused.value)
 
     until(complained)
@@ -367,8 +372,8 @@ def test_readings_that_are_no_numbers_are_not_believed(robot, simulated, listene
     assert np.isfinite(robot.state().hand).all()
 
 
-def test_commands_before_it_is_open_are_refused(body):
-    robot = TiagoOverRos2(body)
+def test_commands_before_it_is_open_are_refused(model):
+    robot = TiagoOverRos2(model)
     for command in (lambda: robot.move_head(np.zeros(2)), lambda: robot.move_hand(np.zeros(6))):
         with pytest.raises(TransportError):
             command()
@@ -377,42 +382,42 @@ def test_commands_before_it_is_open_are_refused(body):
 
 
 # -- tf ------------------------------------------------------------------------------------------
-def test_the_camera_is_where_tf_has_it(simulated, body, listener):
+def test_the_camera_is_where_tf_has_it(simulated, model, listener):
     messages = pytest.importorskip("tf2_msgs.msg", reason="tf2_msgs is not installed")
     from geometry_msgs.msg import TransformStamped
     from rclpy.qos import DurabilityPolicy, QoSProfile
 
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     publisher = listener.node.create_publisher(messages.TFMessage, "/tf_static", latched)
-    robot = TiagoOverRos2(body)
+    robot = TiagoOverRos2(model)
     robot.open()
     try:
-        until(lambda: robot.body is not body)  # from the simulated robot, which says what the URDF says
-        assert robot.body.camera == pytest.approx(body.camera, abs=1e-9)
+        until(lambda: robot.model is not model)  # from the simulated robot, which says what the URDF says
+        assert robot.model.camera == pytest.approx(model.camera, abs=1e-9)
         entry = TransformStamped(child_frame_id=tiago.CAMERA)
         entry.header.frame_id = tiago.HEAD
         entry.transform.translation.x = 0.5
         publisher.publish(messages.TFMessage(transforms=[entry]))
-        until(lambda: robot.body.camera[0, 3] == 0.5)
-        moved = robot.camera_pose(np.zeros(2)) @ geometry.inverse(body.camera_pose(np.zeros(2)))
+        until(lambda: robot.model.camera[0, 3] == 0.5)
+        moved = robot.camera_pose(np.zeros(2)) @ geometry.inverse(model.camera_pose(np.zeros(2)))
         assert not np.allclose(moved, np.eye(4))
     finally:
         robot.close()
 
 
 # -- what others see -----------------------------------------------------------------------------
-def test_what_happens_is_published_and_anybody_can_stop_it(pilot, simulated, listener, board_shown):
+def test_what_happens_is_published_and_anybody_can_stop_it(runner, simulated, listener, board_shown):
     from diagnostic_msgs.msg import DiagnosticStatus
     from std_msgs.msg import Empty
 
-    publisher = Ros2Publisher(pilot, "/servo", "head_camera")
+    publisher = Ros2Publisher(runner, "/servo", "head_camera")
     publisher.open()
     try:
         markers = listener.hear(PoseStamped, "/servo/marker")
         heads = listener.hear(PoseStamped, "/servo/head")
         states = listener.hear(DiagnosticStatus, "/servo/state")
         board_shown.clear()  # where a marker is seen, heads are not looked for
-        pilot.start()
+        runner.start()
         assert heads.get(timeout=PATIENCE).pose.position.z == pytest.approx(1.3, abs=0.4)
         board_shown.set()
         marker = markers.get(timeout=PATIENCE)
@@ -431,13 +436,13 @@ def test_what_happens_is_published_and_anybody_can_stop_it(pilot, simulated, lis
         at_once = listener.node.create_publisher(Empty, "/servo/stop_now", 1)
         until(at_once.get_subscription_count)
         at_once.publish(Empty())
-        until(lambda: pilot.gate.halted == "stopped over ROS 2")
+        until(lambda: runner.gate.halted == "stopped over ROS 2")
         until(lambda: simulated.robot.speed < 1e-3)
         status = {}
         until(lambda: "state" in status or status.update(pairs(states)))
         assert status["state"]
     finally:
-        pilot.stop()
+        runner.stop()
         publisher.close()
 
 
@@ -445,15 +450,15 @@ def pairs(states):
     return {pair.key: pair.value for pair in states.get(timeout=PATIENCE).values}
 
 
-def test_all_detections_are_published_where_vision_msgs_is_there(pilot, listener, board_shown):
+def test_all_detections_are_published_where_vision_msgs_is_there(runner, listener, board_shown):
     vision = pytest.importorskip("vision_msgs.msg", reason="vision_msgs is not installed")
-    publisher = Ros2Publisher(pilot, "/servo")
+    publisher = Ros2Publisher(runner, "/servo")
     publisher.open()
     try:
         markers = listener.hear(vision.Detection3DArray, "/servo/markers")
         heads = listener.hear(vision.Detection3DArray, "/servo/heads")
         board_shown.clear()
-        pilot.start()
+        runner.start()
         assert heads.get(timeout=PATIENCE).header.frame_id == "camera"
         board_shown.set()
         found = []
@@ -463,13 +468,13 @@ def test_all_detections_are_published_where_vision_msgs_is_there(pilot, listener
         assert found[0].bbox.size.x == pytest.approx(0.1)
         assert found[0].results[0].pose.pose == found[0].bbox.center
     finally:
-        pilot.stop()
+        runner.stop()
         publisher.close()
 
 
-def test_a_bad_name_is_refused(pilot):
+def test_a_bad_name_is_refused(runner):
     with pytest.raises(UsageError, match="letters, digits"):
-        Ros2Publisher(pilot, "/my servo")
+        Ros2Publisher(runner, "/my servo")
 
 
 # -- the commands --------------------------------------------------------------------------------
@@ -480,7 +485,9 @@ def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys
     )
     try:
         assert "TIAGo listens to" in simulation.stdout.readline()
-        assert receive_calibration("/camera/image_raw").matrix == pytest.approx(desk.calibration().matrix)
+        assert receive_calibration("/camera/image_raw").matrix == pytest.approx(
+            closed_loop.calibration().matrix
+        )
         so_long = ("--seconds", str(PROGRAM), "--until-reached")
         chosen = options("servo", "--robot", "tiago", "--headless", *so_long, "--report", str(tmp_path))
         assert chosen.run(chosen) == 0

@@ -16,12 +16,12 @@ from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.servoing import Entry, Posture, Tuning
-from grabbergui.servo import desk
+from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.overlay import Drawing, Stroke
-from grabbergui.servo.pilot import Pilot
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.controllers.calibrating import CalibratingController
 from grabbergui.ui.controllers.servoing import ServoController
@@ -44,7 +44,7 @@ def window(qtbot):
 
 
 def posture(**changes):
-    robot = SimRobot(teo.BODY)
+    robot = SimRobot(teo.MODEL)
     state = robot.state()
     board = geometry.pose(np.diag([1.0, -1.0, -1.0]), (0.6, -0.2, 0.3))
     made = Posture(
@@ -249,33 +249,33 @@ def test_every_control_has_a_name_to_be_read_aloud(qtbot, make):
 @pytest.fixture
 def calibration():
     """What the live run goes by; a test may exchange it."""
-    return CalibrationChoice(desk.calibration().scaled_to)
+    return CalibrationChoice(closed_loop.calibration().scaled_to)
 
 
 @pytest.fixture
 def live(qtbot, window, calibration):
-    """A pilot on the simulated robot, shown."""
+    """A runner on the simulated robot, shown."""
     threads = set(threading.enumerate())
-    robot = SimRobot(teo.BODY)
-    camera = desk.mounted_camera(robot, desk.things_for(desk.Config().marker))
+    robot = SimRobot(teo.MODEL)
+    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker))
     camera.open()
-    pilot = Pilot(
-        camera, robot, lambda frame: desk.detector(desk.Config(), calibration(frame.width, frame.height))
+    runner = Runner(
+        camera, robot, lambda frame: closed_loop.detector(Config(), calibration(frame.width, frame.height))
     )
-    controller = ServoController(window, pilot, calibration)
+    controller = ServoController(window, runner, calibration)
     try:
-        yield pilot, robot
+        yield runner, robot
     finally:
         controller.close()
-        pilot.stop()
+        runner.stop()
         camera.close()
         # Those of the stop button end by themselves.
         qtbot.waitUntil(lambda: set(threading.enumerate()) <= threads)
 
 
 def test_a_live_run_is_shown_and_stopped_from_the_window(window, live, qtbot):
-    pilot, robot = live
-    pilot.start()
+    runner, robot = live
+    runner.start()
     qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes))
     qtbot.waitUntil(lambda: robot.speed > 0.02)
     qtbot.waitUntil(lambda: window.distancePlot.values() is not None)
@@ -293,8 +293,8 @@ def test_a_live_run_is_shown_and_stopped_from_the_window(window, live, qtbot):
 
 
 def test_a_robot_that_is_held_waits_for_start(window, live, qtbot):
-    pilot, robot = live
-    pilot.start(held="press Start")
+    runner, robot = live
+    runner.start(held="press Start")
     qtbot.waitUntil(lambda: window.reasonLabel.text() == "press Start")
     qtbot.waitUntil(lambda: window.distancePlot.values() is not None)
     assert window.states.state is State.STOPPED
@@ -305,17 +305,17 @@ def test_a_robot_that_is_held_waits_for_start(window, live, qtbot):
 
 
 def test_a_gain_set_in_the_window_reaches_the_loop_and_nonsense_does_not(window, live, qtbot):
-    pilot, _ = live
-    pilot.start()
+    runner, _ = live
+    runner.start()
     window.headGainBox.setValue(0.7)
-    qtbot.waitUntil(lambda: pilot.config.head.gain == 0.7)
+    qtbot.waitUntil(lambda: runner.config.head.gain == 0.7)
     window.tuningChanged.emit(dataclasses.replace(TUNING, rate=5))
     assert "too long" in window.messages.messages[0]
     assert window.rateBox.value() == 50
 
 
 def test_a_stop_that_hangs_in_the_network_does_not_hold_up_the_window(window, live, qtbot):
-    pilot, robot = live
+    runner, robot = live
     entered, leave = threading.Event(), threading.Event()
     stop = robot.stop
 
@@ -328,28 +328,28 @@ def test_a_stop_that_hangs_in_the_network_does_not_hold_up_the_window(window, li
     window.stopButton.click()  # returns at once, or the test would end in its time limit
     assert entered.wait(PATIENCE)
     leave.set()
-    qtbot.waitUntil(lambda: bool(pilot.gate.halted))
+    qtbot.waitUntil(lambda: bool(runner.gate.halted))
 
 
 def test_a_run_that_failed_says_why_and_can_be_started_again(window, live, qtbot):
-    pilot, _ = live
-    make = pilot._make_detector
+    runner, _ = live
+    make = runner._make_detector
 
     def fail(frame):
         raise FrameTimeoutError("the lens fell off")
 
-    pilot._make_detector = fail
-    pilot.start()
+    runner._make_detector = fail
+    runner.start()
     qtbot.waitUntil(lambda: window.messages.messages == ["the lens fell off"])
-    pilot._make_detector = make
-    qtbot.waitUntil(lambda: not pilot.running and window.startButton.isEnabled())
+    runner._make_detector = make
+    qtbot.waitUntil(lambda: not runner.running and window.startButton.isEnabled())
     window.startButton.click()
     qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes))
 
 
 def test_the_robot_that_is_drawn_is_the_one_that_moves(live, window, qtbot):
-    pilot, robot = live
-    pilot.start()
+    runner, robot = live
+    runner.start()
     qtbot.waitUntil(lambda: bool(window.drawing.drawing.strokes))
     shown = window.robotView.posture
     reach = teo.RIGHT_ARM.forward(robot.state().arm)[:3, 3]
@@ -358,17 +358,17 @@ def test_the_robot_that_is_drawn_is_the_one_that_moves(live, window, qtbot):
 
 
 def test_a_camera_that_is_not_calibrated_can_be_from_here(window, live, calibration, qtbot, tmp_path):
-    pilot, robot = live
+    runner, robot = live
     calibration.exchange(CalibrationChoice.nominal(60))
-    pilot.start()
+    runner.start()
     qtbot.waitUntil(lambda: bool(window.messages.messages))
     assert "not calibrated" in window.messages.messages[0]
     window.findChild(QPushButton, "offerButton").click()
     dialog = window.findChild(CalibrationDialog)
     assert dialog.isVisible()
-    qtbot.waitUntil(lambda: bool(pilot.gate.halted) and robot.speed == 0)
+    qtbot.waitUntil(lambda: bool(runner.gate.halted) and robot.speed == 0)
     path = tmp_path / "camera.yaml"
-    camera_info.save(desk.calibration(), path)
+    camera_info.save(closed_loop.calibration(), path)
     dialog.findChild(CalibratingController).model.saved.emit(path)
     qtbot.waitUntil(lambda: "in use" in window.messages.messages[0])
     assert not calibration(608, 512).nominal

@@ -13,7 +13,7 @@ from grabbergui.servo.kinematics import Chain
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class KinematicModel:
     """What a robot is made of. Its base is where both chains begin: x forward, y left, z up."""
 
     name: str
@@ -69,9 +69,9 @@ class Robot(ABC):
     COMMAND_TIMEOUT = 0.2
     "Seconds after which a robot stands still that gets no more commands."
 
-    def __init__(self, body: Body, name: str = "") -> None:
-        self.body = body
-        self.name = name or body.name
+    def __init__(self, model: KinematicModel, name: str = "") -> None:
+        self.model = model
+        self.name = name or model.name
 
     @abstractmethod
     def open(self) -> None:
@@ -110,8 +110,8 @@ class Robot(ABC):
 
     def camera_pose(self, head: Vector) -> Pose:
         """The camera's optical frame in the base for given pan and tilt."""
-        return self.body.camera_pose(head)
+        return self.model.camera_pose(head)
 
     def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:
-        """Its body at a reading, for eyes; see Body. Any thread; nothing is asked of the robot."""
-        return self.body.skeleton(state.head, state.arm)
+        """Its model at a reading, for eyes; see KinematicModel. Any thread; nothing is asked of the robot."""
+        return self.model.skeleton(state.head, state.arm)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
-from grabbergui.servo.robots.robot import Body, Robot, RobotState
+from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 from grabbergui.servo.tracking import JointHistory
 
 STEP = 0.01
@@ -36,20 +36,20 @@ class SimRobot(Robot):
 
     def __init__(
         self,
-        body: Body,
+        model: KinematicModel,
         clock: Callable[[], float] = time.monotonic,
         head: ArrayLike = (0.0, 0.0),
         arm: ArrayLike | None = None,
     ) -> None:
         """`head` and `arm` are the joints' first angles, radians."""
-        super().__init__(body, f"simulated {body.name}")
+        super().__init__(model, f"simulated {model.name}")
         self.limit_violations = 0
         "Steps after which a joint was beyond its limits or faster than it can be; stays 0."
         self._clock = clock
         self._lock = threading.RLock()
         self._time = clock()
-        self._head = _Drive(body.head, np.asarray(head, np.float64))
-        self._arm = _Drive(body.arm, body.home if arm is None else np.asarray(arm, np.float64))
+        self._head = _Drive(model.head, np.asarray(head, np.float64))
+        self._arm = _Drive(model.arm, model.home if arm is None else np.asarray(arm, np.float64))
         self._head_target: Vector | None = None
         self._head_velocity = np.zeros(2)
         "Of its motion, or on the way to its target the highest."
@@ -73,7 +73,7 @@ class SimRobot(Robot):
             return RobotState(
                 self._time,
                 self._head.angles.copy(),
-                self.body.arm.forward(self._arm.angles),
+                self.model.arm.forward(self._arm.angles),
                 self._arm.angles.copy(),
             )
 
@@ -96,7 +96,7 @@ class SimRobot(Robot):
         with self._lock:
             self._advance()
             if np.shape(target) == (2,) and np.isfinite(target).all():
-                self._head_target = self.body.head.clamped(target)
+                self._head_target = self.model.head.clamped(target)
                 self._head_velocity = np.asarray(fastest, np.float64)
 
     def aim_head(self, target: Vector, seconds: float) -> None:
@@ -127,7 +127,7 @@ class SimRobot(Robot):
         with self._lock:
             self._advance()
             angles = self._history.at(min(moment, self._time))
-            return self.body.stands @ self.body.camera_pose(self._head.angles if angles is None else angles)
+            return self.model.stands @ self.model.camera_pose(self._head.angles if angles is None else angles)
 
     @property
     def speed(self) -> float:
@@ -160,7 +160,7 @@ class SimRobot(Robot):
         twist = self._twist if self._time < self._arm_until else np.zeros(6)
         arm = np.zeros_like(self._arm.angles)
         if twist.any():
-            arm = self.body.arm.velocities_for(self._arm.angles, twist)
+            arm = self.model.arm.velocities_for(self._arm.angles, twist)
         for drive, velocity in ((self._head, head), (self._arm, arm)):
             self.limit_violations += drive.advance(velocity, seconds)
 

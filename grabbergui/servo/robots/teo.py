@@ -12,7 +12,7 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Pose, pose, rotation_from_vector
 from grabbergui.servo.robots.dh_chain import DhChain, Joint
-from grabbergui.servo.robots.robot import Body
+from grabbergui.servo.robots.robot import KinematicModel
 
 FASTEST = 50.0
 "Degrees per second of every joint."
@@ -51,6 +51,6 @@ CAMERA_ON_HEAD: Pose = pose(
 "The camera's optical frame (z forward, x right, y down) as seen from the head's (x forward, z up)."
 
 HOME = np.radians([-20.0, -5.0, 0.0, -80.0, 0.0, 20.0])
-"The hand before the body, the elbow bent."
+"The hand before the model, the elbow bent."
 
-BODY = Body("TEO", HEAD, RIGHT_ARM, CAMERA_ON_HEAD, HOME, stands=pose())
+MODEL = KinematicModel("TEO", HEAD, RIGHT_ARM, CAMERA_ON_HEAD, HOME, stands=pose())

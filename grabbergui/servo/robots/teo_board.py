@@ -31,7 +31,7 @@ class SimulatedBoard:
 
     def __init__(self, robot: SimRobot, names: NameClient, name: str) -> None:
         self._robot = robot
-        self._chain = robot.body.head
+        self._chain = robot.model.head
         self._lock = threading.RLock()
         self._modes = [messages.POSITION_MODE] * self._joints
         self._speeds = np.full(self._joints, STEP_SPEED)

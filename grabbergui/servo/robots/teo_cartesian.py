@@ -196,7 +196,7 @@ class SimulatedCartesian:
 
     def _joints_at(self, target: Pose) -> Vector | None:
         arm = self._robot.state().arm
-        return self._robot.body.arm.inverse(target, self._robot.body.home if arm is None else arm)
+        return self._robot.model.arm.inverse(target, self._robot.model.home if arm is None else arm)
 
     def _status(self) -> Bottle:
         return messages.status(self._state, self._robot.state().hand, time.time())

@@ -39,7 +39,7 @@ class TeoOverYarp(Robot):
     """
 
     def __init__(self, names: NameClient, remote: str = "/teoSim", local: str = "/grabbergui/servo") -> None:
-        super().__init__(teo.BODY)
+        super().__init__(teo.MODEL)
         self._remote = remote
         self._names = names
         self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)

@@ -11,7 +11,7 @@ import numpy as np
 
 from grabbergui.calibration.geometry import pose
 from grabbergui.core.errors import SourceUnavailableError
-from grabbergui.servo.robots.robot import Body
+from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfChain, frame_pose, load_urdf
 
 BASE = "torso_lift_link"
@@ -37,13 +37,13 @@ def shipped_urdf() -> Path:
     return Path(getModelPath(file) + file)
 
 
-def body(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> Body:
+def model(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> KinematicModel:
     """TIAGo by a URDF, the shipped one by default; `hand` and `camera` are frames in it.
 
     Raises SourceUnavailableError without Pinocchio, its robots, or the frames.
     """
     model = load_urdf(urdf or shipped_urdf())
-    return Body(
+    return KinematicModel(
         "TIAGo",
         UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, HEAD, signs=HEAD_SIGNS),
         UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES),

@@ -14,7 +14,7 @@ from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError, Tra
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
-from grabbergui.servo.robots.robot import Body, Robot, RobotState
+from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 from grabbergui.servo.ros2_packages import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
@@ -42,9 +42,9 @@ class Topics:
 class TiagoOverRos2(Robot):
     """A TIAGo, real or simulated. Readings arrive on the node's thread."""
 
-    def __init__(self, body: Body, topics: Topics | None = None, timeout: float = 15.0) -> None:
+    def __init__(self, model: KinematicModel, topics: Topics | None = None, timeout: float = 15.0) -> None:
         """`timeout` is for the first reading, seconds."""
-        super().__init__(body)
+        super().__init__(model)
         self._topics = topics or Topics()
         self._timeout = timeout
         self._ros: Ros2Node | None = None
@@ -140,7 +140,7 @@ class TiagoOverRos2(Robot):
         return self._state
 
     def _aim(self, target: Vector, seconds: float) -> None:
-        self._target = self.body.head.clamped(target)
+        self._target = self.model.head.clamped(target)
         self._publish(self._head, messages.head_trajectory(self._target, seconds))
 
     def _publish(self, publisher: Any, message: Any) -> None:
@@ -168,7 +168,7 @@ class TiagoOverRos2(Robot):
         head = self._readings.angles(tiago.HEAD_JOINTS)
         arm = self._readings.angles(tiago.ARM_JOINTS)
         if head is not None and arm is not None:
-            hand = self.body.arm.forward(arm[1])
+            hand = self.model.arm.forward(arm[1])
             self._state = RobotState(min(head[0], arm[0]), tiago.HEAD_SIGNS * head[1], hand, arm[1])
 
     def _await_readings(self) -> None:
@@ -208,4 +208,4 @@ class TiagoOverRos2(Robot):
         self._frames.take(message)
         place: Pose | None = self._frames.of(self._topics.camera_frame, tiago.HEAD)
         if place is not None:
-            self.body = replace(self.body, camera=place)
+            self.model = replace(self.model, camera=place)

@@ -82,7 +82,7 @@ class TiagoTopics:
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         publisher = node.create_publisher(TFMessage, "/tf_static", latched)
-        camera = self._robot.body.camera
+        camera = self._robot.model.camera
         entry = TransformStamped(child_frame_id=self._topics.camera_frame)
         entry.header.frame_id = tiago.HEAD
         entry.header.stamp = node.get_clock().now().to_msg()

@@ -15,7 +15,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.models.error_text import error_text
 from grabbergui.models.messages import Message
 from grabbergui.models.servoing import Entry, ServoModel, Tuning
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.runner import Runner
 from grabbergui.servo.state_machine import State
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibrating import CalibratingController
@@ -29,35 +29,35 @@ CURVES_MS = 150
 
 
 class ServoController(QObject):
-    """Make it on the GUI thread; `close` it before the pilot is gone."""
+    """Make it on the GUI thread; `close` it before the runner is gone."""
 
     refused = Signal(str)
     """Start let nothing move; why, for people. On a thread of its own."""
 
-    def __init__(self, window: ServoWindow, pilot: Pilot, calibration: CalibrationFor) -> None:
+    def __init__(self, window: ServoWindow, runner: Runner, calibration: CalibrationFor) -> None:
         super().__init__(window)
         self.calibrating: CalibrationDialog | None = None
         """Open on top of the window."""
-        self._window, self._pilot, self._calibration = window, pilot, calibration
+        self._window, self._runner, self._calibration = window, runner, calibration
         self._offer: Message | None = None
-        self.model = ServoModel(pilot, calibration)
+        self.model = ServoModel(runner, calibration)
         self._bridge = Bridge(self)
         self._bridge.bind(self.model.ready, self._on_model_ready)
         self._bridge.bind(self.model.entered, self._on_model_entered)
-        self._bridge.bind(pilot.failed, self._on_pilot_failed)
+        self._bridge.bind(runner.failed, self._on_pilot_failed)
         self._bridge.bind(self.refused, self._on_pilot_failed)
         window.stopPressed.connect(self._on_window_stop_pressed)
         window.startPressed.connect(self._on_window_start_pressed)
         window.tuningChanged.connect(self._on_window_tuning_changed)
         window.viewChanged.connect(self.model.set_viewport)
-        window.setTuning(Tuning.of(pilot.config))
+        window.setTuning(Tuning.of(runner.config))
         self._timer = QTimer(self)
         self._timer.timeout.connect(self._show_curves)
         self._timer.start(CURVES_MS)
         self.model.open()
 
     def close(self) -> None:
-        """Let go of the pilot. May be called twice."""
+        """Let go of the runner. May be called twice."""
         self._timer.stop()
         if self.calibrating is not None:
             self.calibrating.reject()
@@ -67,29 +67,29 @@ class ServoController(QObject):
     # -- from the window ---------------------------------------------------------------------------
     def _on_window_stop_pressed(self) -> None:
         # A thread for each: a robot whose network hangs must hold up neither the window nor a second stop.
-        _apart(lambda: self._pilot.emergency_stop("stopped in the window"), "emergency stop")
+        _apart(lambda: self._runner.emergency_stop("stopped in the window"), "emergency stop")
 
     def _on_window_start_pressed(self) -> None:
-        pilot = self._pilot
+        runner = self._runner
 
         def start() -> None:
-            if not pilot.running:
-                pilot.stop()  # its threads have ended; this takes them off its hands
-                pilot.start()
-            if why_not := pilot.resume():
+            if not runner.running:
+                runner.stop()  # its threads have ended; this takes them off its hands
+                runner.start()
+            if why_not := runner.resume():
                 self.refused.emit(why_not)
 
         _apart(start, "start")
 
     def _on_window_tuning_changed(self, tuning: Tuning) -> None:
         try:
-            config = tuning.applied_to(self._pilot.config)
+            config = tuning.applied_to(self._runner.config)
         except UsageError as error:
             self._window.messages.showError(error_text(error))
-            self._window.setTuning(Tuning.of(self._pilot.config))
+            self._window.setTuning(Tuning.of(self._runner.config))
             return
         log.info("tuned: %s", tuning)
-        self._pilot.tune(config)
+        self._runner.tune(config)
 
     # -- from the run ------------------------------------------------------------------------------
     def _on_model_ready(self) -> None:
@@ -97,10 +97,10 @@ class ServoController(QObject):
         if shown is None:
             return
         window = self._window
-        if self._pilot.running:
-            window.setState(shown.turn.state, shown.turn.reason)
+        if self._runner.running:
+            window.setState(shown.cycle.state, shown.cycle.reason)
         else:
-            window.setState(State.STOPPED, self._pilot.gate.halted)
+            window.setState(State.STOPPED, self._runner.gate.halted)
         if shown.image is not None:
             window.setPicture(shown.image, *shown.size, shown.drawing)
             self._offer_calibrating(shown.nominal)
@@ -128,10 +128,10 @@ class ServoController(QObject):
         if self.calibrating is not None:
             self.calibrating.raise_()
             return
-        _apart(lambda: self._pilot.emergency_stop("stopped to calibrate"), "emergency stop")
+        _apart(lambda: self._runner.emergency_stop("stopped to calibrate"), "emergency stop")
         self.calibrating = CalibrationDialog(self._window)
         self.calibrating.closing.connect(self._on_calibrating_closing)
-        CalibratingController(self.calibrating, self._pilot.grabber, self._on_calibration_saved)
+        CalibratingController(self.calibrating, self._runner.grabber, self._on_calibration_saved)
         self.calibrating.show()
 
     def _on_calibrating_closing(self) -> None:
@@ -145,7 +145,7 @@ class ServoController(QObject):
             return
         if isinstance(self._calibration, CalibrationChoice):
             self._calibration.exchange(chosen)
-            self._pilot.renew_detector()
+            self._runner.renew_detector()
             text = self.tr("{0} is in use; Start lets the robot move")
             self._window.messages.showNotice(text.format(path))
 

@@ -11,7 +11,7 @@ from PyQt5.QtWidgets import QDialog
 from grabbergui.calibration.boards import BoardSettings
 from grabbergui.calibration.fitted import CalibrationChoice, CalibrationFor
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.servo.pilot import Pilot
+from grabbergui.servo.runner import Runner
 from grabbergui.ui.controllers.calibrating import CalibratingController, CalibrationChooser
 from grabbergui.ui.controllers.servoing import ServoController
 from grabbergui.ui.run.application import application, closed_by, look
@@ -70,14 +70,14 @@ def choose_calibration(grabber: FrameGrabber, theme: Theme = Theme.AUTO) -> Cali
 
 
 def servo(
-    pilot: Pilot,
+    runner: Runner,
     calibration: CalibrationFor,
     seconds: float | None,
     screenshot: Path | None = None,
     theme: Theme = Theme.AUTO,
     stop: threading.Event | None = None,
 ) -> None:
-    """Show a running pilot until the window is closed or the time is up.
+    """Show a running runner until the window is closed or the time is up.
 
     A loop that ended with an error is shown with its reason, and may be started again. With `screenshot` a
     picture of the window is saved before it closes. Setting `stop` stops the robot, then closes the window.
@@ -85,7 +85,7 @@ def servo(
     app = application()
     dress(app, look(theme, screenshot is not None))
     window = ServoWindow()
-    controller = ServoController(window, pilot, calibration)
+    controller = ServoController(window, runner, calibration)
 
     def close() -> None:
         if screenshot is not None:
@@ -93,7 +93,7 @@ def servo(
         window.close()
 
     def interrupted() -> None:
-        pilot.emergency_stop("interrupted")
+        runner.emergency_stop("interrupted")
         window.close()
 
     if seconds is not None:

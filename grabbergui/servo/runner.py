@@ -1,7 +1,7 @@
 """A run in real time: pictures from any source, detection, the loop, commands to a robot.
 
-Threads: one takes pictures, detects and turns the loop; a watchdog stops a robot that hears nothing any
-more, for instance because a detection takes too long. `emergency_stop` may come from any thread.
+Threads: one takes pictures, detects and runs the control cycle; a watchdog stops a robot that hears nothing
+any more, for instance because a detection takes too long. `emergency_stop` may come from any thread.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ TIMES_KEPT = 100_000
 "Pictures whose times are kept: about an hour's."
 
 
-class Pilot:
+class Runner:
     """Runs the loop on a source and a robot that others opened, and will close."""
 
-    turned = Signal(object, object)
-    """A `Turn`, and the `Frame` if a new picture counted in it, else None; on the loop's thread."""
+    cycle_done = Signal(object, object)
+    """A `ControlCycle`, and the `Frame` if a new picture counted in it, else None; on the loop's thread."""
     failed = Signal(str)
     """The loop ended by an error; why, for people. On the loop's thread."""
 
@@ -95,7 +95,7 @@ class Pilot:
 
     @property
     def running(self) -> bool:
-        """Whether the loop turns."""
+        """Whether the loop runs."""
         return self._running.is_set()
 
     def emergency_stop(self, reason: str = "emergency stop") -> None:
@@ -129,7 +129,7 @@ class Pilot:
         self._renew = True
 
     def tune(self, config: Config) -> None:
-        """Other gains, limits and rate from the next turn on. Any thread."""
+        """Other gains, limits and rate from the next cycle on. Any thread."""
         self._tuned = config
 
     def _run(self) -> None:
@@ -148,14 +148,14 @@ class Pilot:
                 now = time.monotonic()
                 if captured is None and now < due:
                     continue
-                self._turn(now, captured, frame)
+                self._cycle(now, captured, frame)
                 due = max(due + 1 / self.config.loop.rate, now)
         except GrabberError as error:
             log.error("servo loop: %s", error)
             self.failed.emit(str(error))
         except Exception as error:
             log.exception("servo loop")
-            # What a listener to `turned` raises comes wrapped.
+            # What a listener to `cycle_done` raises comes wrapped.
             self.failed.emit(f"internal error, see the log: {error.__cause__ or error}")
         finally:
             self.gate.halt(ENDED)
@@ -177,7 +177,7 @@ class Pilot:
         self.detection_ms.append(1e3 * (time.monotonic() - began))
         return captured
 
-    def _turn(self, now: float, captured: float | None, frame: Frame | None) -> None:
+    def _cycle(self, now: float, captured: float | None, frame: Frame | None) -> None:
         tuned, self._tuned = self._tuned, None
         if tuned is not None:
             self.loop.tune(tuned)
@@ -185,15 +185,15 @@ class Pilot:
             self.gate.tune(self.config)
         self._follow_stop(now)
         stopped_before = self.loop.machine.state is State.STOPPED
-        turn = self.loop.turn(now, self._reading())
-        # Only a stop of this very turn: one that was there before may have been ended in the meantime.
-        if turn.state is State.STOPPED and not stopped_before:
-            self.gate.halt(turn.reason)
-        passed = self.gate.send(turn.command, time.monotonic())
-        self.loop.commanded(turn.command if passed else Command(halt=True))
+        cycle = self.loop.cycle(now, self._reading())
+        # Only a stop of this very cycle: one that was there before may have been ended in the meantime.
+        if cycle.state is State.STOPPED and not stopped_before:
+            self.gate.halt(cycle.reason)
+        passed = self.gate.send(cycle.command, time.monotonic())
+        self.loop.commanded(cycle.command if passed else Command(halt=True))
         if captured is not None:
             self.latency_ms.append(1e3 * (time.monotonic() - captured))
-        self.turned.emit(turn, frame)
+        self.cycle_done.emit(cycle, frame)
 
     def _follow_stop(self, now: float) -> None:
         """Let the state machine know of a stop that went straight to the robot, and of its end."""

@@ -1,7 +1,7 @@
-"""The whole demonstration on a desk: a simulated robot with a simulated camera on its head, in a room.
+"""Closed-loop simulation: a simulated robot in a room, with a simulated camera on its head.
 
-`mounted_camera` gives the camera that runs in real time behind the usual grabber; `Desk` closes the same loop
-in simulated time, through rendered pictures and their detection, so that a run can be repeated to the bit.
+`mounted_camera` is the camera in real time, behind the usual grabber. `ClosedLoop` closes the same loop in
+simulated time, through rendered frames and their detection, so that a run can be repeated to the bit.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.markers import ArucoFinder, dictionary_by_name
+from grabbergui.calibration.markers import ArucoDetector, dictionary_by_name
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
 from grabbergui.core.pfnc import by_name
@@ -27,12 +27,11 @@ from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.detection import Detector
+from grabbergui.servo.detection import CascadeFaceDetector, Detector
 from grabbergui.servo.gate import Command, CommandGate
-from grabbergui.servo.heads import CascadeFinder
-from grabbergui.servo.loop import ServoLoop, Turn
+from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo
-from grabbergui.servo.robots.robot import Body
+from grabbergui.servo.robots.robot import KinematicModel
 from grabbergui.servo.robots.simulated import SimRobot
 
 BINNING = 4
@@ -68,7 +67,7 @@ def things_for(marker: MarkerConfig, things: Things | None = None) -> Things:
 
 def detector(config: Config, of: Calibration) -> Detector:
     """Finds the configured markers, and heads."""
-    return Detector(ArucoFinder(config.marker.dictionary, config.marker.size, of), CascadeFinder(of))
+    return Detector(ArucoDetector(config.marker.dictionary, config.marker.size, of), CascadeFaceDetector(of))
 
 
 def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameGrabber:
@@ -104,14 +103,14 @@ def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameG
 
 def in_base(robot: SimRobot, thing: Pose) -> Pose:
     """A thing of the room as seen from the robot's base."""
-    return geometry.inverse(robot.body.stands) @ thing
+    return geometry.inverse(robot.model.stands) @ thing
 
 
 @dataclass
-class Desk:
+class ClosedLoop:
     """A run in simulated time. Set it up, then `run`."""
 
-    body: Body = teo.BODY
+    model: KinematicModel = teo.MODEL
     config: Config = field(default_factory=Config)
     things: Things = field(default_factory=Things)
     head: tuple[float, float] = (0.0, 0.0)
@@ -124,11 +123,11 @@ class Desk:
 
     def __post_init__(self) -> None:
         things = things_for(self.config.marker, self.things)
-        self.robot = SimRobot(self.body, lambda: self.now, self.head, self.arm)
+        self.robot = SimRobot(self.model, lambda: self.now, self.head, self.arm)
         self.loop = ServoLoop(self.config, self.robot)
         self.gate = CommandGate(self.robot, self.config)
         self.camera_runs = True
-        self.turns: list[Turn] = []
+        self.cycles: list[ControlCycle] = []
         self._settings = settings()
         scene = RenderedScene(things)
         scene.mount(lambda time_ns: self.robot.camera_at(time_ns * 1e-9))
@@ -137,31 +136,31 @@ class Desk:
         self._next_frame, self._frames = self.now, 0
         self._on_the_way: list[tuple[float, int, float, np.ndarray]] = []
 
-    def run(self, seconds: float, until: object = None) -> Turn:
-        """Let time pass; ends early once the state is `until`. The last turn."""
+    def run(self, seconds: float, until: object = None) -> ControlCycle:
+        """Let time pass; ends early once the state is `until`. The last cycle."""
         end = self.now + seconds
         while self.now < end - 1e-9:
-            turn = self.turn()
-            if until is not None and turn.state is until:
+            cycle = self.cycle()
+            if until is not None and cycle.state is until:
                 break
-        return self.turns[-1]
+        return self.cycles[-1]
 
-    def turn(self) -> Turn:
-        """One turn of the loop and the moment after it."""
+    def cycle(self) -> ControlCycle:
+        """One cycle of the loop and the moment after it."""
         if self.camera_runs and self.now >= self._next_frame - 1e-9:
             self._expose()
         while self._on_the_way and self._on_the_way[0][0] <= self.now + 1e-9:
             _, frame_id, captured, grey = self._on_the_way.pop(0)
             self.loop.see(self._detector.detect(grey, captured, frame_id))
-        turn = self.loop.turn(self.now, self.robot.state())
-        if turn.state.value == "stopped" and not self.gate.halted:
-            self.gate.halt(turn.reason)
-        passed = self.gate.send(turn.command, self.now)
-        self.loop.commanded(turn.command if passed else Command(halt=True))
-        self.turns.append(turn)
+        cycle = self.loop.cycle(self.now, self.robot.state())
+        if cycle.state.value == "stopped" and not self.gate.halted:
+            self.gate.halt(cycle.reason)
+        passed = self.gate.send(cycle.command, self.now)
+        self.loop.commanded(cycle.command if passed else Command(halt=True))
+        self.cycles.append(cycle)
         self.now += 1 / self.config.loop.rate
         self.gate.expire(self.now)
-        return turn
+        return cycle
 
     def true_error(self) -> tuple[float, float]:
         """Metres and radians from the hand to where the board's true pose wants it."""
