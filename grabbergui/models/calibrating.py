@@ -57,7 +57,7 @@ class Look:
     views: int
     "Kept so far."
     hint: str
-    "What to do next, for people."
+    "What to do next, as display text."
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class CalibratingModel:
     solved = Signal(Solution)
     saved = Signal(Path)
     failed = Signal(str)
-    """Something did not work, in a sentence for people."""
+    """A request failed; a sentence as display text."""
 
     def __init__(self, grabber: FrameGrabber, settings: BoardSettings | None = None) -> None:
         self.settings = settings or BoardSettings()

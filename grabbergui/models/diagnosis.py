@@ -40,7 +40,7 @@ class CameraFacts:
     packet_size: int | None = None
     "Bytes of a stream packet, IP and UDP headers included."
     exposure: str = ""
-    "The exposure with its unit, for people."
+    "The exposure with its unit, as display text."
     period: float | None = None
     "Seconds between two frames as the camera is set."
     software_trigger: bool = False
@@ -76,7 +76,7 @@ class Observation:
     """What was seen of a streaming source."""
 
     source: str
-    "Its name for people."
+    "Its display name."
     address: str = ""
     "Its IP address, USB path or port."
     bus: str = ""
@@ -97,7 +97,7 @@ class Observation:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Where the picture stops and what to do, in sentences for people."""
+    """The stage at which frames stop and what to do, as display text."""
 
     stage: Stage
     summary: str

@@ -35,7 +35,7 @@ MOST_PROBLEMS = 3
 
 
 def error_text(error: Exception, source: object = "", feature: Feature | None = None) -> str:
-    """What went wrong, for people.
+    """Return an error as display text.
 
     `source` is what was asked for, a URI or a title; `feature` is the one it is about, as last known.
     """
@@ -83,7 +83,7 @@ def _about_feature(error: FeatureError, feature: Feature | None) -> str:
 
 
 def _about_source(error: Exception, source: str) -> str:
-    """Where the source's own name is told; empty for the errors of other kinds."""
+    """Return a sentence that names the source; empty for errors of other kinds."""
     if isinstance(error, OtherCameraError):
         text = translate("Errors", "{0} may be another camera than the one you named: {1}")
         return text.format(source, driver_text(error))

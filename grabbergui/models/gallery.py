@@ -44,7 +44,7 @@ class GalleryModel:
         self._ending: WeakSet[PictureModel] = WeakSet()
         self._lock = threading.RLock()
         connection.sources_changed.connect(self._on_sources_changed)
-        # At once, and on whatever thread: the queue must be let go before the grabber is closed.
+        # At once, and on whatever thread: the queue must be closed before the grabber is closed.
         connection.ending.connect(self._on_ending)
 
     @property

@@ -76,7 +76,7 @@ class LogBook(logging.Handler):
             self.release()
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep an entry; what a listener logs while it is told is kept, but not told."""
+        """Keep an entry; entries that a listener logs while it is notified are kept without a signal."""
         try:
             line = LogLine(record.created, record.levelno, record.name, self.format(record))
         except Exception:

@@ -47,7 +47,7 @@ class SourceListModel:
     changed = Signal(tuple)
     """All lines (tuple[ListedSource, ...]); only when they differ from before."""
     searching = Signal(bool)
-    """Whether a search is under way."""
+    """Whether a search is in progress."""
 
     def __init__(
         self,

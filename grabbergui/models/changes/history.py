@@ -38,7 +38,7 @@ class Change:
     after: FeatureValue | None
     origin: Origin
     cause: str = ""
-    "What it was part of, for people: `Loaded settings.yaml`; empty for a control that was moved."
+    "What it was part of, as display text: `Loaded settings.yaml`; empty for a single control."
     command: bool = False
 
     @property
@@ -79,7 +79,7 @@ class Step:
     """Changes that are taken back together. Give it to `ChangeJournal.within` to gather several writes."""
 
     cause: str = ""
-    "What it is, for people: `Loaded settings.yaml`; empty for a single control."
+    "Display text: `Loaded settings.yaml`; empty for a single control."
     changes: dict[SettingKey, Change] = field(default_factory=dict)
     "In the order in which they began."
     regulated: dict[SettingKey, FeatureValue] = field(default_factory=dict)
@@ -128,7 +128,7 @@ class UndoHistory:
         self._interrupted = False
 
     def next(self, direction: Direction) -> Step | None:
-        """What would be undone or redone next."""
+        """Return the step that would be undone or redone next."""
         steps = self._steps[direction]
         return steps[-1] if steps else None
 
@@ -155,17 +155,17 @@ class UndoHistory:
         return step
 
     def interrupt(self) -> None:
-        """Something happened that cannot be undone: what is changed next is a step of its own."""
+        """Note a change that cannot be undone: the next change starts a step of its own."""
         self._interrupted = True
 
     def take(self, direction: Direction) -> Step | None:
-        """The step to undo or redo; until it is `put` somewhere it is nowhere."""
+        """Remove and return the next step. The caller must `put` it on one of the two stacks afterwards."""
         self._interrupted = True
         steps = self._steps[direction]
         return steps.pop() if steps else None
 
     def put(self, direction: Direction, step: Step) -> None:
-        """From here on it can be undone, or redone; other steps stay as they are."""
+        """Put a step on the stack of those that can be undone, or redone."""
         self._steps[direction].append(step)
 
     def _going_on(self, key: SettingKey, now: float, since: float | None) -> Step | None:

@@ -46,7 +46,7 @@ class ChangeJournal:
         self._time_of_day = time_of_day
         self._count = 0
         self._held: dict[str, float] = {}
-        "Since when a control is in somebody's hand."
+        "Controls that are dragged or typed into, and since when."
         self._step: Step | None = None
         self._reverting: Direction | None = None
         self._owed: tuple[Direction, dict[SettingKey, FeatureValue]] = (Direction.UNDO, {})
@@ -61,13 +61,13 @@ class ChangeJournal:
             return tuple(self._log.values())
 
     def next_text(self, direction: Direction) -> str:
-        """What would be undone or redone next, for people; empty where nothing can be."""
+        """Return the next step to undo or redo as display text; empty if there is none."""
         with self._lock:
             return str(self._history.next(direction) or "")
 
     @property
     def gathering(self) -> bool:
-        """Whether what is written just now belongs to a larger step."""
+        """Whether current writes belong to a larger step."""
         return self._step is not None
 
     def clear(self) -> None:
@@ -119,12 +119,12 @@ class ChangeJournal:
         self.noted.emit(change)
 
     def hold(self, name: str) -> None:
-        """A control is in somebody's hand: until `release` its writes are one step, however slow."""
+        """Count a control's writes as one step until `release`, however slow: it is dragged or typed into."""
         with self._lock:
             self._held[name] = self._clock()
 
     def release(self, name: str) -> None:
-        """The hand let go."""
+        """End what `hold` began."""
         with self._lock:
             self._held.pop(name, None)
 

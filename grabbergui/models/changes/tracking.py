@@ -6,6 +6,8 @@ import logging
 import time
 from collections.abc import Callable
 
+from typing_extensions import override
+
 from grabbergui.core.companions import is_on, regulated_by_mode, regulating
 from grabbergui.core.errors import FeatureError
 from grabbergui.core.features import Feature, FeatureValue
@@ -52,12 +54,12 @@ class ChangeTrackingGrabber(SharedGrabber):
         """Return what selects an instance of a feature, outermost first. Any thread; asks no camera."""
         return self.selectors.of(name)
 
+    @override
     def write_feature(self, name: str, value: FeatureValue) -> Feature:
-        """See FrameGrabber."""
         return self.write_setting(SettingKey(name), value).feature
 
+    @override
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """See FrameGrabber."""
         displaced = self._displaced(key, value)
         self._wrote = self._clock()
         result = self._grabber.write_setting(key, value)
@@ -70,12 +72,12 @@ class ChangeTrackingGrabber(SharedGrabber):
             self.journal.wrote([*companions, meant], result.consequences, displaced)
         return result
 
+    @override
     def execute(self, name: str) -> None:
-        """See FrameGrabber."""
         self.execute_setting(SettingKey(name))
 
+    @override
     def execute_setting(self, key: SettingKey) -> None:
-        """See FrameGrabber."""
         self._wrote = self._clock()
         self._grabber.execute_setting(key)
         self._wrote = self._clock()

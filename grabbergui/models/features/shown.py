@@ -42,7 +42,7 @@ def _collect(
 
 
 MOST = 12
-"What is more is not at hand any more."
+"Most features that can be pinned."
 
 
 def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:

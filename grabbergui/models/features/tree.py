@@ -67,7 +67,7 @@ class FeatureTreeModel:
         self._wanted: dict[str, bool] = {}
         "Still to be read, oldest first; whether to tell even if nothing changed."
         self._reading = False
-        "Whether a reading job is under way."
+        "Whether a reading job is in progress."
         self._watched: frozenset[str] = frozenset()
         self._companions: frozenset[str] = frozenset()
         "Automatic modes of what is watched."
@@ -147,7 +147,7 @@ class FeatureTreeModel:
         """Write at once, but at most 60 times a second a feature: the last value always, features in order.
 
         What is written is the instance that is shown, whatever others select meanwhile.
-        What the camera then reports follows as `feature_changed`. A refusal is told by `failed`, and the
+        What the camera then reports follows as `feature_changed`. A refusal is reported by `failed`, and the
         feature is read again, so that whoever shows it shows the truth.
         """
         with self._lock:
@@ -180,12 +180,12 @@ class FeatureTreeModel:
             return self._worker.submit(job, done=done, failed=failed or self._fail, delay=delay)
 
     def hold(self, name: str) -> None:
-        """Somebody has this control in hand: changes are kept back until `release`."""
+        """Keep back changes of a feature until `release`: its control is dragged or typed into."""
         with self._lock:
             self._held.add(name)
 
     def release(self, name: str) -> None:
-        """The hand let go: what was kept back is told."""
+        """End what `hold` began, and emit the changes that it kept back."""
         with self._lock:
             self._held.discard(name)
             if name not in self._deferred or self._throttle.waits(name):

@@ -99,7 +99,7 @@ class ValueWatch:
         self._source: tuple[FrameGrabber, FeatureWorker] | None = None
         self._wanted = False
         self._reading = 0
-        "Grows with everything that ends the reading under way; a job of an older number does nothing."
+        "Grows with everything that ends the current reading; a job of an older number does nothing."
         self._lock = threading.Lock()
 
     @property

@@ -65,7 +65,7 @@ class FocusHistory:
         self.best = max(self.best, score)
 
     def clear(self) -> None:
-        """Begin anew."""
+        """Forget all scores."""
         self._scores.clear()
         self.best = 0.0
 

@@ -35,7 +35,7 @@ class Orientation:
         return replace(self, quarter_turns=(self.quarter_turns + quarters) % 4)
 
     def mirrored(self, *, x: bool = False, y: bool = False) -> Orientation:
-        """What is seen just now, left and right (`x`) or top and bottom (`y`) exchanged."""
+        """Return the current view with left and right (`x`) or top and bottom (`y`) exchanged."""
         if self.quarter_turns % 2:
             x, y = y, x  # the view's columns are the frame's lines
         return replace(self, mirrored_x=self.mirrored_x ^ x, mirrored_y=self.mirrored_y ^ y)

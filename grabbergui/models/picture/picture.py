@@ -127,7 +127,7 @@ class PictureModel:
         return thread is None
 
     def restarted(self) -> None:
-        """Streaming begins anew: what is known of the time before says nothing about it."""
+        """Forget the figures of the previous stream: streaming starts again."""
         self.mean = self.last_received = None
         self.received = self.converted = 0
 
@@ -145,7 +145,7 @@ class PictureModel:
         self._show_again()
 
     def set_viewport(self, region: Region | None, size: tuple[int, int] | None) -> None:
-        """What the view shows: a region of the frame as it is seen (None: all), in `size` screen pixels."""
+        """Set the region of the frame that the view shows (None: all), and its `size` in screen pixels."""
         with self._lock:
             if (region, size) == (self._region, self._size):
                 return
@@ -153,7 +153,7 @@ class PictureModel:
         self._show_again()
 
     def freeze(self, frame: Frame | None) -> None:
-        """Show this frame while others pass by; with None, the newest ones again."""
+        """Show this frame and ignore new ones; with None, show the newest again."""
         self._frozen = frame
         if frame is not None:
             self._frame = frame
@@ -167,7 +167,7 @@ class PictureModel:
             queue.put(frame)
 
     def take(self) -> Picture | None:
-        """The picture offered, once; None where there is none."""
+        """Return the offered picture once; None if there is none."""
         with self._lock:
             picture, self._offer = self._offer, None
         self._taken.set()

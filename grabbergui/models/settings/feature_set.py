@@ -1,6 +1,6 @@
-"""A set of settings: what a camera was told, instance by instance of what selectors select.
+"""A set of settings: a camera's values, for each instance that its selectors select.
 
-Plain data, taken from any frame grabber and compared with another set. How it lies in files is told by
+Plain data, taken from any frame grabber and compared with another set. Its file formats are in
 `files`, how it comes back onto a camera by `loading`.
 """
 
@@ -32,7 +32,7 @@ class FeatureSet:
 
     settings: Mapping[SettingKey, FeatureValue]
     device: str = ""
-    "Vendor, model and serial number of the camera they are of, for people."
+    "Vendor, model and serial number of their camera, as display text."
     left_out: tuple[str, ...] = ()
     "What could not be taken along and why, a sentence each."
     lost_lines: tuple[str, ...] = ()

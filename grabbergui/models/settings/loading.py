@@ -59,7 +59,7 @@ class SettingReport:
     before: FeatureValue | None = None
     after: FeatureValue | None = None
     reason: str = ""
-    "Why it is not as it was wanted, for people."
+    "Why it is not as requested, as display text."
 
     def __str__(self) -> str:
         change = f"{format_value(self.before)} → {format_value(self.wanted)}"
@@ -97,7 +97,7 @@ class LoadReport:
         return [*self.lost_lines, *told, *([self.problem] if self.problem else []), self.summary()]
 
     def summary(self) -> str:
-        """One line for people: `3 written, 36 equal, 1 refused`."""
+        """Return one line of display text: `3 written, 36 equal, 1 refused`."""
         counts = ((self.count(outcome), outcome.value) for outcome in Outcome)
         return ", ".join(f"{count} {name}" for count, name in counts if count) or "nothing to do"
 

@@ -36,7 +36,7 @@ class UserSet:
     savable: bool = False
     "Whether the present settings can be kept in it; not in the factory's."
     startable: bool = False
-    "Whether the camera can be told to start with it."
+    "Whether the camera can start with it."
     starts: bool = False
     "Whether the camera starts with it."
 

@@ -66,7 +66,7 @@ def _parameters(grabber: FrameGrabber) -> list[TuningParameter]:
 
 
 def _longest(grabber: FrameGrabber, exposure: str) -> float | None:
-    """The longest exposure time that the present frame rate has room for, where it can be told."""
+    """Return the longest exposure time that the current frame rate allows; None if it is not known."""
     rate = Role.FRAME_RATE.find(grabber.has_feature)
     hertz = grabber.feature(rate).value if rate is not None and not rate.endswith("Raw") else None
     if not isinstance(hertz, int | float) or hertz <= 0:

@@ -87,15 +87,15 @@ LOOK = 0.05
 
 
 class TuningError(GrabberError):
-    """A tuning did not get where it should."""
+    """A tuning did not reach its target."""
 
 
 class TuningCancelledError(TuningError):
-    """Somebody does not want it any more."""
+    """The user cancelled the tuning."""
 
 
 class TuningRun:
-    """For one tuning, on a thread of its own. Once cancelled, calls raise TuningCancelledError."""
+    """The context of one tuning, on its own thread. Once cancelled, calls raise TuningCancelledError."""
 
     def __init__(
         self,
@@ -104,7 +104,7 @@ class TuningRun:
         step: Step,
         say: Callable[[float, str], None],
     ) -> None:
-        """`say` is told how far it is (0 … 1), and where it stands, for people."""
+        """`say` is called with the progress (0 … 1) and the state as display text."""
         self.title = grabber.info.title
         self.say = say
         self.cancelled = threading.Event()
@@ -118,9 +118,9 @@ class TuningRun:
         self._frames.close()
 
     def call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:
-        """Do something with the camera on its own thread and wait for it; writes are one step to undo.
+        """Run a job on the camera's own thread and wait for it; its writes are one undo step.
 
-        What the operator asked for before is written before, a slider let go just now too.
+        Writes that the operator requested before are sent before.
         """
         self._check()
         return self._call(job)
@@ -143,7 +143,7 @@ class TuningRun:
         return light
 
     def restore(self) -> list[str]:
-        """Set everything as it was; what did not work, a sentence each. Also when cancelled."""
+        """Restore all values, also when cancelled; return what could not be restored, a sentence each."""
         values = dict(self._step.values(Direction.UNDO))
         return list(self._call(lambda grabber: write_values(grabber, values)).values())
 

@@ -17,7 +17,7 @@ from grabbergui.ui.editors.guards import ShortcutGuard
 class FeatureEditor(QWidget):
     """Shows a feature and lets it be edited. One subclass a kind of control.
 
-    `setFeature` shows and never emits. What a person does is told by the signals, and only that.
+    `setFeature` shows and never emits. The signals report what the user does, and nothing else.
     """
 
     valueEdited = pyqtSignal(object)

@@ -50,7 +50,7 @@ class RowDrag:
         self._pressed = event.pos() if event.button() == Qt.MouseButton.LeftButton else None
 
     def move(self, event: QMouseEvent) -> None:
-        """The mouse moved with a button down; far enough, the row is dragged until it is let go."""
+        """The mouse moved with a button down; far enough, the row is dragged until it is released."""
         if self._pressed is None:
             return
         if (event.pos() - self._pressed).manhattanLength() >= QApplication.startDragDistance():

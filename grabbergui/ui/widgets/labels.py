@@ -95,7 +95,7 @@ class TaskRow(QFrame):
 
 
 class TaskStack(QWidget):
-    """All work under way, the newest below."""
+    """All work in progress, the newest below."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

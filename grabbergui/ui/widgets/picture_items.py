@@ -103,7 +103,7 @@ class PictureOverlay(pg.GraphicsObject):  # type: ignore[misc]  # the library ha
         self._bounds = QRectF()
 
     def cover(self, width: int, height: int) -> None:
-        """Be as large as a picture of that size, and be painted anew."""
+        """Be as large as a picture of that size, and be painted again."""
         bounds = QRectF(0, 0, width, height)
         if bounds != self._bounds:
             self.prepareGeometryChange()

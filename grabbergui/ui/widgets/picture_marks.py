@@ -18,7 +18,7 @@ class Mark(Enum):
     """What is marked by a person, and in which colour."""
 
     DRAFT = "#ffffff"
-    "Being drawn just now."
+    "Being drawn."
     FOCUS = "#30d158"
     PROFILE = "#ffb224"
 
