@@ -10,9 +10,11 @@ from PyQt5.QtWidgets import QAbstractButton
 from grabbergui import sources
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.driver.sim.gige.stream import Faults, PacketFaults
 from grabbergui.models.link_messages import BACK_SECONDS
 from grabbergui.models.messages import ERROR_SECONDS
 from grabbergui.models.open_source import LinkState
+from grabbergui.models.status import Tone
 
 SIM = "sim:?width=320&height=240"
 ADDRESS = "127.21.2.1"
@@ -34,6 +36,12 @@ class Bench:
             self._camera.close()
             self._camera = None
 
+    def lose_packets(self, share):
+        """Let this share of the stream's packets get lost from now on."""
+        stream = self._camera._stream
+        stream._faults = Faults(loss=share)
+        stream._packet_faults = PacketFaults(stream._faults)
+
     def until_it_streams(self):
         self.desk.until(lambda: self.desk.program.connection.state is LinkState.STREAMING)
 
@@ -54,6 +62,17 @@ def power_lost(bench):
     bench.switch_on()
     bench.until_it_streams()
     yield BACK_SECONDS
+
+
+def all_packets_lost(bench):
+    """Nothing of the stream arrives for a while, as behind a firewall that is switched on."""
+    bench.switch_on()
+    bench.desk.connect(f"gige:{ADDRESS}")
+    bench.desk.watch()
+    bench.lose_packets(1.0)
+    yield "No frame for"
+    bench.lose_packets(0.0)
+    yield 0
 
 
 def taken(bench):
@@ -110,6 +129,7 @@ def opening(uri, said):
 
 FAULTS = {
     "the camera's power": power_lost,
+    "all packets lost": all_packets_lost,
     "another program": taken,
     "a full disk": disk_full,
     "a broken file": settings_broken,
@@ -129,3 +149,18 @@ def test_no_message_outlives_its_cause(bench, fault):
     desk.until(lambda: any(said in text for text in desk.errors))
     passed[0] += next(course)
     desk.until(lambda: not desk.errors and not desk.window.messages.isVisible())
+
+
+def test_a_loss_of_packets_is_shown_while_it_lasts(bench):
+    bench.switch_on()
+    bench.desk.connect(f"gige:{ADDRESS}")
+    bench.desk.watch()
+    losses = bench.desk.window.status.lossLabel
+    assert losses.property("tone") == Tone.IDLE.value
+
+    bench.lose_packets(0.3)
+    bench.desk.until(lambda: losses.property("tone") != Tone.IDLE.value and losses.text())
+
+    bench.lose_packets(0.0)
+    bench.desk.until(lambda: losses.property("tone") == Tone.IDLE.value)
+    assert not bench.desk.errors
