@@ -41,7 +41,7 @@ class CameraWork(QObject):
         self._connection = connection
         self._bridge = Bridge(self)
         self._under_way: dict[threading.Event, OpenSource] = {}
-        # Not over the bridge: what is under way has to give up before the camera is closed.
+        # Not over the bridge: work in progress has to stop before the camera is closed.
         connection.ending.connect(self._on_connection_ending)
 
     def run(

@@ -40,7 +40,7 @@ class FavouritesController(QObject):
         self._features = features
         self._preferences = preferences
         self._model = ""
-        "Of the camera at hand; empty where there is none."
+        "Of the current camera; empty if there is none."
         Bridge(self).bind(connection.closing, lambda _: self.keep_layout())
         strip.dropped.connect(self.place)
 
@@ -56,11 +56,11 @@ class FavouritesController(QObject):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is at hand."""
+        """Names of the pinned controls."""
         return self._features.favourites
 
     def place(self, name: str, index: int) -> None:
-        """Have a feature at hand, before the one at `index`."""
+        """Pin a feature before the one at `index`."""
         if name not in self.names and len(self.names) >= shown.MOST:
             text = self.tr("no more than {0} controls can be at hand; remove one first")
             self._messages.error(text.format(shown.MOST))
@@ -68,19 +68,19 @@ class FavouritesController(QObject):
         self._change(lambda names: shown.placed(names, name, index))
 
     def add(self, name: str) -> None:
-        """Have a feature at hand, behind the others."""
+        """Pin a feature behind the others."""
         self.place(name, len(self.names))
 
     def remove(self, name: str) -> None:
-        """Have it at hand no longer."""
+        """Unpin a feature."""
         self._change(lambda names: shown.without(names, name))
 
     def move(self, name: str, steps: int) -> None:
-        """Have it some places further on, or back."""
+        """Move a pinned control by so many places."""
         self._change(lambda names: shown.moved(names, name, steps))
 
     def reset(self) -> None:
-        """Have at hand what suits any camera."""
+        """Pin the usual controls."""
         self._features.show_favourites(None)
         self._preferences.keep_favourites(self._model, None)
 

@@ -56,7 +56,7 @@ class TuningController(QObject):
         bridge.bind(self._push.failed, self._messages.error)
         bridge.bind(self._push.ended, self._on_ended)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        # Not over the bridge: what is under way has to give up before the camera is closed.
+        # Not over the bridge: work in progress has to stop before the camera is closed.
         connection.closing.connect(self._on_connection_closing, check_nargs=False)
         view.drawing.regionDrawn.connect(self._on_region_drawn)
         actions.actionExpose.triggered.connect(self.expose)
@@ -75,7 +75,7 @@ class TuningController(QObject):
         self._start(self.tr("White balance"), whole)
 
     def shut_down(self, timeout: float) -> bool:
-        """Give up what is under way. Whether it ended within `timeout` seconds."""
+        """Stop the tuning run. Return whether it ended within `timeout` seconds."""
         self._push.cancel()
         return self._push.wait(timeout)
 
