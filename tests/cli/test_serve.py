@@ -11,6 +11,7 @@ import urllib.request
 import pytest
 
 from grabbergui import sources
+from grabbergui.calibration import camera_info
 from grabbergui.cli import main
 from grabbergui.cli.process import supervised
 from grabbergui.cli.serve import _narrow_discovery
@@ -52,7 +53,7 @@ def line_with(process, text):
 
 def test_a_camera_on_yarp_and_its_remote_twin(serve, tmp_path):
     file = tmp_path / "camera.yaml"
-    Calibration.from_field_of_view(64, 48, 90).save(file)
+    camera_info.save(Calibration.from_field_of_view(64, 48, 90), file)
     options = ("--with-name-server", "--nameserver", "127.0.0.1:0", "--calibration", str(file))
     process = serve(SMALL, "--yarp", "/cam", *options)
     address = re.search(r"at (\S+:\d+)", line_with(process, "name server"))[1]

@@ -1,5 +1,6 @@
 """The launch file of the whole demonstration: what it starts, and, where launch is there, that it does."""
 
+import argparse
 import os
 import runpy
 import signal
@@ -9,8 +10,8 @@ import types
 from pathlib import Path
 
 import pytest
-from test_closed_loop import options
 
+from grabbergui.cli import servo, simulate
 from patience import PROGRAM
 
 LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"
@@ -53,6 +54,14 @@ def described(monkeypatch):
             setattr(stand_in, kind, type(kind, (Noted,), {}))
         monkeypatch.setitem(sys.modules, module, stand_in)
     return runpy.run_path(str(LAUNCH_FILE))["generate_launch_description"]().given[0]
+
+
+def options(*arguments):
+    parser = argparse.ArgumentParser()
+    commands = parser.add_subparsers(required=True)
+    for family in (servo, simulate):
+        family.add_commands(commands)
+    return parser.parse_args(arguments)
 
 
 def of_kind(described, name):
