@@ -134,7 +134,7 @@ def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace
     for so_far in range(options.frames):
         frame = source.next_frame(queue, options.timeout, so_far)
         first = first or frame
-        payload_bytes += frame.payload.nbytes
+        payload_bytes += frame.nbytes
         if options.out is not None:
             snapshot.save(frame, options.out, source.grabber.info)
     assert first is not None

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from grabbergui.core import pixels
+from grabbergui.core.component import Component, ComponentKind, Conversions, PayloadType
+from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.pfnc import PixelFormat
 
 MOST_AGE = 60.0
@@ -60,8 +61,14 @@ class Frame:
     "Of unpacked pixels deeper than 8 bits; GigE Vision devices may choose."
     chunks: dict[str, Any] = field(default_factory=dict)
     "Chunk values by feature name, e.g. `ChunkExposureTime`."
-    _converted: dict[str, NDArray[Any]] = field(default_factory=dict, repr=False)
-    _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
+    payload_type: PayloadType = PayloadType.IMAGE
+    parts: tuple[Component, ...] = ()
+    "The components of a payload with several; empty where the frame's own image is the only one, or none."
+    file_name: str = ""
+    "Of a payload that is a file."
+    chunk_payload: NDArray[np.uint8] | None = field(default=None, repr=False)
+    "The bytes that chunk data are read from; None: `payload`."
+    _conversions: Conversions = field(default_factory=Conversions, repr=False)
 
     def __post_init__(self) -> None:
         if not self.captured:
@@ -75,14 +82,63 @@ class Frame:
         """Whether every byte arrived."""
         return self.status is FrameStatus.COMPLETE
 
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """The images of the frame, in the camera's order; empty where it has none (raw data, a file, chunks).
+
+        The frame's own `payload`, `raw()` and `rgb()` are those of the first intensity image.
+        """
+        if self.parts or not self.has_image:
+            return self.parts
+        return (self._own_component(),)
+
+    @property
+    def has_image(self) -> bool:
+        """Whether the frame has an image of its own, which perhaps cannot be shown."""
+        return bool(self.width and self.height)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that arrived for the frame's own image; nothing is decoded to count them."""
+        return self.payload.nbytes
+
+    def of_component(self, component: Component) -> Frame:
+        """Return a component as a frame of its own, for whatever shows, saves or sends frames."""
+        return Frame(
+            payload=component.payload,
+            width=component.width,
+            height=component.height,
+            pixel_format=component.pixel_format,
+            frame_id=self.frame_id,
+            timestamp_ns=self.timestamp_ns,
+            received_ns=self.received_ns,
+            captured=self.captured,
+            status=self.status,
+            missing_bytes=self.missing_bytes,
+            offset_x=component.offset_x,
+            offset_y=component.offset_y,
+            padding_x=component.padding_x,
+            big_endian=component.big_endian,
+            chunks=self.chunks,
+        )
+
+    def detached(self) -> Frame:
+        """Return a copy with bytes of its own, which keeps no buffer of the stream in use."""
+        parts = tuple(part.detached() for part in self.parts)
+        payload = self.payload.copy()
+        for before, copy in zip(self.parts, parts, strict=True):
+            if before.data is self.payload:
+                payload = copy.data
+        return replace(self, payload=payload, parts=parts, _conversions=Conversions())
+
     def raw(self) -> NDArray[Any]:
         """Return the sensor's data, read-only.
 
         Shape (height, width) uint8 or uint16 (native byte order, value in the low bits) for mono and
         Bayer, (height, width, n) uint8 for interleaved colour. A view of the payload without a copy unless
-        the format is packed. Raises PixelFormatError for a format we cannot lay out.
+        the format is packed. Raises PixelFormatError for a format we cannot lay out, or without an image.
         """
-        return self._cached("raw", pixels.to_raw)
+        return self._conversions.get("raw", lambda: pixels.to_raw(self._image()))
 
     def rgb(self) -> NDArray[np.uint8]:
         """Return the image for display: (height, width, 3) uint8, R G B, read-only; computed once.
@@ -90,18 +146,58 @@ class Frame:
         Deeper formats keep their eight highest bits. A view without a copy for RGB8. Raises
         PixelFormatError for a format we cannot convert.
         """
-        return self._cached("rgb", pixels.to_rgb)
+        return self._conversions.get("rgb", lambda: pixels.to_rgb(self._image()))
 
     def mono(self) -> NDArray[np.uint8]:
         """Return the image in grey: (height, width) uint8, read-only; a view without a copy for Mono8."""
-        return self._cached("mono", pixels.to_mono)
+        return self._conversions.get("mono", lambda: pixels.to_mono(self._image()))
 
-    def _cached(self, key: str, convert: Callable[[Frame], NDArray[Any]]) -> NDArray[Any]:
-        with self._lock:
-            array: NDArray[Any] | None = self._converted.get(key)
-            if array is None:
-                array = convert(self)
-                array = array.view()
-                array.flags.writeable = False
-                self._converted[key] = array
-            return array
+    def _image(self) -> Frame:
+        if not self.has_image:
+            raise PixelFormatError(no_image(self.payload_type, self.nbytes))
+        return self
+
+    def _own_component(self) -> Component:
+        return Component(
+            self.payload,
+            self.width,
+            self.height,
+            self.pixel_format,
+            ComponentKind.RANGE if self.pixel_format.is_distance else ComponentKind.INTENSITY,
+            offset_x=self.offset_x,
+            offset_y=self.offset_y,
+            padding_x=self.padding_x,
+            big_endian=self.big_endian,
+            _conversions=self._conversions,
+        )
+
+
+class EncodedFrame(Frame):
+    """A frame whose first component is compressed: `payload` is decoded by whoever first asks for it."""
+
+    @property
+    def payload(self) -> NDArray[np.uint8]:
+        """1-D, the bytes of the decoded image. Raises PixelFormatError."""
+        return self.parts[0].payload
+
+    @payload.setter
+    def payload(self, arrived: NDArray[np.uint8]) -> None:
+        """Do nothing: the component has the bytes that arrived."""
+
+    @property
+    @override
+    def nbytes(self) -> int:
+        return self.parts[0].data.nbytes
+
+    @override
+    def detached(self) -> Frame:
+        parts = tuple(part.detached() for part in self.parts)
+        return replace(self, payload=parts[0].data, parts=parts, _conversions=Conversions())
+
+
+def no_image(payload_type: PayloadType, size: int) -> str:
+    """Return what to say of a payload that has no image to show."""
+    return (
+        f"the camera sends {payload_type.value} ({size} bytes) without an image; the bytes can be saved,"
+        " or set PayloadType, ImageCompressionMode or ComponentEnable so that it sends images"
+    )

@@ -170,7 +170,7 @@ class Recorder:
     def _check_room(self, frame: Frame) -> None:
         free = self.writer.free()
         self._progress = replace(self._progress, free=free)
-        if free < self._reserve + RESERVE_FRAMES * frame.payload.nbytes:
+        if free < self._reserve + RESERVE_FRAMES * frame.nbytes:
             raise DiskFullError(self.writer.path, free)
 
     def _count(self, frame: Frame) -> None:

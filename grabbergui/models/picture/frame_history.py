@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from dataclasses import replace
 
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_sink import FrameSink
@@ -61,17 +60,17 @@ class FrameHistory:
 
     def add(self, frame: Frame) -> None:
         """Keep a copy of a frame, unless paused; the oldest make way."""
-        size = frame.payload.nbytes
+        size = frame.nbytes
         if self._paused or size > self._most_bytes:
             return
-        copy = replace(frame, payload=frame.payload.copy(), _converted={}, _lock=threading.Lock())
+        copy = frame.detached()
         with self._lock:
             if self._paused:
                 return
             while self._frames and (
                 len(self._frames) == self._frames.maxlen or self._bytes + size > self._most_bytes
             ):
-                self._bytes -= self._frames.popleft().payload.nbytes
+                self._bytes -= self._frames.popleft().nbytes
             self._frames.append(copy)
             self._bytes += size
 

@@ -1,0 +1,133 @@
+"""The parts of a payload: what each shows, where its bytes are, and its pixels (SFNC, Component Control)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import Enum, IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core import pixels
+from grabbergui.core.encoded_image import Encoding
+from grabbergui.core.pfnc import PixelFormat
+
+
+class PayloadType(Enum):
+    """What a frame carries, in the words of GigE Vision and GenTL."""
+
+    IMAGE = "image"
+    CHUNK = "chunk data"
+    RAW_DATA = "raw data"
+    FILE = "file"
+    JPEG = "JPEG"
+    JPEG2000 = "JPEG 2000"
+    H264 = "H.264"
+    MULTI_PART = "multi-part"
+    GENDC = "GenDC"
+
+
+class ComponentKind(IntEnum):
+    """What a component measures: SFNC's ComponentIDValue, which GenDC calls TypeId."""
+
+    UNDEFINED = 0
+    INTENSITY = 1
+    INFRARED = 2
+    ULTRAVIOLET = 3
+    RANGE = 4
+    REFLECTANCE = 5
+    CONFIDENCE = 6
+    SCATTER = 7
+    DISPARITY = 8
+    MULTISPECTRAL = 9
+    METADATA = 0x8001
+
+    @classmethod
+    def of(cls, value: int) -> ComponentKind:
+        """Return the kind of an id; UNDEFINED for one that the standard does not know, or a vendor's own."""
+        return cls(value) if value in cls._value2member_map_ else cls.UNDEFINED
+
+
+class Conversions:
+    """Arrays made from an image once, whoever asks first. Any thread."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._lock = threading.RLock()  # pixels of an encoded image are made from its payload
+
+    def get(self, key: str, convert: Callable[[], NDArray[Any]]) -> NDArray[Any]:
+        """Return what `convert` gave the first time, read-only."""
+        with self._lock:
+            array = self._arrays.get(key)
+            if array is None:
+                array = convert().view()
+                array.flags.writeable = False
+                self._arrays[key] = array
+            return array
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """One image of a frame, in the bytes that the stream received. Immutable; any thread."""
+
+    data: NDArray[np.uint8]
+    "1-D, the bytes on the wire: a view, never a copy; compressed where there is an `encoding`."
+    width: int
+    height: int
+    pixel_format: PixelFormat
+    "Of `payload`, so after decoding."
+    kind: ComponentKind = ComponentKind.INTENSITY
+    region: int = 0
+    "Region id; 0 where the device has only one."
+    source: int = 0
+    "Source id: which sensor or which of several devices in one."
+    purpose: int = 0
+    "Purpose id (multi-part) or group id (GenDC): components with one id belong together."
+    offset_x: int = 0
+    offset_y: int = 0
+    padding_x: int = 0
+    "Bytes at the end of each line that are not pixels."
+    big_endian: bool = False
+    encoding: Encoding | None = None
+    "How `data` is compressed; None where it is not."
+    _conversions: Conversions = field(default_factory=Conversions, repr=False)
+
+    @property
+    def payload(self) -> NDArray[np.uint8]:
+        """1-D, the image's bytes: `data`, or what it decodes to. Raises PixelFormatError."""
+        if self.encoding is None:
+            return self.data
+        encoding = self.encoding
+        return self._conversions.get("payload", lambda: encoding.decode(self.data))
+
+    def raw(self) -> NDArray[Any]:
+        """Return the component's data, read-only, laid out as `Frame.raw` says. Raises PixelFormatError."""
+        return self._conversions.get("raw", lambda: pixels.to_raw(self._decoded()))
+
+    def rgb(self) -> NDArray[np.uint8]:
+        """Return the component for display, as `Frame.rgb`. Raises PixelFormatError."""
+        return self._conversions.get("rgb", lambda: pixels.to_rgb(self._decoded()))
+
+    def detached(self) -> Component:
+        """Return a copy with bytes of its own, which keeps no buffer of the stream in use."""
+        return replace(self, data=self.data.copy(), _conversions=Conversions())
+
+    def _decoded(self) -> _Picture:
+        return _Picture(
+            self.payload, self.width, self.height, self.pixel_format, self.padding_x, self.big_endian
+        )
+
+
+@dataclass(eq=False)
+class _Picture:
+    """A component's pixels without compression: what `core.pixels` takes."""
+
+    payload: NDArray[np.uint8]
+    width: int
+    height: int
+    pixel_format: PixelFormat
+    padding_x: int
+    big_endian: bool

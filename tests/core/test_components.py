@@ -1,0 +1,103 @@
+"""Components of frames: views of what arrived, decoded on demand; a frame without an image says so."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from grabbergui.core import encoded_image, pfnc
+from grabbergui.core.component import Component, ComponentKind, PayloadType
+from grabbergui.core.encoded_image import StillImage
+from grabbergui.core.errors import PixelFormatError
+from grabbergui.core.frame import EncodedFrame, Frame
+
+MONO8, MONO16 = pfnc.by_name("Mono8"), pfnc.by_name("Mono16")
+RANDOM = np.random.default_rng(3)
+
+
+def test_a_plain_frame_is_its_only_component():
+    frame = Frame(np.arange(12, dtype=np.uint8), 4, 3, MONO8, offset_x=7)
+    (component,) = frame.components
+    assert component.kind is ComponentKind.INTENSITY
+    assert (component.width, component.height, component.offset_x) == (4, 3, 7)
+    assert np.shares_memory(component.raw(), frame.payload)
+    assert np.array_equal(component.rgb(), frame.rgb())
+
+
+def test_the_parts_of_a_frame_look_into_its_block():
+    block = np.arange(36, dtype=np.uint8)
+    parts = (
+        Component(block[:12], 4, 3, MONO8),
+        Component(block[12:], 4, 3, MONO16, ComponentKind.RANGE, region=1, source=2, purpose=3),
+    )
+    frame = Frame(parts[0].data, 4, 3, MONO8, payload_type=PayloadType.MULTI_PART, parts=parts)
+    assert frame.components == parts
+    assert np.shares_memory(frame.components[1].raw(), block)
+    assert frame.components[1].raw().dtype == np.uint16
+    alone = frame.of_component(frame.components[1])
+    assert np.array_equal(alone.raw(), parts[1].raw())
+    assert (alone.frame_id, alone.captured) == (frame.frame_id, frame.captured)
+    kept = frame.detached()
+    block[:] = 0
+    assert kept.raw()[0, 1] == 1
+    assert kept.payload is kept.components[0].data
+    assert kept.components[1].data[0] == 12
+
+
+@pytest.mark.parametrize("kind", [PayloadType.RAW_DATA, PayloadType.FILE, PayloadType.CHUNK])
+def test_a_frame_without_an_image_says_what_it_is(kind):
+    frame = Frame(np.zeros(100, np.uint8), 0, 0, pfnc.by_code(0), payload_type=kind)
+    assert frame.components == ()
+    with pytest.raises(PixelFormatError, match=f"{kind.value} \\(100 bytes\\) without an image.*PayloadType"):
+        frame.rgb()
+
+
+IMAGES = [
+    ("JPEG", ".jpg", (64, 96, 3), np.uint8, "BGR8"),
+    ("JPEG", ".jpg", (64, 96), np.uint8, "Mono8"),
+    ("JPEG 2000", ".jp2", (64, 96, 3), np.uint8, "BGR8"),
+    ("JPEG 2000", ".jp2", (64, 96), np.uint8, "Mono8"),
+    ("JPEG 2000", ".jp2", (64, 96), np.uint16, "Mono16"),
+]
+
+
+@pytest.mark.parametrize(("name", "suffix", "shape", "dtype", "pixel_format"), IMAGES)
+def test_compressed_images_are_decoded_bit_for_bit_as_opencv_does(name, suffix, shape, dtype, pixel_format):
+    values = RANDOM.integers(0, np.iinfo(dtype).max, shape).astype(dtype)
+    data = np.asarray(cv2.imencode(suffix, values)[1]).reshape(-1)
+    header = (encoded_image.jpeg_header if suffix == ".jpg" else encoded_image.jpeg2000_header)(
+        data.tobytes()
+    )
+    assert (header.width, header.height, header.pixel_format.name) == (96, 64, pixel_format)
+    part = Component(data, 96, 64, header.pixel_format, encoding=StillImage(name, header))
+    frame = EncodedFrame(data, 96, 64, header.pixel_format, parts=(part,))
+    expected = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(frame.raw(), expected)
+    assert np.array_equal(frame.components[0].raw(), expected)
+    assert frame.nbytes == data.nbytes
+    assert np.array_equal(frame.detached().raw(), expected)
+    if expected.ndim == 3:
+        assert np.array_equal(frame.rgb(), expected[:, :, ::-1])
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".jp2"])
+def test_damaged_images_are_refused_and_nothing_else(suffix):
+    data = bytearray(np.asarray(cv2.imencode(suffix, np.zeros((64, 64), np.uint8))[1]).tobytes())
+    read = encoded_image.jpeg_header if suffix == ".jpg" else encoded_image.jpeg2000_header
+    header = read(bytes(data))
+    for length in range(len(data)):
+        cut = bytes(data[:length])
+        try:
+            read(cut)
+        except PixelFormatError:
+            continue
+    for _ in range(100):
+        damaged = np.frombuffer(bytes(data), np.uint8).copy()
+        damaged[RANDOM.integers(0, len(damaged), 8)] = RANDOM.integers(0, 256, 8)
+        try:
+            StillImage("image", header).decode(damaged)
+        except PixelFormatError as error:
+            assert "image" in str(error)
+    with pytest.raises(PixelFormatError, match="damaged"):
+        StillImage("JPEG", header).decode(np.zeros(20, np.uint8))
