@@ -249,18 +249,21 @@ class CameraNodeMap:
     # -- inside ----------------------------------------------------------------------------------
     @contextmanager
     def _use(self) -> Iterator[Callable[[str], Any]]:
-        with self._lock:
-            self._depth += 1
-            try:
-                yield self._map.get_node
-            finally:
-                self._depth -= 1
-                changed: frozenset[str] = frozenset()
-                if self._depth == 0 and self._changed:
-                    changed = frozenset(self._changed)
-                    self._changed.clear()
-        if changed:
-            self._on_change(changed)
+        """Hold the lock. Changes are reported after the outermost use, also if that raised an exception."""
+        changed: frozenset[str] = frozenset()
+        try:
+            with self._lock:
+                self._depth += 1
+                try:
+                    yield self._map.get_node
+                finally:
+                    self._depth -= 1
+                    if self._depth == 0 and self._changed:
+                        changed = frozenset(self._changed)
+                        self._changed.clear()
+        finally:
+            if changed:
+                self._on_change(changed)
 
     def _node(self, name: str) -> NodeFeature:
         """Raises FeatureAccessError for a node that is no feature."""

@@ -141,6 +141,16 @@ def test_one_write_changes_what_hangs_on_it(nodes, changes):
     assert nodes.feature("Fine").value is True
 
 
+def test_changes_before_a_refusal_are_reported(nodes, memory, changes):
+    """A mode is switched off for a write that the camera then refuses: the mode has changed all the same."""
+    with pytest.raises(FeatureError, match="WRITE_PROTECT"), nodes.exclusive():
+        nodes.write("Mode", "On")
+        memory.refuse_writes = True
+        nodes.write("Width", 644)
+
+    assert {"Mode", "Hidden", "Fine"} <= set().union(*changes)
+
+
 def test_a_locked_feature_is_read_only(nodes):
     nodes.write("Lock", 1)
 
