@@ -15,7 +15,7 @@ from typing import Any
 from psygnal import Signal
 
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.companions import Companions
+from grabbergui.core.companions import Companions, is_on
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError
 from grabbergui.core.features import Category, Feature, FeatureValue, format_value
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue
@@ -270,15 +270,27 @@ class FrameGrabber(ABC):
         Raises what `write_feature` raises.
         """
         with self._lock, self._selecting(key.selected):
-            names = (*Companions.of(key.name, self.has_feature).names, key.name)
-            keys = {name: self.setting(name) for name in names}
-            before = {name: self.feature(name).value for name in names}
+            companions = Companions.of(key.name, self.has_feature)
+            own = self.setting(key.name)
+            before = self.feature(key.name).value
+            # A mode that is off and a switch that is on stay so: each read is a request on a remote camera.
+            may_switch = [
+                stood
+                for stood in map(self.feature, companions.names)
+                if is_on(stood.value) == (stood.name == companions.mode)
+            ]
+            keys = [self.setting(stood.name) for stood in may_switch]
             feature = self.write_feature(key.name, value)
-            after = {name: self.feature(name).value for name in names[:-1]}
-            after[key.name] = feature.value if feature.value is not None else value
-            changes = [ValueChange(keys[name], before[name], after[name]) for name in names]
-            companions = [change for change in changes[:-1] if change.before != change.after]
-            return WriteResult(feature, (*companions, changes[-1]))
+            switched = [self.feature(stood.name) for stood in may_switch]
+            changes = [
+                ValueChange(setting, stood.value, now.value)
+                for setting, stood, now in zip(keys, may_switch, switched, strict=True)
+                if stood.value != now.value
+            ]
+            after = feature.value if feature.value is not None else value
+            return WriteResult(
+                feature, (*changes, ValueChange(own, before, after)), also_changed=tuple(switched)
+            )
 
     def execute_setting(self, key: SettingKey) -> None:
         """Run a command under its selectors (`UserSetLoad[UserSetSelector=UserSet1]`) in one step."""

@@ -93,6 +93,11 @@ class WriteResult:
     "What was written, in order: companions that had to be switched, and at last the setting itself."
     consequences: tuple[ValueChange, ...] = ()
     "Settings that the camera changed because of it (Height after BinningVertical)."
+    also_changed: tuple[Feature, ...] = ()
+    """The features of companions and consequences, as the camera reports them afterwards.
+
+    A caller that has them here need not read them again. One that is missing must be read.
+    """
 
 
 @dataclass(frozen=True)

@@ -213,7 +213,10 @@ class Camera(FrameGrabber):
             with self._paused() if restart else nullcontext():
                 result = self._writes().write(feature, value)
             # A stream that runs again locks features.
-            return replace(result, feature=self.feature(name)) if restart else result
+            if not restart:
+                return result
+            others = tuple(self.feature(other.name) for other in result.also_changed)
+            return replace(result, feature=self.feature(name), also_changed=others)
 
     @override
     def pauses_for(self, name: str) -> bool:

@@ -139,7 +139,9 @@ class SettingWriter:
         for change in changes:
             if change.key.name in self._regulated_by and is_on(change.before) and not is_on(change.after):
                 self._note_regulated(change.key.name)
-        return WriteResult(written, changes, tuple(change for change in moved if change.before is not None))
+        consequences = tuple(change for change in moved if change.before is not None)
+        others = tuple(nodes.feature(change.key.name) for change in (*switched, *consequences))
+        return WriteResult(written, changes, consequences, others)
 
     def regulated_now(self) -> Iterator[str]:
         """Give the automatic modes that are on, and the features they regulate: these move by themselves."""

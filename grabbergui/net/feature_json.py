@@ -78,7 +78,8 @@ def read_write_result(data: object) -> WriteResult:
     )
     if not written:
         raise RemoteProtocolError(f"nothing says what was written to {feature.name}")
-    return WriteResult(feature, written, consequences)
+    also_changed = tuple(map(read_feature, _array(table.get("also_changed", []))))
+    return WriteResult(feature, written, consequences, also_changed)
 
 
 def read_category(data: object, depth: int = 0) -> Category:

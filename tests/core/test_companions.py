@@ -130,5 +130,8 @@ def test_a_write_returns_what_it_changed_with_its_companions():
         ValueChange(SettingKey("GainAuto"), "Continuous", "Off"),
         ValueChange(SettingKey("Gain"), 1.0, 2.0),
     )
+    assert [feature.value for feature in first.also_changed] == ["Off"]
+    grabber.reads.clear()
     again = grabber.write_setting(SettingKey("Gain"), 3.0)
+    assert grabber.reads.count("GainAuto") == 1  # off already: not read again after the write
     assert again.written == (ValueChange(SettingKey("Gain"), 2.0, 3.0),)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Set
 from dataclasses import fields, replace
 from functools import partial
 from typing import TypeVar
@@ -79,8 +79,10 @@ class FeatureTreeModel:
         self._throttle = WriteThrottle()
         self._values: dict[str, FeatureValue] = {}
         "What was asked for and is not known to be written yet."
-        self._being_written: tuple[int, str] | None = None
-        "The thread that writes a feature now, and its name: the write itself returns what became of it."
+        self._writing: int | None = None
+        "The thread that writes a feature now: the write itself returns most of what it changes."
+        self._changed_by_write: set[str] = set()
+        "Changes that the grabber reported on this thread since the write began."
         self._load()
         grabber.features_changed.connect(self._on_grabber_features_changed)
 
@@ -208,7 +210,7 @@ class FeatureTreeModel:
         self._worker.submit(
             partial(self._send, self._shown_setting(name), value),
             key=f"write {name}",
-            done=lambda feature: self._publish(self._as_granted(feature), tell=True),
+            done=self._publish_all,
             failed=partial(self._on_write_refused, name),
             delay=delay,
         )
@@ -225,15 +227,31 @@ class FeatureTreeModel:
                 selected.append((selector, format_value(value)))
             return SettingKey(name, tuple(selected))
 
-    def _send(self, key: SettingKey, value: FeatureValue) -> Feature:
+    def _send(self, key: SettingKey, value: FeatureValue) -> list[Feature]:
+        """Write, and return the features that need not be read again, the written one first.
+
+        Each read is a request on a remote camera, as costly as the write.
+        """
         with self._lock:
             self._throttle.sent(key.name, time.monotonic())
         if not key.selected:
-            self._being_written = (threading.get_ident(), key.name)
+            self._writing = threading.get_ident()
+        returned: list[Feature] = []
         try:
-            return self._grabber.write_setting(key, value).feature
+            result = self._grabber.write_setting(key, value)
+            changes = {change.key.name: change.key for change in (*result.written, *result.consequences)}
+            # Under selectors, another instance than the one that is shown may have changed.
+            shown = [f for f in result.also_changed if changes.get(f.name) == self._shown_setting(f.name)]
+            returned = [result.feature, *shown]
         finally:
-            self._being_written = None
+            self._writing = None
+            changed, self._changed_by_write = self._changed_by_write, set()
+            self._want_changed(changed.difference(feature.name for feature in returned))
+        return returned
+
+    def _publish_all(self, written: list[Feature]) -> None:
+        for feature in written:
+            self._publish(self._as_granted(feature), tell=feature is written[0])
 
     def _on_write_refused(self, name: str, error: GrabberError) -> None:
         with self._lock:
@@ -334,8 +352,12 @@ class FeatureTreeModel:
 
     # -- from anywhere ---------------------------------------------------------------------------
     def _on_grabber_features_changed(self, names: frozenset[str]) -> None:
-        # A second request for what a write returns anyway costs a remote source as much as the write.
-        names = frozenset(name for name in names if (threading.get_ident(), name) != self._being_written)
+        if self._writing == threading.get_ident():
+            self._changed_by_write |= names
+        else:
+            self._want_changed(names)
+
+    def _want_changed(self, names: Set[str]) -> None:
         with self._lock:
             followed = {name for name in names if self._follows(name)}
             self._stale |= names - followed

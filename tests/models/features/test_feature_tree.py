@@ -1,5 +1,6 @@
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -7,7 +8,7 @@ from fakes import ScriptedGrabber
 from grabbergui import sources
 from grabbergui.core.errors import AckTimeoutError, DeviceLostError, FeatureValueError
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind
-from grabbergui.core.selection import SettingKey
+from grabbergui.core.selection import SettingKey, ValueChange, WriteResult
 from grabbergui.models.features.text import tooltip_html
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
@@ -366,6 +367,50 @@ def test_what_a_write_returns_is_not_asked_for_again(stage):
     s.grabber.features_changed.emit(frozenset({"Gain"}))  # somebody else
     s.settle()
     assert s.grabber.reads[reads:].count("Gain") == before + 1
+
+
+def test_companions_and_consequences_that_a_write_returns_are_not_asked_for_again(stage):
+    """A window on a remote camera read the mode and the height after each write, a request each."""
+    s = stage(number("Gain"), number("Height"), number("Offset"), number("Width"))
+    watched = ["Gain", "Height", "Offset", "Width"]
+    s.model.watch(watched)
+    s.settle()
+
+    def write_and_return_all(key, value):
+        s.grabber.features_changed.emit(frozenset(watched))
+        height, offset = (replace(s.grabber.known[name], value=7.0) for name in ("Height", "Offset"))
+        s.grabber.known |= {"Height": height, "Offset": offset, "Width": number("Width", 8.0)}
+        written = number("Gain", value)
+        changes = [ValueChange(SettingKey(name), 1.0, 7.0) for name in ("Height", "Offset")]
+        return WriteResult(
+            written, (changes[0], ValueChange(key, 1.0, value)), (changes[1],), (height, offset)
+        )
+
+    s.grabber.write_setting = write_and_return_all
+    s.grabber.reads.clear()
+    s.model.write("Gain", 2.0)
+    s.settle()
+
+    assert [s.values(name)[-1] for name in watched] == [2.0, 7.0, 7.0, 8.0]
+    assert s.grabber.reads == ["Width"]
+
+
+def test_a_refused_write_still_reads_what_it_changed(stage):
+    s = stage(number("Gain"), number("Auto"))
+    s.model.watch(["Gain", "Auto"])
+    s.settle()
+
+    def change_and_refuse(key, value):
+        s.grabber.known["Auto"] = number("Auto", 0.0)
+        s.grabber.features_changed.emit(frozenset({"Auto"}))
+        raise FeatureValueError("no", "Gain")
+
+    s.grabber.write_setting = change_and_refuse
+    s.model.write("Gain", 2.0)
+    s.settle()
+
+    assert s.values("Auto")[-1] == 0.0
+    assert len(s.errors) == 1
 
 
 def test_what_is_written_is_the_instance_that_is_shown_whatever_others_select_meanwhile():
