@@ -223,6 +223,17 @@ def test_a_server_selects_and_writes_in_one_step(coloured: Stage) -> None:
     assert wrong == [] and seen == {"Green"}
 
 
+def test_a_write_returns_its_companions_in_the_same_reply(coloured: Stage) -> None:
+    coloured.grabber.write_feature("ExposureAuto", "Continuous")
+    with coloured.share():
+        remote = connect(coloured)
+        remote.open()
+        result = remote.write_setting(SettingKey("ExposureTime"), 5000)
+        remote.close()
+
+    assert [(feature.name, feature.value) for feature in result.also_changed] == [("ExposureAuto", "Off")]
+
+
 def test_a_server_of_an_older_version_is_asked_step_by_step(
     coloured: Stage, monkeypatch: pytest.MonkeyPatch
 ) -> None:
