@@ -38,6 +38,7 @@ class SourceKind(str, Enum):
     U3V = "u3v"
     GENTL = "gentl"
     ARAVIS = "aravis"
+    V4L2 = "v4l2"
     YARP = "yarp"
     ROS2 = "ros2"
     FILE = "file"
@@ -59,6 +60,7 @@ _MODULES: dict[str, str] = {
     SourceKind.U3V: "grabbergui.driver.u3v.source",
     SourceKind.GENTL: "grabbergui.driver.gentl.source",
     SourceKind.ARAVIS: "grabbergui.driver.aravis.source",
+    SourceKind.V4L2: "grabbergui.driver.v4l2.source",
     SourceKind.YARP: "grabbergui.net.yarp.source",
     SourceKind.ROS2: "grabbergui.net.ros2.source",
     SourceKind.FILE: "grabbergui.recording.playback",
@@ -98,6 +100,10 @@ _FORMS: dict[SourceKind, tuple[tuple[str, str], ...]] = {
     SourceKind.ARAVIS: (
         ("aravis:", "the first camera that Aravis finds"),
         ("aravis:192.168.0.10", "by IP address; likewise serial number or Aravis's id"),
+    ),
+    SourceKind.V4L2: (
+        ("v4l2:", "the first webcam, or other video device of Linux"),
+        ("v4l2:/dev/video2", "by path; likewise serial number, bus, or the model's name"),
     ),
     SourceKind.YARP: (("yarp:/PORT", "a frame grabber, or any port that sends images"),),
     SourceKind.ROS2: (("ros2:/TOPIC", "a served camera, or any image topic"),),

@@ -1,1 +1,0 @@
-"""Cameras: one grabber over any transport, and the transports."""

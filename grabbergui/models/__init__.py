@@ -1,1 +1,0 @@
-"""State and rules of the window, without Qt."""

@@ -1,1 +1,0 @@
-"""Grabbers on networks: YARP, ROS 2, and what both share."""

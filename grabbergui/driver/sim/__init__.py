@@ -1,1 +1,0 @@
-"""The simulated camera: registers with their description, sensor and scene."""

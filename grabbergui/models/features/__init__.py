@@ -1,1 +1,0 @@
-"""The features of an open source: values, texts, scales, and the worker that reads and writes them."""

@@ -1,1 +1,0 @@
-"""The image to show: history, viewport, rendering."""

@@ -1,1 +1,0 @@
-"""All settings of a camera: collecting, settings files, user sets, loading."""

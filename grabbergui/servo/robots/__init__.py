@@ -1,1 +1,0 @@
-"""Robots: kinematic models, and the networks that reach their controllers."""

@@ -1,1 +1,0 @@
-"""Controllers: each joins a few models to a few views."""

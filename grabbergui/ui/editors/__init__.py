@@ -1,1 +1,0 @@
-"""Editors of one feature, made from its metadata."""

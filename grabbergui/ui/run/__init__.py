@@ -1,1 +1,0 @@
-"""Composition roots: the program, one window, scripts."""

@@ -1,1 +1,0 @@
-"""Views: Designer forms with setters and signals, without logic."""

@@ -1,15 +1,12 @@
-"""A simulated camera on a bus within the process, and a virtual machine with a real USB stack."""
+"""A simulated camera on a bus within the process."""
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Iterator
 
 import pytest
-from guest import Guest
 
-import isolation
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.u3v.backend import SimulatedBus
@@ -17,26 +14,6 @@ from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
 from grabbergui.driver.u3v.device import U3vDevice
 
 CameraMaker = Callable[..., tuple[SimulatedU3vDevice, U3vDevice]]
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The tests that look at what happened in the virtual machine come last: it takes minutes."""
-    items.sort(key=lambda item: item.get_closest_marker("usb") is not None)
-
-
-def pytest_collection_finish(session: pytest.Session) -> None:
-    """The virtual machine works while the other tests run."""
-    wanted = any(item.get_closest_marker("usb") for item in session.items)
-    if wanted and os.name == "posix" and not session.config.option.collectonly and isolation.FIRST_WORKER:
-        Guest(isolation.run_folder()).start()
-
-
-@pytest.fixture(scope="session")
-def guest() -> Guest:
-    if os.name != "posix":
-        pytest.skip("the virtual machine is made by programs of Unix")
-    return Guest(isolation.run_folder())
 
 
 @pytest.fixture

@@ -1,1 +1,0 @@
-"""The simulated camera on a network: GVCP and GVSP, the device's side."""

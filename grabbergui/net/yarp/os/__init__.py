@@ -1,1 +1,0 @@
-"""YARP's ports: Bottles, names, carriers, connections."""

@@ -1,6 +1,7 @@
 """Runs inside the virtual machine: the simulated camera, hosts that others wrote, and our own.
 
-Prints one line `RESULT <json>` for the test outside: by way, what was seen. Usage: in_guest.py vhci gadget
+Prints one line `RESULT <json>` for the test outside: what was seen, by kind of camera.
+Usage: in_guest.py vhci gadget webcam
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ import shutil
 import subprocess
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.synchronize import Event
 from pathlib import Path
 from typing import Any
 
+from grabbergui import sources
 from grabbergui.core.errors import AckTimeoutError, GrabberError
 from grabbergui.core.grabber import ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
@@ -27,6 +30,7 @@ from grabbergui.driver.sim.u3v import registers
 from grabbergui.driver.sim.u3v.device import U3vFaults
 from grabbergui.driver.sim.u3v.serve import serve
 from grabbergui.driver.u3v import source
+from grabbergui.driver.v4l2 import source as webcam_source
 
 SOON = 120.0
 """Seconds for one step: the emulated machine is slow, and slower where others use the real one too."""
@@ -125,6 +129,7 @@ def our_host(result: dict[str, Any]) -> None:
 FORGETFUL = """
 from grabbergui.core.uri import SourceUri
 from grabbergui.driver.u3v import source
+from grabbergui.driver.v4l2 import source as webcam_source
 camera = source.create(SourceUri.parse("u3v:"))
 camera.open()
 queue = camera.open_queue()
@@ -209,6 +214,79 @@ def prove(via: str) -> dict[str, Any]:
     return result
 
 
+def prove_webcam() -> dict[str, Any]:
+    """What our host sees of the kernel's virtual video device (vivid), beside v4l2-ctl."""
+    try:
+        return try_webcam()
+    except Exception:
+        return {"failure": traceback.format_exc()}
+
+
+def try_webcam() -> dict[str, Any]:
+    (info,) = webcam_source.discover(1.0)
+    result: dict[str, Any] = {"info": info.as_dict(), "formats": {}}
+    camera = sources.create("v4l2:")
+    camera.open()
+    try:
+        for name in ("YUV422_8", "BGR8", "Mono8", "Mono16"):
+            camera.write_feature("PixelFormat", name)
+            result["formats"][name] = grabbed(camera)
+        camera.write_feature("Brightness", 77)
+        result["brightness by v4l2-ctl"] = v4l2_ctl("--get-ctrl", "brightness")
+        v4l2_ctl("--set-ctrl", "brightness=99")
+        result["brightness by us"] = camera.feature("Brightness").value
+        camera.write_feature("Resolution", "R320x180")
+        camera.write_feature("AcquisitionFrameRate", 5.0)
+        result["format by v4l2-ctl"] = v4l2_ctl("--get-fmt-video", "--get-parm")
+        camera.start()
+        result["another program"] = refusal()
+        lost: list[str] = []
+        camera.connection_changed.connect(lambda state, why: lost.append(f"{state.value}: {why}"))
+        with suppress(GrabberError):  # vivid's own: the device is gone, also for the answer
+            camera.execute("Disconnect")
+        wait_until(lambda: bool(lost), "the loss is not noticed")
+        result["lost"] = lost[0]
+    finally:
+        camera.close()
+    return result
+
+
+def grabbed(camera: FrameGrabber) -> dict[str, Any]:
+    """Three frames of a format."""
+    queue = camera.open_queue()
+    camera.start()
+    frames = [queue.get(SOON) for _ in range(3)]
+    camera.stop()
+    queue.close()
+    last = frames[-1]
+    return {
+        "ids": [frame.frame_id for frame in frames],
+        "shape": last.raw().shape,
+        "brightness": float(last.rgb().mean()),
+        "contrast": float(last.rgb().std()),
+    }
+
+
+def v4l2_ctl(*arguments: str) -> str | None:
+    """What v4l2-ctl says; None without it."""
+    program = shutil.which("v4l2-ctl")
+    return run(program, "-d", "/dev/video0", *arguments) if program else None
+
+
+def refusal() -> str:
+    """What a second program is told that wants to stream as well."""
+    second = sources.create("v4l2:/dev/video0")
+    second.open()
+    try:
+        second.start()
+    except GrabberError as error:
+        return f"{type(error).__name__}: {error}"
+    finally:
+        second.close()
+    return ""
+
+
 if __name__ == "__main__":
     CAMERAS.set_forkserver_preload(["grabbergui.driver.sim.u3v.serve", "grabbergui.driver.u3v.source"])
-    print("RESULT " + json.dumps({via: prove(via) for via in sys.argv[1:]}), flush=True)
+    results = {via: prove_webcam() if via == "webcam" else prove(via) for via in sys.argv[1:]}
+    print("RESULT " + json.dumps(results), flush=True)

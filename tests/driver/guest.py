@@ -1,4 +1,4 @@
-"""The virtual machine with a real USB stack, which does its work while other tests do theirs."""
+"""The virtual machine with real USB and video drivers, which does its work while other tests do theirs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import isolation
 from patience import until
 
 HERE = Path(__file__).parent
-REPOSITORY = HERE.parents[2]
+REPOSITORY = HERE.parents[1]
 
 GUEST_SECONDS = 1000
 """A minute or two where nothing else runs, many times that on a busy machine."""
@@ -22,7 +22,7 @@ NO_GUEST = 77
 
 
 class Guest:
-    """One boot that runs `in_guest.py` for every way of being a USB device.
+    """One boot that runs `in_guest.py` for every kind of camera that it tries.
 
     Tests may be spread over several processes: one of them starts it, and all can ask for the result.
     """
@@ -40,13 +40,13 @@ class Guest:
             [
                 *("nice", "-n", "5", "sh", "-c", command, "sh"),
                 *(HERE / "usbvm", "-t", str(GUEST_SECONDS), "--"),
-                *(sys.executable, HERE / "in_guest.py", "vhci", "gadget"),
+                *(sys.executable, HERE / "in_guest.py", "vhci", "gadget", "webcam"),
             ],
             cwd=REPOSITORY,
         )
 
     def result(self) -> dict[str, Any]:
-        """Wait for what the hosts in the guest saw, by the way the camera is a USB device there."""
+        """Wait for what the hosts in the guest saw, by the kind of camera."""
         # A kernel may have to be fetched first.
         until(self._status.exists, "the virtual machine's end", GUEST_SECONDS + 400)
         status = int(self._status.read_text())

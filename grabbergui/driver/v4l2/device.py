@@ -1,0 +1,314 @@
+"""A video device behind the registers of its GenICam description, and its stream of mapped buffers."""
+
+from __future__ import annotations
+
+import logging
+import select
+import struct
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from grabbergui.core import pfnc
+from grabbergui.core.buffers import BufferPool
+from grabbergui.core.errors import DeviceLostError, DeviceStatusError, GrabberError, SourceNotFoundError
+from grabbergui.core.frame import Frame, FrameStatus, time_of_day
+from grabbergui.core.frame_queue import RateMeter
+from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
+from grabbergui.core.identity import require_one, require_same
+from grabbergui.driver.device import Device, StreamRequest, StreamSlot
+from grabbergui.driver.v4l2 import description as layout
+from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
+from grabbergui.driver.v4l2.video import ControlKind, CurrentFormat, Filled, VideoDevice, find
+
+log = logging.getLogger(__name__)
+
+BUFFERS = 8
+"Mapped into the driver. Frames are copied out, so that consumers may keep them."
+_INTEGER = struct.Struct("<q")
+_DOUBLE = struct.Struct("<d")
+_STOP_PERIOD = 0.1
+"Seconds until the receiving thread notices that it shall end."
+_WIDEST_RATES = (0.1, 1000.0)
+"Hz; of drivers that do not list their frame rates."
+
+
+class V4l2Device(Device):
+    """A webcam as a GenICam device."""
+
+    def __init__(
+        self, name: str, info: DeviceInfo, opener: Callable[[str], VideoDevice] = VideoDevice
+    ) -> None:
+        """`name`: a path, a serial number, a bus or a model's name; empty means the first found."""
+        self.info = info
+        self._name = name
+        self._opener = opener
+        self._video: VideoDevice | None = None
+        self._layout = Layout(b"")
+        self._known: DeviceInfo | None = None
+        self._stream = StreamSlot()
+        self._locked = 0
+
+    @override
+    def open(self, access: Access) -> Access:
+        info = self._found()
+        video = self._opener(info.address)
+        try:
+            sizes = video.sizes(video.format().fourcc)
+            self._layout = layout.describe(info.model, video.formats(), sizes, video.controls())
+        except BaseException:
+            video.close()
+            raise
+        self._video, self._known = video, info
+        self.info = replace(info, uri=self.info.uri)
+        return access
+
+    def _found(self) -> DeviceInfo:
+        candidates = [info for info in find() if _answers_to(info, self._name)]
+        if not candidates:
+            there = ", ".join(info.address for info in find()) or "none"
+            raise SourceNotFoundError(f"there is no video device '{self._name}'; found: {there}")
+        if self._name:
+            require_one(self._name, candidates)
+        if self._known is not None:
+            require_same(self._known, candidates[0])
+        return candidates[0]
+
+    @override
+    def close(self) -> None:
+        self.close_stream()
+        video, self._video = self._video, None
+        if video is not None:
+            video.close()
+
+    @override
+    def description(self) -> bytes:
+        return self._layout.xml
+
+    # -- registers -------------------------------------------------------------------------------
+    @override
+    def read(self, address: int, length: int) -> bytes:
+        for name, place in TEXTS.items():
+            if address == place:
+                return self._texts()[name].encode()[: TEXT_BYTES - 1].ljust(TEXT_BYTES, b"\0")[:length]
+        video = self._opened()
+        if address in self._layout.controls:
+            control = self._layout.controls[address]
+            button = control.kind is ControlKind.BUTTON
+            return _INTEGER.pack(0 if button else video.control(control.id))[:length]
+        if address - 8 in self._layout.controls:
+            return _INTEGER.pack(video.locked(self._layout.controls[address - 8].id))[:length]
+        name = _NAMES.get(address, "")
+        if name in ("AcquisitionFrameRate", "FrameRateMin", "FrameRateMax"):
+            return _DOUBLE.pack(self._rate(name))[:length]
+        return _INTEGER.pack(self._value(name, address))[:length]
+
+    @override
+    def write(self, address: int, data: bytes) -> None:
+        video = self._opened()
+        name = _NAMES.get(address, "")
+        if name == "AcquisitionFrameRate":
+            video.set_rate(_DOUBLE.unpack(data)[0])
+            return
+        (value,) = _INTEGER.unpack(data)
+        current = video.format()
+        if address in self._layout.controls:
+            video.set_control(self._layout.controls[address].id, value)
+        elif name == "PixelFormat":
+            video.set_format(value.to_bytes(4, "little").decode("ascii"), current.width, current.height)
+        elif name == "Resolution":
+            video.set_format(current.fourcc, value >> 32, value & 0xFFFFFFFF)
+        elif name == "Width":
+            video.set_format(current.fourcc, value, current.height)
+        elif name == "Height":
+            video.set_format(current.fourcc, current.width, value)
+        elif name == "TLParamsLocked":
+            self._locked = value
+        elif name not in ("AcquisitionStart", "AcquisitionStop", "AcquisitionMode"):
+            raise DeviceStatusError(f"there is no register at {address:#x} to write", 0x8003)
+
+    def _value(self, name: str, address: int) -> int:
+        current = self._opened().format()
+        values = {
+            "PixelFormat": layout.code_value(current.fourcc),
+            "Width": current.width,
+            "Height": current.height,
+            "Resolution": layout.resolution_value(current.width, current.height),
+            "PayloadSize": _payload_bytes(current),
+            "TLParamsLocked": self._locked,
+            "AcquisitionStart": 0,
+            "AcquisitionStop": 0,
+            "AcquisitionMode": 0,
+        }
+        if name not in values:
+            raise DeviceStatusError(f"there is no register at {address:#x}", 0x8003)
+        return values[name]
+
+    def _rate(self, name: str) -> float:
+        video = self._opened()
+        if name == "AcquisitionFrameRate":
+            return video.rate()
+        current = video.format()
+        slowest, fastest = video.rates(current.fourcc, current.width, current.height)
+        if not fastest:
+            slowest, fastest = _WIDEST_RATES
+        return slowest if name == "FrameRateMin" else fastest
+
+    def _texts(self) -> dict[str, str]:
+        info = self.info
+        return {
+            "DeviceVendorName": info.vendor,
+            "DeviceModelName": info.model,
+            "DeviceSerialNumber": info.serial,
+            "DeviceVersion": info.version,
+            "DeviceID": info.hardware_id,
+        }
+
+    def _opened(self) -> VideoDevice:
+        if self._video is None:
+            raise DeviceLostError(f"{self.info.title} is not open")
+        return self._video
+
+    # -- stream ----------------------------------------------------------------------------------
+    @override
+    def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
+        self._stream.put(V4l2Stream(self._opened(), request, deliver, self._on_gone))
+
+    @override
+    def close_stream(self) -> None:
+        self._stream.close()
+
+    @override
+    def stream_statistics(self) -> StreamStatistics:
+        return self._stream.statistics()
+
+    def _on_gone(self, reason: str) -> None:
+        if self.on_lost is not None:
+            self.on_lost(reason)
+
+
+_NAMES = {address: name for name, address in REGISTERS.items()}
+
+
+def _answers_to(info: DeviceInfo, name: str) -> bool:
+    known = (info.address, info.address.removeprefix("/dev/"), info.serial, info.hardware_id, info.model)
+    return not name or name.lower() in [text.lower() for text in known if text]
+
+
+def _payload_bytes(current: CurrentFormat) -> int:
+    """The size of the largest frame as it is delivered: compressed ones are unpacked to BGR8."""
+    compressed = current.fourcc in COMPRESSED
+    return current.width * current.height * 3 if compressed else current.image_bytes
+
+
+class V4l2Stream:
+    """Takes filled buffers on a thread of its own, from construction until `close`."""
+
+    def __init__(
+        self,
+        video: VideoDevice,
+        request: StreamRequest,
+        deliver: Callable[[Frame], None],
+        on_gone: Callable[[str], None],
+    ) -> None:
+        """Raises AccessDeniedError if another program streams from the device."""
+        self._video = video
+        self._deliver = deliver
+        self._on_gone = on_gone
+        self._deliver_incomplete = request.deliver_incomplete
+        self._format = video.format()
+        self._pool = BufferPool(max(_payload_bytes(self._format), 1))
+        self._statistics = StreamStatistics()
+        self._rate = RateMeter()
+        self._last: int | None = None
+        self._stopping = threading.Event()
+        self._buffers = video.begin(BUFFERS)
+        self._thread = threading.Thread(target=self._run, name="v4l2 receiver", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop; nothing is delivered any more on return."""
+        self._stopping.set()
+        self._thread.join()
+        self._video.end(self._buffers)
+
+    def statistics(self) -> StreamStatistics:
+        """A snapshot. Any thread."""
+        frame_rate, bandwidth = self._rate.rates()
+        return replace(self._statistics, frame_rate=frame_rate, bandwidth=bandwidth)
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                poll = select.poll()
+                poll.register(self._video.fileno(), select.POLLIN | select.POLLPRI)
+                if not poll.poll(_STOP_PERIOD * 1000):
+                    continue
+                filled = self._video.take()
+                if filled is None:
+                    continue
+                frame = self._frame(filled)
+                self._video.queue(filled.index)
+                if frame is not None:
+                    try:
+                        self._deliver(frame)
+                    except Exception:
+                        log.exception("a consumer of frames failed")
+                del frame
+        except (GrabberError, OSError) as error:
+            if not self._stopping.is_set():
+                self._on_gone(str(error))
+
+    def _frame(self, filled: Filled) -> Frame | None:
+        statistics = self._statistics
+        last, self._last = self._last, filled.sequence
+        if last is not None and filled.sequence > last + 1:
+            statistics.lost += filled.sequence - last - 1
+        payload = None if filled.damaged or not filled.size else self._payload(filled)
+        if payload is None:
+            statistics.incomplete += 1
+            return None
+        statistics.frames += 1
+        statistics.bytes += payload.nbytes
+        self._rate.add(payload.nbytes)
+        current = self._format
+        compressed = current.fourcc in COMPRESSED
+        pixel_format = pfnc.by_name("BGR8" if compressed else PFNC_NAMES[current.fourcc])
+        line = pixel_format.line_bytes(current.width)
+        stamp = filled.timestamp_ns
+        frame = Frame(
+            payload=payload,
+            width=current.width,
+            height=current.height,
+            pixel_format=pixel_format,
+            frame_id=filled.sequence,
+            timestamp_ns=stamp,
+            status=FrameStatus.COMPLETE,
+            padding_x=0 if compressed else max(0, current.line_bytes - line),
+        )
+        if stamp:
+            frame.received_ns, frame.captured = time_of_day(stamp), stamp / 1e9
+        return frame
+
+    def _payload(self, filled: Filled) -> NDArray[np.uint8] | None:
+        """A copy of the buffer, unpacked if it is compressed; None if no memory is free or it is broken."""
+        content = np.frombuffer(self._buffers[filled.index], np.uint8, filled.size)
+        buffer = self._pool.take()
+        if buffer is None:
+            self._statistics.underruns += 1
+            return None
+        current = self._format
+        if current.fourcc not in COMPRESSED:
+            size = min(filled.size, buffer.size)
+            buffer[:size] = content[:size]
+            return buffer[:size] if size >= current.line_bytes * current.height else None
+        picture = cv2.imdecode(content, cv2.IMREAD_COLOR)
+        if picture is None or picture.shape != (current.height, current.width, 3):
+            return None
+        buffer[:] = picture.reshape(-1)
+        return buffer

@@ -1,0 +1,167 @@
+"""A webcam as a GenICam camera: names, units, locks, formats, frames, loss."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+pytest.importorskip("linuxpy.video.device", reason="linuxpy has Linux's video interface")
+
+from fake_video import EXPOSURE, EXPOSURE_AUTO, RESET, FakeVideo
+
+from grabbergui.core.errors import FeatureAccessError, FeatureValueError, SourceNotFoundError
+from grabbergui.core.features import AccessMode, FeatureKind
+from grabbergui.core.grabber import ConnectionState, DeviceInfo
+from grabbergui.core.sfnc import Role
+from grabbergui.driver.camera import Camera
+from grabbergui.driver.v4l2 import device as v4l2_device
+from grabbergui.driver.v4l2.device import V4l2Device
+from patience import PATIENCE, until
+
+INFO = DeviceInfo(
+    "v4l2:/dev/video7",
+    "Acme",
+    "Eye",
+    "7",
+    "V4L2",
+    "/dev/video7",
+    version="6.1.0",
+    hardware_id="usb-1",
+    interface="uvcvideo",
+)
+
+
+@pytest.fixture
+def video() -> FakeVideo:
+    return FakeVideo()
+
+
+@pytest.fixture
+def camera(video: FakeVideo, monkeypatch: pytest.MonkeyPatch) -> Iterator[Camera]:
+    monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
+    camera = Camera(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera.open()
+    yield camera
+    camera.close()
+
+
+def test_it_says_who_it_is(camera: Camera) -> None:
+    assert camera.info.title == "Acme Eye 7" and camera.info.uri == "v4l2:"
+    assert camera.feature("DeviceSerialNumber").value == "7"
+    assert [category.name for category in camera.feature_tree().members][:3] == [  # type: ignore[union-attr]
+        "DeviceControl", "ImageFormatControl", "AcquisitionControl",
+    ]  # fmt: skip
+
+
+def test_exposure_is_in_microseconds(camera: Camera, video: FakeVideo) -> None:
+    exposure = camera.feature("ExposureTime")
+    assert (exposure.value, exposure.unit, exposure.kind) == (10_000.0, "us", FeatureKind.FLOAT)
+    assert (exposure.minimum, exposure.maximum, exposure.auto) == (300.0, 204_700.0, "ExposureAuto")
+    camera.write_feature("ExposureTime", 5_000)
+    assert video.values[EXPOSURE] == 50
+
+
+def test_writing_a_value_switches_its_automatic_mode_off(camera: Camera, video: FakeVideo) -> None:
+    camera.write_feature("ExposureAuto", "Continuous")
+    assert video.values[EXPOSURE_AUTO] == 3 and video.locked(EXPOSURE)
+    camera.write_feature("ExposureTime", 20_000)
+    assert (video.values[EXPOSURE_AUTO], video.values[EXPOSURE]) == (1, 200)
+
+
+def test_menus_switches_and_buttons_are_features(camera: Camera, video: FakeVideo) -> None:
+    power = camera.feature("PowerLineFrequency")
+    assert [entry.name for entry in power.entries] == ["Disabled", "N50Hz", "N60Hz"]
+    assert [entry.display_name for entry in power.entries] == ["Disabled", "50 Hz", "60 Hz"]
+    camera.write_feature("PowerLineFrequency", "N50Hz")
+    camera.write_feature("ReverseX", True)
+    camera.execute("PanReset")
+    assert (video.values[0x00980918], video.values[0x00980914], video.pressed) == (1, 1, 1)
+    assert RESET in video.values
+
+
+def test_two_controls_of_one_name_are_two_features(camera: Camera, video: FakeVideo) -> None:
+    camera.write_feature("Gain2", -3)
+    assert video.values[0x0098F900] == -3 and camera.feature("Gain").value == 0
+
+
+def test_roles_are_found(camera: Camera) -> None:
+    found = {role: role.find(camera.has_feature) for role in (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)}
+    assert list(found.values()) == ["ExposureTime", "Gain", "AcquisitionFrameRate"]
+
+
+def test_formats_sizes_and_rates(camera: Camera, video: FakeVideo) -> None:
+    formats = camera.feature("PixelFormat")
+    assert [entry.name for entry in formats.entries] == ["YUV422_8", "MJPG", "Mono8"]
+    assert (camera.feature("AcquisitionFrameRate").maximum, camera.feature("Width").value) == (30.0, 640)
+    assert camera.feature("Width").access is AccessMode.READ_ONLY
+    camera.write_feature("Resolution", "R320x240")
+    assert (video.size, camera.feature("Width").value) == ((320, 240), 320)
+    camera.write_feature("AcquisitionFrameRate", 58.0)
+    assert camera.feature("AcquisitionFrameRate").value == 60.0
+    with pytest.raises(FeatureValueError, match="allowed"):
+        camera.write_feature("ExposureTime", 1e9)
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"), [("Mono8", (480, 640)), ("YUV422_8", (480, 640, 2)), ("MJPG", (480, 640, 3))]
+)
+def test_frames_arrive_in_every_format(camera: Camera, name: str, shape: tuple[int, ...]) -> None:
+    camera.write_feature("PixelFormat", name)
+    queue = camera.open_queue()
+    camera.start()
+    first, second = queue.get(PATIENCE), queue.get(PATIENCE)
+    assert first.raw().shape == shape and first.rgb().shape == (480, 640, 3)
+    assert second.frame_id > first.frame_id and abs(time.monotonic() - second.captured) < 5.0
+    ramp = first.mono()[240].astype(int)
+    assert np.corrcoef(ramp, np.arange(640))[0, 1] > 0.99
+
+
+def test_a_format_is_changed_while_it_streams(camera: Camera) -> None:
+    queue = camera.open_queue()
+    camera.start()
+    queue.get(PATIENCE)
+    assert camera.pauses_for("Resolution")
+    camera.write_feature("Resolution", "R320x240")
+    until(lambda: queue.get(PATIENCE).width == 320)
+    assert camera.streaming and camera.statistics().incomplete == 0
+
+
+def test_a_webcam_that_is_unplugged_comes_back_as_it_was(
+    camera: Camera, video: FakeVideo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    states: list[ConnectionState] = []
+    camera.connection_changed.connect(lambda state, why: states.append(state))
+    camera.write_feature("ExposureTime", 20_000)
+    queue = camera.open_queue()
+    camera.start()
+    queue.get(PATIENCE)
+    fresh = FakeVideo()
+    camera.device._opener = lambda path: fresh  # type: ignore[attr-defined]
+    video.unplugged = True
+    until(lambda: states[-2:] == [ConnectionState.LOST, ConnectionState.OPEN], str(states))
+    assert fresh.values[EXPOSURE] == 200
+    assert queue.get(PATIENCE).complete
+
+
+def test_no_webcam_is_an_error_that_says_what_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
+    with pytest.raises(SourceNotFoundError, match=r"/dev/video9.*found: /dev/video7"):
+        Camera(V4l2Device("/dev/video9", DeviceInfo("v4l2:/dev/video9"))).open()
+
+
+@pytest.mark.parametrize("name", ["/dev/video7", "video7", "7", "usb-1", "eye"])
+def test_it_is_found_by_each_of_its_names(
+    name: str, video: FakeVideo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
+    camera = Camera(V4l2Device(name, DeviceInfo(f"v4l2:{name}"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera.open()
+    camera.close()
+
+
+def test_a_locked_setting_is_not_written(camera: Camera) -> None:
+    with pytest.raises(FeatureAccessError):
+        camera.write_feature("DeviceSerialNumber", "8")
