@@ -1,0 +1,1 @@
+"""Cameras: one grabber over any transport, and the transports."""

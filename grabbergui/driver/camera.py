@@ -18,13 +18,12 @@ from grabbergui.core.errors import (
     OtherCameraError,
 )
 from grabbergui.core.features import AccessMode, Category, Feature, FeatureValue, format_value
-from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber, StreamStatistics, return_text
 from grabbergui.core.selection import SettingKey, WriteResult
+from grabbergui.driver import acquisition
+from grabbergui.driver.acquisition import Acquisition
 from grabbergui.driver.camera_threads import POLL_PERIOD, EventDelivery, Poller
-from grabbergui.driver.device import Device, StreamRequest
-from grabbergui.driver.genapi import preparation
-from grabbergui.driver.genapi.messages import ChunkReader
+from grabbergui.driver.device import Device
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 from grabbergui.driver.setting_writer import LOAD_SET, SettingsMemory, SettingWriter
 
@@ -35,11 +34,6 @@ RECONNECT_PERIOD = 0.5
 
 _EVENT_SWITCH = "EventNotification"
 """Beginning of the names of features that switch events on: one with a selector, or one an event."""
-
-_CHANGES_PAYLOAD = (
-    "PixelFormat", "Width", "Height", "Binning", "Decimation", "ChunkModeActive", "ChunkEnable",
-)  # fmt: skip
-"""Beginnings of the names of features that change what a frame looks like: the stream is restarted."""
 
 
 class Camera(FrameGrabber):
@@ -53,16 +47,9 @@ class Camera(FrameGrabber):
         super().__init__(device.info)
         self.device = device
         "The transport, for what only it knows (its address, its stream's port)."
-        self._deliver_incomplete = deliver_incomplete
+        self._acquisition = Acquisition(device, self._fanout, deliver_incomplete=deliver_incomplete)
         self._nodes: CameraNodeMap | None = None
-        self._xml = b""
-        self._chunks: ChunkReader | None = None
-        self._chunk_reader: ChunkReader | None = None
-        "Kept from stream to stream, as it parses the whole description; `_chunks` while they are on."
         self._access = Access.MONITOR
-        self._streaming = False
-        self._stream_locks: dict[str, bool] = {}
-        "Features that were asked for while it streams: whether only that locks them."
         self._poller: Poller | None = None
         self._events: EventDelivery | None = None
         self._hears_events = False
@@ -108,12 +95,12 @@ class Camera(FrameGrabber):
 
     def _connect(self, access: Access) -> None:
         self._access = self.device.open(access)
-        self._xml = self.device.description()
-        self._nodes = CameraNodeMap(self.device, self._xml, self._on_features_changed)
+        xml = self.device.description()
+        self._nodes = CameraNodeMap(self.device, xml, self._on_features_changed)
+        self._acquisition.attach(self._nodes, xml, in_control=self._access is Access.CONTROL)
         self.info = self.device.info
         memory = self._writer.memory if self._writer is not None else SettingsMemory()
         self._writer = SettingWriter(self, self._nodes, memory)
-        self._chunk_reader = None
 
     @override
     def close(self) -> None:
@@ -159,7 +146,7 @@ class Camera(FrameGrabber):
         nodes = self._opened()
         self._require(name)
         feature = nodes.feature(name)
-        ours = self._access is Access.CONTROL and name != preparation.TRANSPORT_LOCK
+        ours = self._access is Access.CONTROL and name != acquisition.TRANSPORT_LOCK
         if feature.access.writable and not ours:
             readable = feature.access.readable
             feature = replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
@@ -199,10 +186,10 @@ class Camera(FrameGrabber):
                 raise FeatureAccessError(
                     f"{name}: this camera is open for reading only, another application controls it", name
                 )
-            if name == preparation.TRANSPORT_LOCK:
+            if name == acquisition.TRANSPORT_LOCK:
                 raise FeatureAccessError(f"{name} is set by the stream alone: 1 while it runs", name)
             nodes = self._opened()
-            restart = self._streaming and self.pauses_for(name)
+            restart = self.streaming and self.pauses_for(name)
             feature = nodes.feature(name) if restart else nodes.feature_taking(name, value)
             # Refuse a wrong value before anything is switched or stopped for its sake.
             if feature.value is not None:
@@ -210,7 +197,7 @@ class Camera(FrameGrabber):
                 (feature if ready else replace(feature, access=AccessMode.READ_WRITE)).validated(value)
             if name.startswith(_EVENT_SWITCH):
                 self._hear_events()
-            with self._paused() if restart else nullcontext():
+            with self._acquisition.paused() if restart else nullcontext():
                 result = self._writes().write(feature, value)
             # A stream that runs again locks features.
             if not restart:
@@ -220,15 +207,8 @@ class Camera(FrameGrabber):
 
     @override
     def pauses_for(self, name: str) -> bool:
-        """Also what the description locks while it streams and not otherwise."""
-        if name.startswith(_CHANGES_PAYLOAD) and not name.endswith(("Max", "Selector")):
-            return True
-        if not self._streaming:
-            return False
-        if name not in self._stream_locks:
-            nodes, lock = self._opened(), preparation.TRANSPORT_LOCK
-            self._stream_locks[name] = nodes.has_node(lock) and nodes.is_locked_by(name, lock)
-        return self._stream_locks[name]
+        """Also a feature that the description locks only while it streams."""
+        return self._acquisition.pauses_for(name)
 
     @override
     def execute(self, name: str) -> None:
@@ -243,84 +223,33 @@ class Camera(FrameGrabber):
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        self._start({preparation.TRIGGER} if keep_trigger else ())
+        self._start({acquisition.TRIGGER} if keep_trigger else ())
 
     def _start(self, kept: Container[str]) -> None:
         with self._lock:
-            if self._streaming:
+            if self.streaming:
                 return
             self._opened()
             if self._access is Access.CONTROL:
-                preparation.run_free(self, kept)
+                acquisition.run_free(self, kept)
                 if self._event_left_on():
                     self._hear_events()
-            self._start_stream()
+            self._acquisition.start()
 
     @override
     def stop(self) -> None:
         with self._lock:
-            if self._streaming:
-                self._stop_stream()
+            if self.streaming:
+                self._acquisition.stop()
 
     @property
     @override
     def streaming(self) -> bool:
-        return self._streaming
+        return self._acquisition.running
 
     @override
     def statistics(self) -> StreamStatistics:
         return self.device.stream_statistics()
-
-    def _start_stream(self) -> None:
-        request = StreamRequest(preparation.payload_size(self._opened()), self._deliver_incomplete)
-        self._fanout.clear()
-        self._chunks = self._reader_of_chunks()
-        self.device.open_stream(request, self._deliver)
-        preparation.forget_what_transport_set(self._opened())
-        try:
-            if self._access is Access.CONTROL:
-                self._lock_transport(locked=True)
-                self._opened().execute("AcquisitionStart")
-        except BaseException:
-            self.device.close_stream()
-            self._lock_transport(locked=False)
-            raise
-        self._stream_locks.clear()
-        self._streaming = True
-
-    def _stop_stream(self) -> None:
-        self._streaming = False
-        try:
-            if self._access is Access.CONTROL:
-                self._opened().execute("AcquisitionStop")
-        finally:
-            self.device.close_stream()
-            self._lock_transport(locked=False)
-
-    @contextmanager
-    def _paused(self) -> Iterator[None]:
-        self._stop_stream()
-        try:
-            yield
-        finally:
-            self._start_stream()
-
-    def _lock_transport(self, *, locked: bool) -> None:
-        if self._nodes is not None:
-            preparation.lock_transport(self._nodes, locked=locked)
-
-    def _reader_of_chunks(self) -> ChunkReader | None:
-        nodes, layout = self._opened(), self.device.chunk_layout
-        if layout is None or not nodes.has("ChunkModeActive") or not nodes.feature("ChunkModeActive").value:
-            return None
-        if self._chunk_reader is None:
-            self._chunk_reader = ChunkReader(self._xml, nodes.root, layout)
-        return self._chunk_reader
-
-    def _deliver(self, frame: Frame) -> None:
-        if self._chunks is not None and frame.complete:
-            frame.chunks.update(self._chunks.read(frame.payload))
-        self._fanout.put(frame)
 
     # -- changes ---------------------------------------------------------------------------------
     def _on_features_changed(self, names: frozenset[str]) -> None:
@@ -371,7 +300,7 @@ class Camera(FrameGrabber):
     # -- loss and return -------------------------------------------------------------------------
     def _on_lost(self, reason: str) -> None:
         log.warning("%s: %s", self.info.uri, reason)
-        was_streaming, self._streaming = self._streaming, False
+        was_streaming, self._acquisition.running = self.streaming, False
         self.connection_changed.emit(ConnectionState.LOST, reason)
         with self._losses:
             if self._closed.is_set() or self._reconnecting is not None:
@@ -412,7 +341,9 @@ class Camera(FrameGrabber):
         """Open the device again and set it as it was; return what could not be set, a sentence each."""
         self.device.close_stream()
         self.device.close()
-        self._lost_meanwhile = self._streaming = False  # what was reported until here is about what is closed
+        self._lost_meanwhile = self._acquisition.running = (
+            False  # what was reported until here is about what is closed
+        )
         if self._nodes is not None:
             self._nodes.close()
         self._connect(self._access)
@@ -424,7 +355,7 @@ class Camera(FrameGrabber):
         if streaming:
             # Triggers are as they were; so is a mode that was chosen, perhaps while it streamed.
             remembered = {key.name for key in self._writes().memory.settings}
-            self._start({preparation.TRIGGER, *remembered & {preparation.MODE}})
+            self._start({acquisition.TRIGGER, *remembered & {acquisition.MODE}})
         return problems
 
     def _set_as_before(self, was_streaming: bool) -> list[str]:
@@ -432,7 +363,7 @@ class Camera(FrameGrabber):
             # One that kept its power may still stream, and locks what its frames look like.
             with suppress(FeatureError):
                 self._opened().execute("AcquisitionStop")
-            self._lock_transport(locked=False)
+            self._acquisition.lock_transport(locked=False)
         # Setting it again must not change what is remembered.
         writer = self._writes()
         remembered, writer.memory = writer.memory, SettingsMemory()

@@ -14,7 +14,7 @@ from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, ValueChange, WriteResult, instances
 from grabbergui.core.settling import settle
 from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE
-from grabbergui.driver.genapi import preparation
+from grabbergui.driver.acquisition import NOT_SETTINGS
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
 LOAD_SET = "UserSetLoad"
@@ -188,7 +188,7 @@ class SettingWriter:
                 # Under a selector other instances appear; nothing has changed.
                 dependents = self._nodes.dependents(name)
                 found.update(other for other in dependents if name not in selectors.of(other))
-            self._followers_of[names] = tuple(sorted(found.difference(names, preparation.NOT_SETTINGS)))
+            self._followers_of[names] = tuple(sorted(found.difference(names, NOT_SETTINGS)))
         return self._followers_of[names]
 
     def _moved(

@@ -1,0 +1,1 @@
+"""Grabbers on networks: YARP, ROS 2, and what both share."""

@@ -1,0 +1,1 @@
+"""The simulated camera: registers with their description, sensor and scene."""

@@ -1,0 +1,1 @@
+"""Measuring in the image: lines, regions, levels of each channel."""

@@ -1,0 +1,1 @@
+"""All settings of a camera: collecting, settings files, user sets, loading."""

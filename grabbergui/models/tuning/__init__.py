@@ -1,0 +1,1 @@
+"""One-push exposure and white balance."""

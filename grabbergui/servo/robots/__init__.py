@@ -1,0 +1,1 @@
+"""Robots: kinematic models, and the networks that reach their controllers."""

@@ -1,0 +1,1 @@
+"""Controllers: each joins a few models to a few views."""

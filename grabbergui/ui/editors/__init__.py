@@ -1,0 +1,1 @@
+"""Editors of one feature, made from its metadata."""

@@ -1,0 +1,1 @@
+"""Composition roots: the program, one window, scripts."""

@@ -1,0 +1,1 @@
+"""Views: Designer forms with setters and signals, without logic."""

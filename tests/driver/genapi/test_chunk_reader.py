@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grabbergui import sources
-from grabbergui.driver import camera as driver_camera
+from grabbergui.driver import acquisition
 from grabbergui.driver.device import DataLayout
 from grabbergui.driver.genapi.messages import LARGEST_CHUNK, MOST_CHUNKS, without_pictures
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -79,12 +79,12 @@ def test_frames_of_a_gige_camera_carry_their_chunks(camera):
     assert queue.get(PATIENCE).chunks["ChunkFrameID"] > first
 
 
-def test_a_stream_that_is_started_anew_parses_no_description_anew(camera, monkeypatch):
+def test_a_stream_that_starts_again_does_not_parse_the_description_again(camera, monkeypatch):
     camera.write_feature("ChunkModeActive", True)
     queue = camera.open_queue()
     camera.start()
     assert queue.get(PATIENCE).chunks
-    monkeypatch.setattr(driver_camera, "ChunkReader", None)
+    monkeypatch.setattr(acquisition, "ChunkReader", None)
     camera.write_feature("Width", 160)
     queue.clear()
     assert queue.get(PATIENCE).chunks
@@ -97,5 +97,5 @@ def test_only_enabled_chunks_come_and_none_once_they_are_off(camera):
     queue = camera.open_queue()
     camera.start()
     assert "ChunkGain" in queue.get(PATIENCE).chunks
-    camera.write_feature("ChunkModeActive", False)  # while streaming: the stream is started anew
+    camera.write_feature("ChunkModeActive", False)  # while streaming: the stream starts again
     assert queue.get(PATIENCE).chunks == {}

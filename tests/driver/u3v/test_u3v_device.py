@@ -94,7 +94,7 @@ def test_a_consumer_that_fails_ends_neither_stream_nor_connection(plug_in, caplo
     states: list[ConnectionState] = []
     camera.open()
     camera.connection_changed.connect(lambda state, reason: states.append(state))
-    deliver, failed = camera._deliver, threading.Event()
+    deliver, failed = camera._acquisition._deliver, threading.Event()
 
     def failing(frame: Frame) -> None:
         if not failed.is_set():
@@ -102,7 +102,7 @@ def test_a_consumer_that_fails_ends_neither_stream_nor_connection(plug_in, caplo
             raise error
         deliver(frame)
 
-    camera._deliver = failing
+    camera._acquisition._deliver = failing
     assert len(grab(camera, 5)) == 5
     assert failed.is_set() and not states
     assert "a consumer of frames failed" in caplog.text

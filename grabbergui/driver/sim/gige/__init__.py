@@ -1,0 +1,1 @@
+"""The simulated camera on a network: GVCP and GVSP, the device's side."""

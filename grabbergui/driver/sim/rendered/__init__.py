@@ -1,0 +1,1 @@
+"""A rendered room for the simulated camera, with a marker that moves."""

@@ -1,0 +1,1 @@
+"""YARP's ports: Bottles, names, carriers, connections."""

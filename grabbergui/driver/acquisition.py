@@ -1,0 +1,195 @@
+"""The acquisition of one camera: preparation, start, pause and end of its stream."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Container, Iterator
+from contextlib import contextmanager
+
+from grabbergui.core import pfnc
+from grabbergui.core.errors import FeatureAccessError, GrabberError
+from grabbergui.core.features import Feature
+from grabbergui.core.frame import Frame
+from grabbergui.core.frame_queue import FrameFanout
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.selection import SettingKey, instances
+from grabbergui.driver.device import Device, StreamRequest
+from grabbergui.driver.genapi.messages import ChunkReader
+from grabbergui.driver.genapi.node_map import CameraNodeMap
+
+log = logging.getLogger(__name__)
+
+TRANSPORT_LOCK = "TLParamsLocked"
+"1 while the stream runs (SFNC, Transport Layer Control); only the driver writes it."
+MODE, TRIGGER = "AcquisitionMode", "TriggerMode"
+"Features that can keep a camera from sending frames continuously."
+MOST_BYTES_PER_PIXEL = 8
+"More than any pixel format takes."
+_SET_BY_TRANSPORT = ("GevSCPSPacketSize", "GevSCPD", "GevSCDA", "GevSCPHostPort")
+"Features whose registers a transport writes by itself when it opens a stream."
+NOT_SETTINGS = frozenset({TRANSPORT_LOCK, *_SET_BY_TRANSPORT})
+"Features that are written for each stream."
+_CHANGES_PAYLOAD = (
+    "PixelFormat", "Width", "Height", "Binning", "Decimation", "ChunkModeActive", "ChunkEnable",
+)  # fmt: skip
+"Beginnings of the names of features that change the size or layout of a frame: the stream is restarted."
+
+
+class Acquisition:
+    """Starts, pauses and stops the stream of one camera. The caller holds the camera's lock.
+
+    `running` is also cleared by the thread that notices the loss of the camera.
+    """
+
+    def __init__(self, device: Device, fanout: FrameFanout, *, deliver_incomplete: bool) -> None:
+        self.running = False
+        self._device = device
+        self._fanout = fanout
+        self._deliver_incomplete = deliver_incomplete
+        self._nodes: CameraNodeMap | None = None
+        self._xml = b""
+        self._in_control = False
+        self._chunks: ChunkReader | None = None
+        "Reads the chunk data of the current stream; None while ChunkModeActive is off."
+        self._chunk_reader: ChunkReader | None = None
+        "Kept from stream to stream, as it parses the whole description."
+        self._stream_locks: dict[str, bool] = {}
+        "Features that were asked for while the stream runs, and whether only the stream locks them."
+
+    def attach(self, nodes: CameraNodeMap, xml: bytes, *, in_control: bool) -> None:
+        """Use the node map of the camera, which was opened or opened again."""
+        self._nodes, self._xml, self._in_control = nodes, xml, in_control
+        self._chunk_reader = None
+
+    def start(self) -> None:
+        """Open the stream and, in control, start the acquisition. Raises GrabberError and stops again."""
+        nodes = self._attached()
+        request = StreamRequest(payload_size(nodes), self._deliver_incomplete)
+        self._fanout.clear()
+        self._chunks = self._reader_of_chunks(nodes)
+        self._device.open_stream(request, self._deliver)
+        _forget_what_transport_set(nodes)
+        try:
+            if self._in_control:
+                self.lock_transport(locked=True)
+                nodes.execute("AcquisitionStart")
+        except BaseException:
+            self._device.close_stream()
+            self.lock_transport(locked=False)
+            raise
+        self._stream_locks.clear()
+        self.running = True
+
+    def stop(self) -> None:
+        """Stop the acquisition and close the stream, also if the camera refuses to stop."""
+        self.running = False
+        try:
+            if self._in_control:
+                self._attached().execute("AcquisitionStop")
+        finally:
+            self._device.close_stream()
+            self.lock_transport(locked=False)
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """Stop the stream for the block, and start it again afterwards."""
+        self.stop()
+        try:
+            yield
+        finally:
+            self.start()
+
+    def pauses_for(self, name: str) -> bool:
+        """Whether a write of the feature `name` needs the stream to pause.
+
+        It does if it changes the size or layout of a frame, or if only the running stream locks the feature.
+        """
+        if name.startswith(_CHANGES_PAYLOAD) and not name.endswith(("Max", "Selector")):
+            return True
+        if not self.running:
+            return False
+        if name not in self._stream_locks:
+            nodes = self._attached()
+            self._stream_locks[name] = nodes.has_node(TRANSPORT_LOCK) and nodes.is_locked_by(
+                name, TRANSPORT_LOCK
+            )
+        return self._stream_locks[name]
+
+    def lock_transport(self, *, locked: bool) -> None:
+        """Forbid or allow changes of the size and layout of frames (TLParamsLocked)."""
+        nodes = self._attached()
+        if not nodes.has_node(TRANSPORT_LOCK):
+            return
+        try:
+            if nodes.feature(TRANSPORT_LOCK).access.writable:
+                nodes.write(TRANSPORT_LOCK, int(locked))
+        except GrabberError as error:
+            log.info("%s=%d: %s", TRANSPORT_LOCK, locked, error)
+
+    def _attached(self) -> CameraNodeMap:
+        assert self._nodes is not None
+        return self._nodes
+
+    def _reader_of_chunks(self, nodes: CameraNodeMap) -> ChunkReader | None:
+        layout = self._device.chunk_layout
+        if layout is None or not nodes.has("ChunkModeActive") or not nodes.feature("ChunkModeActive").value:
+            return None
+        if self._chunk_reader is None:
+            self._chunk_reader = ChunkReader(self._xml, nodes.root, layout)
+        return self._chunk_reader
+
+    def _deliver(self, frame: Frame) -> None:
+        """Pass a frame to the consumers. Called on the transport's receiver thread."""
+        if self._chunks is not None and frame.complete:
+            frame.chunks.update(self._chunks.read(frame.payload))
+        self._fanout.put(frame)
+
+
+def run_free(grabber: FrameGrabber, kept: Container[str] = ()) -> None:
+    """Write AcquisitionMode Continuous and every TriggerMode Off, except those that are `kept`."""
+    modes = [SettingKey(MODE)] if grabber.has_feature(MODE) else []
+    for wanted, keys in (("Continuous", modes), ("Off", _instances(grabber, TRIGGER))):
+        for key in keys:
+            if key.name in kept:
+                continue
+            feature = grabber.read_setting(key)
+            if feature.value != wanted and feature.access.writable and _offers(feature, wanted):
+                grabber.write_setting(key, wanted)
+
+
+def payload_size(nodes: CameraNodeMap) -> int:
+    """Return the size of the largest frame in bytes.
+
+    Raises FeatureAccessError if the camera has neither PayloadSize nor Width and Height.
+    """
+    if nodes.has_node("PayloadSize"):
+        nodes.invalidate(frozenset({"PayloadSize"}))
+        size = nodes.feature("PayloadSize").value
+        if isinstance(size, int) and size > 0:
+            return size
+    width, height = nodes.feature("Width").value, nodes.feature("Height").value
+    pixel_format = nodes.feature("PixelFormat").value
+    if not isinstance(width, int) or not isinstance(height, int):
+        raise FeatureAccessError("the camera has neither PayloadSize nor Width and Height", "PayloadSize")
+    try:
+        return pfnc.by_name(str(pixel_format)).image_bytes(width, height)
+    except KeyError:
+        return width * height * MOST_BYTES_PER_PIXEL
+
+
+def _forget_what_transport_set(nodes: CameraNodeMap) -> None:
+    """Drop cached values that opening the stream changed without GenApi; they are read when needed."""
+    nodes.invalidate(frozenset(name for name in _SET_BY_TRANSPORT if nodes.has(name)))
+
+
+def _offers(feature: Feature, name: str) -> bool:
+    """Whether an enumeration has an entry that can be chosen at the moment."""
+    return any(entry.name == name and entry.available for entry in feature.entries)
+
+
+def _instances(grabber: FrameGrabber, name: str) -> list[SettingKey]:
+    """Return a feature's settings under all its selectors; none if the camera does not have it."""
+    if not grabber.has_feature(name):
+        return []
+    found, _ = instances(grabber, grabber.selectors.of(name))
+    return [SettingKey(name, selected) for selected in found]
