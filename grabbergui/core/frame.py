@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from typing import Any
 
@@ -173,12 +173,22 @@ class Frame:
 
 
 class EncodedFrame(Frame):
-    """A frame whose first component is compressed: `payload` is decoded by whoever first asks for it."""
+    """A frame whose image is compressed: `payload` is decoded by whoever first asks for it."""
+
+    _image_part: Component
+
+    @classmethod
+    def of(cls, frame: Frame, part: Component) -> EncodedFrame:
+        """Return a frame with the metadata and parts of another, whose image is `part`."""
+        values = {item.name: getattr(frame, item.name) for item in fields(Frame)}
+        encoded = cls(**values)
+        encoded._image_part = part
+        return encoded
 
     @property
     def payload(self) -> NDArray[np.uint8]:
         """1-D, the bytes of the decoded image. Raises PixelFormatError."""
-        return self.parts[0].payload
+        return self._image_part.payload
 
     @payload.setter
     def payload(self, arrived: NDArray[np.uint8]) -> None:
@@ -187,12 +197,15 @@ class EncodedFrame(Frame):
     @property
     @override
     def nbytes(self) -> int:
-        return self.parts[0].data.nbytes
+        return self._image_part.data.nbytes
 
     @override
     def detached(self) -> Frame:
         parts = tuple(part.detached() for part in self.parts)
-        return replace(self, payload=parts[0].data, parts=parts, _conversions=Conversions())
+        index = self.parts.index(self._image_part)
+        copy = replace(self, payload=parts[index].data, parts=parts, _conversions=Conversions())
+        copy._image_part = parts[index]
+        return copy
 
 
 def no_image(payload_type: PayloadType, size: int) -> str:

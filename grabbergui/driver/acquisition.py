@@ -31,6 +31,7 @@ NOT_SETTINGS = frozenset({TRANSPORT_LOCK, *_SET_BY_TRANSPORT})
 "Features that are written for each stream."
 _CHANGES_PAYLOAD = (
     "PixelFormat", "Width", "Height", "Binning", "Decimation", "ChunkModeActive", "ChunkEnable",
+    "ComponentEnable", "GenDCStreamingMode", "ImageCompression", "PayloadType",
 )  # fmt: skip
 "Beginnings of the names of features that change the size or layout of a frame: the stream is restarted."
 
@@ -141,7 +142,8 @@ class Acquisition:
     def _deliver(self, frame: Frame) -> None:
         """Pass a frame to the consumers. Called on the transport's receiver thread."""
         if self._chunks is not None and frame.complete:
-            frame.chunks.update(self._chunks.read(frame.payload))
+            payload = frame.payload if frame.chunk_payload is None else frame.chunk_payload
+            frame.chunks.update(self._chunks.read(payload))
         self._fanout.put(frame)
 
 

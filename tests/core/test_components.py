@@ -71,7 +71,7 @@ def test_compressed_images_are_decoded_bit_for_bit_as_opencv_does(name, suffix, 
     )
     assert (header.width, header.height, header.pixel_format.name) == (96, 64, pixel_format)
     part = Component(data, 96, 64, header.pixel_format, encoding=StillImage(name, header))
-    frame = EncodedFrame(data, 96, 64, header.pixel_format, parts=(part,))
+    frame = EncodedFrame.of(Frame(data, 96, 64, header.pixel_format, parts=(part,)), part)
     expected = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
     assert np.array_equal(frame.raw(), expected)
     assert np.array_equal(frame.components[0].raw(), expected)

@@ -20,7 +20,7 @@ IP_UDP_BYTES = 28
 EXTENDED_BIT = 0x80
 "In the format byte: 64-bit block ids and a header of 20 bytes."
 CHUNK_BIT = 0x4000
-"In the payload type: chunks are appended."
+"In the payload type: chunks are appended. The rest is the kind, device-specific from 0x8000 on."
 FLAG_RESEND = 0x1
 "In the flags of an extended header."
 
@@ -67,6 +67,19 @@ _KIND_NAMES: dict[int, str] = {
     PayloadKind.MULTI_PART: "multi-part data without an image",
     PayloadKind.GENDC: "a GenDC container",
 }
+
+
+_SIZE_AT: dict[int, int] = {
+    PayloadKind.RAW: 12,
+    PayloadKind.FILE: 12,
+    PayloadKind.JPEG: 12,
+    PayloadKind.JPEG2000: 12,
+    PayloadKind.H264: 4,
+    PayloadKind.GENDC: 12,
+}
+"Where in the leader the 64-bit size of the data is, of kinds that have it."
+POSITIONED = frozenset((PayloadKind.H264, PayloadKind.MULTI_ZONE, PayloadKind.MULTI_PART, PayloadKind.GENDC))
+"Kinds whose payload packets carry a header of their own, most of them with the data's position."
 
 
 @dataclass(frozen=True)
@@ -150,11 +163,14 @@ class Leader:
     padding_y: int = 0
     "Bytes at the end of the image."
     parts: tuple[Part, ...] = ()
+    size: int = 0
+    "Bytes of raw data, a file, a compressed image or a container; 0 if the leader does not contain it."
+    file_name: str = ""
 
     @property
     def kind(self) -> int:
         """A `PayloadKind`, or a number that is none."""
-        return self.payload_type & 0x3FFF
+        return self.payload_type & 0xBFFF
 
     @property
     def kind_name(self) -> str:
@@ -163,36 +179,70 @@ class Leader:
 
     @property
     def has_chunks(self) -> bool:
-        """Whether more than the image is in the payload."""
-        return bool(self.payload_type & CHUNK_BIT) or self.kind == PayloadKind.EXTENDED_CHUNK
+        """Whether chunks are in the payload, after the image or alone."""
+        chunks = (PayloadKind.CHUNK, PayloadKind.EXTENDED_CHUNK)
+        return bool(self.payload_type & CHUNK_BIT) or self.kind in chunks
 
     @property
     def is_image(self) -> bool:
-        """Whether the layout of the pixels is known."""
-        return bool(self.width and self.height and self.pixel_format)
+        """Whether the layout of the pixels is known, apart from the number of lines."""
+        return bool(self.width and self.pixel_format)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether a frame can be made of the block."""
+        return self.is_image or self.kind == PayloadKind.CHUNK or self.kind in _SIZE_AT or bool(self.parts)
+
+    @property
+    def has_length(self) -> bool:
+        """Whether the leader alone shows where the payload ends."""
+        return self.payload_bytes is not None
 
     @cached_property
     def image_bytes(self) -> int:
         """Bytes of the image with its padding; chunks and further parts not counted."""
-        bits = self.pixel_format >> 16 & 0xFF
         if self.padding_x:
-            pixels = ((self.width * bits + 7) // 8 + self.padding_x) * self.height
+            pixels = (self.line_bytes + self.padding_x) * self.height
         else:
-            pixels = (self.width * self.height * bits + 7) // 8
+            pixels = (self.width * self.height * self._bits + 7) // 8
         return pixels + self.padding_y
+
+    @property
+    def line_bytes(self) -> int:
+        """Bytes of one line without its padding."""
+        return (self.width * self._bits + 7) // 8
+
+    @property
+    def _bits(self) -> int:
+        return self.pixel_format >> 16 & 0xFF
 
     @cached_property
     def payload_bytes(self) -> int | None:
         """Bytes of the whole payload; None if the leader does not contain it."""
         if self.parts:
             return sum(part.length for part in self.parts)
-        return self.image_bytes if self.is_image and not self.has_chunks else None
+        if self.has_chunks:
+            return None
+        # A line-scan camera announces no height: the trailer has it.
+        return self.image_bytes or None if self.is_image else self.size or None
 
     def encode(self) -> bytes:
-        """Return the bytes after the header of an image or multi-part leader."""
+        """Return the bytes after the header."""
+        head = self.COMMON.pack(0, self.payload_type, self.timestamp)
         if self.parts:
-            head = self.COMMON.pack(0, self.payload_type, self.timestamp)
             return head + b"".join(part.encode() for part in self.parts)
+        if self.kind == PayloadKind.CHUNK:
+            return head
+        if self.kind == PayloadKind.H264:
+            return struct.pack(">HHQ", 0, self.payload_type, self.size).ljust(32, b"\0")
+        if self.kind in _SIZE_AT:
+            head += struct.pack(">Q", self.size)
+            if self.kind in (PayloadKind.JPEG, PayloadKind.JPEG2000):
+                return head + bytes(12)
+            if self.kind == PayloadKind.GENDC:
+                return head + bytes(8)
+            name = self.file_name.encode() + b"\0" if self.kind == PayloadKind.FILE else b""
+            return head + name
         return self.IMAGE.pack(0, 0, self.payload_type, self.timestamp, *self._geometry())
 
     def _geometry(self) -> tuple[int, ...]:
@@ -210,19 +260,24 @@ class Leader:
     def decode(cls, body: bytes | memoryview) -> Leader:
         """Read what follows the header. Raises RemoteProtocolError.
 
-        Of kinds that are no image only type and timestamp are read.
+        Of kinds that are unknown only type and timestamp are read.
         """
         if len(body) < 4:
             raise RemoteProtocolError(f"GVSP leader of {len(body)} bytes")
         payload_type = struct.unpack_from(">H", body, 2)[0]
-        kind = payload_type & 0x3FFF
-        if kind == PayloadKind.H264:
-            return cls(payload_type)
+        kind = payload_type & 0xBFFF
+        if kind == PayloadKind.H264:  # the timestamp is in the payload packets
+            return cls(payload_type, size=_size(body, kind))
         if len(body) < cls.COMMON.size:
             raise RemoteProtocolError(f"GVSP leader of {len(body)} bytes, need {cls.COMMON.size}")
         timestamp = cls.COMMON.unpack_from(body)[2]
         if kind == PayloadKind.MULTI_PART:
             return cls._of_parts(payload_type, timestamp, body)
+        if kind in _SIZE_AT:
+            name = bytes(body[20:]).split(b"\0")[0] if kind == PayloadKind.FILE else b""
+            return cls(
+                payload_type, timestamp, size=_size(body, kind), file_name=name.decode("utf-8", "replace")
+            )
         if kind not in (PayloadKind.IMAGE, PayloadKind.EXTENDED_CHUNK, PayloadKind.MULTI_ZONE):
             return cls(payload_type, timestamp)
         offset = 16 if kind == PayloadKind.MULTI_ZONE else 12
@@ -242,13 +297,31 @@ class Leader:
         return cls(payload_type, timestamp, image.pixel_format, *image.geometry, parts=parts)
 
 
+def _size(body: bytes | memoryview, kind: int) -> int:
+    at = _SIZE_AT[kind]
+    if len(body) < at + 8:
+        raise RemoteProtocolError(f"GVSP leader of {len(body)} bytes for {_KIND_NAMES[kind]}, need {at + 8}")
+    return int.from_bytes(body[at : at + 8], "big")
+
+
+class PartType(IntEnum):
+    """Content of a part of a multi-part block."""
+
+    IMAGE_2D = 1
+    IMAGE_3D = 5
+    CONFIDENCE = 9
+    CHUNK = 10
+    JPEG = 11
+    JPEG2000 = 12
+
+
 @dataclass(frozen=True)
 class Part:
     """One part of a multi-part block."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct(">H6sI2xBBIHHIIIIHH4x")
-    IMAGE_TYPES: ClassVar[tuple[int, ...]] = (1, 5)
-    "2D image, 3D image: the whole of its pixels is in one part."
+    IMAGE_TYPES: ClassVar[tuple[int, ...]] = (PartType.IMAGE_2D, PartType.IMAGE_3D)
+    "The whole of its pixels is in one part."
 
     data_type: int
     length: int
@@ -311,8 +384,12 @@ class Trailer:
 
     def encode(self) -> bytes:
         """Return the bytes after the header."""
-        body = self.COMMON.pack(0, self.payload_type)
-        if self.payload_type & 0x3FFF != PayloadKind.MULTI_PART:
+        body, kind = self.COMMON.pack(0, self.payload_type), self.payload_type & 0xBFFF
+        if kind == PayloadKind.CHUNK:
+            return body + struct.pack(">I", self.payload_bytes or 0)
+        if kind == PayloadKind.EXTENDED_CHUNK:
+            return body + struct.pack(">III", self.payload_bytes or 0, self.height, 0)
+        if kind in (PayloadKind.IMAGE, PayloadKind.MULTI_ZONE):
             body += struct.pack(">I", self.height)
         if self.payload_bytes is not None:
             body += struct.pack(">II", self.payload_bytes, 0)
@@ -324,7 +401,7 @@ class Trailer:
         if len(body) < cls.COMMON.size:
             raise RemoteProtocolError(f"GVSP trailer of {len(body)} bytes, need {cls.COMMON.size}")
         payload_type = cls.COMMON.unpack_from(body)[1]
-        kind = payload_type & 0x3FFF
+        kind = payload_type & 0xBFFF
         words = struct.unpack_from(f">{(len(body) - 4) // 4}I", body, 4)
         if kind == PayloadKind.IMAGE:
             height = words[0] if words else 0
@@ -358,6 +435,41 @@ class PartPosition:
         if len(body) < cls.SIZE:
             raise RemoteProtocolError(f"GVSP multi-part packet of {len(body)} bytes, need {cls.SIZE}")
         return cls(body[0], int.from_bytes(bytes(body[2:8]), "big"), bool(body[1] & 0x40))
+
+
+@dataclass(frozen=True)
+class GendcPosition:
+    """The header of the data in a GenDC payload packet."""
+
+    FORMAT: ClassVar[struct.Struct] = struct.Struct(">IQBBH")
+    DESCRIPTOR: ClassVar[int] = 0xC0
+    "In the data flags: the descriptor is in this packet."
+    FIRST, LAST = 0x80, 0x40
+    "In the flow flags: the first and last packet of the flow."
+
+    size: int
+    "Bytes of data."
+    offset: int
+    "Bytes from the start of the flow, which is the whole container where there is only one."
+    data_flags: int = 0
+    flow_flags: int = 0
+    flow: int = 0
+
+    def encode(self) -> bytes:
+        """Return the sixteen bytes."""
+        return self.FORMAT.pack(self.size, self.offset, self.data_flags, self.flow_flags, self.flow)
+
+    @classmethod
+    def decode(cls, body: bytes | memoryview) -> GendcPosition:
+        """Read sixteen bytes. Raises RemoteProtocolError."""
+        if len(body) < cls.FORMAT.size:
+            raise RemoteProtocolError(f"GVSP GenDC packet of {len(body)} bytes, need {cls.FORMAT.size}")
+        position = cls(*cls.FORMAT.unpack_from(body))
+        if position.size > len(body) - cls.FORMAT.size:
+            raise RemoteProtocolError(
+                f"GVSP GenDC packet announces {position.size} bytes, has {len(body) - cls.FORMAT.size}"
+            )
+        return position
 
 
 def payload_stride(packet_size: int, *, extended: bool = False) -> int:

@@ -18,6 +18,7 @@ from grabbergui.driver.gige.gvsp import Leader, PacketFormat, PacketHeader, Payl
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.block import Block
 from grabbergui.driver.gige.stream.block_history import distance
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 STRIDE = 100
@@ -319,14 +320,14 @@ def test_padding_beyond_the_end_of_the_payload_is_clipped_counted_and_the_frame_
     assert bench.statistics.packets_ignored == bench.statistics.incomplete == 0
 
 
-def test_a_payload_type_without_picture_is_named_and_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_payload_type_that_is_unknown_is_named_and_not_asked_for(caplog: pytest.LogCaptureFixture) -> None:
     bench = Bench()
     for block_id in (1, 2):
         _leader, *rest = block(block_id)
-        jpeg = PacketHeader(PacketFormat.LEADER, block_id, 0).encode() + bytes((0, 0, 0, 6)) + bytes(8)
-        assert bench.feed([jpeg, *rest[:3], *rest[6:8]]) == []
+        vendors = PacketHeader(PacketFormat.LEADER, block_id, 0).encode() + bytes((0, 0, 0x80, 1)) + bytes(8)
+        assert bench.feed([vendors, *rest[:3], *rest[6:8]]) == []
     assert bench.wait(1.0) == [] and bench.requests == []
-    assert caplog.text.count("the camera sends JPEG images (payload type 0x0006)") == 1
+    assert caplog.text.count("the camera sends an unknown kind of data (payload type 0x8001)") == 1
 
 
 def test_test_packets_and_foreign_formats_are_dropped() -> None:
@@ -400,14 +401,19 @@ def test_all_in_one_packet() -> None:
     assert done.complete and done.payload.tobytes() == bytes(range(64)) and done.leader.timestamp == 5
 
 
-def test_the_first_picture_of_a_multi_part_block() -> None:
+def test_the_parts_of_a_multi_part_block() -> None:
     """Two parts, which the Aravis host accepted."""
     bench = Bench(payload_size=8192, stride=528)
     (done,) = bench.feed(line.data for line in lines("accept-multipart", "D"))
     leader = done.leader
     assert leader.kind == PayloadKind.MULTI_PART and len(leader.parts) == 2
-    assert done.complete and len(done.payload) == leader.parts[0].length == leader.width * leader.height
-    assert done.payload[:4].tobytes() == bytes.fromhex("00030609")
+    frame = FrameBuilder(0).build(done)
+    assert done.complete and len(frame.payload) == leader.parts[0].length == leader.width * leader.height
+    assert frame.payload[:4].tobytes() == bytes.fromhex("00030609")
+    first, second = frame.components
+    assert first.data is frame.payload and second.data.nbytes == leader.parts[1].length
+    assert (first.purpose, second.width, second.height) == (1, 64, 24)
+    assert np.shares_memory(second.data, done.payload)
 
 
 def fuzz_headers() -> st.SearchStrategy[bytes]:

@@ -236,7 +236,7 @@ class BlockAssembler:
             if not self._deliver_incomplete:
                 return
             leader = leader or self._previous_leader
-        if leader is None or block.refused or not leader.is_image:
+        if leader is None or block.refused or not leader.is_known:
             return
         self._previous_leader = leader
         self._previous_packets = block.payload_packets() or self._previous_packets

@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.driver import gendc
 from grabbergui.driver.gige.gvsp import (
     CHUNK_BIT,
+    POSITIONED,
+    GendcPosition,
     Leader,
     PacketFormat,
     PacketHeader,
@@ -36,6 +39,8 @@ class Layout:
     "Image bytes in a full packet: as announced, until a packet shows otherwise."
     payload_size: int
     "Bytes of a buffer, the largest payload."
+    relative_parts: bool = False
+    "Whether positions in multi-part packets count from the start of their part: cameras differ."
     _reported: set[str] = field(default_factory=set)
 
     @property
@@ -48,6 +53,17 @@ class Layout:
         if fault not in self._reported:
             self._reported.add(fault)
             log.warning("%s: %s", fault, details)
+
+
+_ALL_IN_SIZES: dict[int, tuple[int, int]] = {
+    PayloadKind.IMAGE: (36, 8),
+    PayloadKind.RAW: (20, 4),
+    PayloadKind.CHUNK: (12, 8),
+    PayloadKind.EXTENDED_CHUNK: (36, 16),
+    PayloadKind.JPEG: (32, 4),
+    PayloadKind.JPEG2000: (32, 4),
+}
+"Bytes of leader and trailer in an all-in packet, without chunks."
 
 
 class Block:
@@ -90,11 +106,13 @@ class Block:
         self.complete = False
         "Whether every byte arrived; set by `close`."
         self.payload: NDArray[np.uint8] = np.zeros(0, np.uint8)
-        "In `buffer`: the whole payload, or the first image of a multi-part block; set by `extract_payload`."
+        "In `buffer`: the whole payload; set by `extract_payload`."
         self.height = 0
         "Lines that the camera sent; set by `extract_payload`."
         self.missing_bytes = 0
         "Bytes of `payload` that did not arrive and are zero; set by `extract_payload`."
+        self._pieces: list[tuple[int, int, int]] = []
+        "Packet id, begin and end of the data in packets that carry their position."
 
     # -- storing ---------------------------------------------------------------------------------
     def store(self, header: PacketHeader, body: memoryview) -> None:
@@ -114,7 +132,21 @@ class Block:
                 )
             self.trailer, self.trailer_id = trailer, header.packet_id
         elif header.format in (PacketFormat.MULTI_PART, PacketFormat.MULTI_ZONE):
-            self._place(PartPosition.decode(body).offset, body[PartPosition.SIZE :])
+            position = PartPosition.decode(body)
+            self._place_piece(header.packet_id, self._offset_in_block(position), body[PartPosition.SIZE :])
+        elif header.format == PacketFormat.GENDC:
+            piece = GendcPosition.decode(body)
+            data = body[GendcPosition.FORMAT.size :][: piece.size]
+            if piece.flow:
+                self._refuse(
+                    "GenDC data in several flows", "only flow 0 is known; set GenDCStreamingMode=Off"
+                )
+            elif piece.offset == 0 and not self.refused:
+                self._check_container(data)
+            self._place_piece(header.packet_id, piece.offset, data)
+        elif header.format == PacketFormat.H264:
+            # Packets may be short, so each has a slot of its own until all are joined.
+            self._place_piece(header.packet_id, (header.packet_id - 1) * self.layout.stride, body[8:])
         elif header.format == PacketFormat.ALL_IN:
             self._take_all_in(body)
         else:
@@ -142,32 +174,57 @@ class Block:
 
     def _take_leader(self, body: memoryview) -> None:
         self.leader = leader = Leader.decode(body)
-        if not leader.is_image:
-            self.refused = True
-            self.layout.warn_once(
+        if not leader.is_known:
+            self._refuse(
                 f"the camera sends {leader.kind_name} (payload type 0x{leader.payload_type:04X})",
-                "it cannot be shown; let the camera send plain images",
+                "no frame can be made of it; let the camera send images, by ComponentEnable, PayloadType or"
+                " a plain PixelFormat",
             )
         elif max(leader.image_bytes, leader.payload_bytes or 0) > self.layout.payload_size:
-            self.refused = True
-            self.layout.warn_once(
+            size = f"{leader.width}x{leader.height}, pixel format 0x{leader.pixel_format:08X}"
+            self._refuse(
                 "the camera sends a frame that does not fit",
-                f"payload type 0x{leader.payload_type:04X}, {leader.width}x{leader.height}, pixel format"
-                f" 0x{leader.pixel_format:08X}; PayloadSize is {self.layout.payload_size} bytes",
+                f"payload type 0x{leader.payload_type:04X}, {size if leader.is_image else leader.kind_name},"
+                f" {leader.payload_bytes or leader.image_bytes} bytes; PayloadSize is"
+                f" {self.layout.payload_size} bytes: stop the stream and start it again",
             )
 
+    def _refuse(self, fault: str, details: str) -> None:
+        """Store and request nothing more of the block."""
+        self.refused = True
+        self.layout.warn_once(fault, details)
+
+    def _check_container(self, data: memoryview) -> None:
+        try:
+            gendc.check_version(data)
+        except RemoteProtocolError as error:
+            self._refuse("a GenDC container", str(error))
+
+    def _offset_in_block(self, position: PartPosition) -> int:
+        parts = self.leader.parts if self.leader is not None else ()
+        start = sum(part.length for part in parts[: position.part])
+        if position.offset < start:
+            self.layout.relative_parts = True
+        return position.offset + (start if self.layout.relative_parts else 0)
+
     def _take_all_in(self, body: memoryview) -> None:
-        leader_size = Leader.IMAGE.size
-        trailer_size = 16 if len(body) > 2 and body[2] << 8 & CHUNK_BIT else 8
+        payload_type = int.from_bytes(body[2:4], "big")
+        sizes = _ALL_IN_SIZES.get(payload_type & 0xBFFF)
+        if sizes is None:
+            raise RemoteProtocolError(f"an all-in packet of payload type 0x{payload_type:04X}")
+        leader_size, trailer_size = sizes
+        if payload_type & CHUNK_BIT:
+            trailer_size += 8
         self._take_leader(body[:leader_size])
         self.trailer = Trailer.decode(body[leader_size : leader_size + trailer_size])
         self.trailer_id = 0
-        self._place(0, body[leader_size + trailer_size :])
+        self._place(0, self._without_padding(0, body[leader_size + trailer_size :]))
 
     def _check_length(self, packet_id: int, length: int) -> None:
         """Learn the stride from an image's first packet: it may differ from the register's value."""
         stride, leader = self.layout.stride, self.leader
-        if packet_id == 1 and leader is not None and 0 < length < leader.image_bytes and length != stride:
+        size = 0 if leader is None else max(leader.payload_bytes or 0, leader.image_bytes)
+        if packet_id == 1 and 0 < length < size and length != stride:
             log.info("packets carry %d bytes instead of %d", length, stride)
             self.layout.stride = length
         elif not 0 < length <= stride:
@@ -188,6 +245,11 @@ class Block:
         if self.buffer is not None and not self.refused:
             self.buffer[offset:end] = data
         self.extent = max(self.extent, end)
+
+    def _place_piece(self, packet_id: int, offset: int, data: memoryview) -> None:
+        data = self._without_padding(offset, data)
+        self._place(offset, data)
+        self._pieces.append((packet_id, offset, offset + len(data)))
 
     # -- account ---------------------------------------------------------------------------------
     def has(self, packet_id: int) -> bool:
@@ -224,7 +286,7 @@ class Block:
         leader = self.leader
         if leader is None or self.refused:  # a refused leader may announce any number
             return None
-        if leader.kind == PayloadKind.MULTI_PART or leader.payload_bytes is None:
+        if leader.kind in POSITIONED or leader.payload_bytes is None:
             return None
         return -(-leader.payload_bytes // self.layout.stride)
 
@@ -233,6 +295,11 @@ class Block:
         if self.trailer_id is not None:
             return self.trailer_id
         packets = self.payload_packets()
+        if packets is None and self.leader is not None and self.leader.payload_bytes:
+            # Each packet has a header of its own, and a part begins with a packet.
+            size = max(self.layout.stride - GendcPosition.FORMAT.size, 1)
+            length = min(self.leader.payload_bytes, self.layout.payload_size)
+            packets = -(-length // size) + len(self.leader.parts)
         return (self.layout.max_payload_packets if packets is None else packets) + 1
 
     def all_received(self) -> bool:
@@ -251,7 +318,8 @@ class Block:
             leader is not None
             and not self.refused
             and self.trailer_id is None
-            and leader.has_chunks
+            and (leader.has_chunks or not leader.has_length)
+            and leader.kind not in POSITIONED
             and self.ended_short
             and self.extent >= leader.image_bytes
             and self.received_count == self.highest + 1
@@ -272,27 +340,53 @@ class Block:
         What did not arrive is zero, so that no earlier image shows through.
         """
         assert self.buffer is not None
-        begin, end = self._payload_extent(leader, len(self.buffer))
+        if leader.kind == PayloadKind.H264:
+            self._join_pieces()
+        end = self._payload_end(leader, len(self.buffer))
         self.height = leader.height
         lines = self.trailer.height if self.trailer is not None else 0
-        if self.complete and 0 < lines < leader.height:
+        if not leader.height and leader.is_image:
+            self.height = lines or end // max(leader.line_bytes, 1)
+        elif self.complete and 0 < lines < leader.height:
             self.height = lines
         if not self.complete:
-            end = min(max(end, begin + leader.image_bytes), len(self.buffer))
-            if self.leader is None or not self.leader.parts:
+            end = min(max(end, leader.image_bytes, leader.payload_bytes or 0), len(self.buffer))
+            if leader.kind in POSITIONED:
+                self.missing_bytes = self._blank_gaps(self.buffer[:end])
+            else:
                 self.missing_bytes = self._blank_missing(self.buffer[:end])
-        self.leader, self.payload = leader, self.buffer[begin:end]
+        self.leader, self.payload = leader, self.buffer[:end]
 
-    def _payload_extent(self, leader: Leader, size: int) -> tuple[int, int]:
-        """Return where in the buffer the result begins and ends."""
-        before = 0
-        for part in leader.parts:
-            if part.is_image:
-                return before, min(before + part.length, size)
-            before += part.length
+    def _payload_end(self, leader: Leader, size: int) -> int:
+        """Return where in the buffer the payload ends."""
         if self.trailer is not None and self.trailer.payload_bytes and not leader.parts:
-            return 0, min(self.trailer.payload_bytes, size)
-        return 0, self.extent
+            return min(self.trailer.payload_bytes, size)
+        if leader.payload_bytes and not leader.is_image and self.complete:
+            return min(leader.payload_bytes, self.extent)  # a last packet may be padded
+        return self.extent
+
+    def _join_pieces(self) -> None:
+        """Move the data of packets, each in its slot, together."""
+        assert self.buffer is not None
+        end = 0
+        pieces = sorted(self._pieces)
+        self._pieces = []
+        for packet_id, first, last in pieces:
+            self.buffer[end : end + last - first] = self.buffer[first:last].copy()
+            self._pieces.append((packet_id, end, end + last - first))
+            end += last - first
+        self.extent = end
+
+    def _blank_gaps(self, payload: NDArray[np.uint8]) -> int:
+        """Zero what packets with positions left out; return how many bytes these are."""
+        at = blanked = 0
+        for first, last in sorted((first, last) for _, first, last in self._pieces):
+            if first > at:
+                payload[at:first] = 0
+                blanked += first - at
+            at = max(at, last)
+        payload[at:] = 0
+        return blanked + max(len(payload) - at, 0)
 
     def _blank_missing(self, payload: NDArray[np.uint8]) -> int:
         """Zero the packets that did not arrive; return how many bytes these are."""

@@ -3,10 +3,30 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
+from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
+from grabbergui.driver.gige.gvsp import Leader, Part, PartType, PayloadKind
 from grabbergui.driver.gige.stream.block import Block
+from grabbergui.driver.payload_contents import Contents, PayloadReader, kind_of
+
+_PLAIN = {
+    PayloadKind.RAW: PayloadType.RAW_DATA,
+    PayloadKind.FILE: PayloadType.FILE,
+    PayloadKind.CHUNK: PayloadType.CHUNK,
+    PayloadKind.H264: PayloadType.H264,
+}
+_COMPRESSED: dict[int, PayloadType] = {
+    PayloadKind.JPEG: PayloadType.JPEG,
+    PayloadKind.JPEG2000: PayloadType.JPEG2000,
+    PartType.JPEG: PayloadType.JPEG,
+    PartType.JPEG2000: PayloadType.JPEG2000,
+}
 
 
 class FrameBuilder:
@@ -18,6 +38,7 @@ class FrameBuilder:
         self._big_endian = big_endian
         self._clock = ClockMapper()
         self._formats: dict[int, pfnc.PixelFormat] = {}
+        self._reader = PayloadReader(big_endian=big_endian)
 
     def build(self, block: Block) -> Frame:
         """Return a frame whose payload is a view of the block's buffer."""
@@ -26,7 +47,7 @@ class FrameBuilder:
         arrival_ns = int(block.first_packet_at * 1e9)
         timestamp_ns = ticks_to_ns(leader.timestamp, self._tick_frequency)
         captured_ns = self._clock.map(timestamp_ns, arrival_ns) if timestamp_ns else arrival_ns
-        return Frame(
+        frame = Frame(
             payload=block.payload,
             width=leader.width,
             height=block.height,
@@ -41,6 +62,58 @@ class FrameBuilder:
             offset_y=leader.offset_y,
             padding_x=leader.padding_x,
             big_endian=self._big_endian,
+        )
+        return frame if leader.is_image and not leader.parts else self._contents(leader, block).frame(frame)
+
+    def _contents(self, leader: Leader, block: Block) -> Contents:
+        """Read a payload that is not one image."""
+        payload, kind = block.payload, PayloadKind(leader.kind)
+        if kind is PayloadKind.MULTI_PART:
+            return self._multi_part(leader, payload)
+        if kind is PayloadKind.GENDC:
+            return self._reader.container(payload)
+        if kind in (PayloadKind.JPEG, PayloadKind.JPEG2000):
+            return self._reader.compressed(_COMPRESSED[kind], payload)
+        return self._reader.plain(_PLAIN[kind], payload, leader.file_name)
+
+    def _multi_part(self, leader: Leader, payload: NDArray[np.uint8]) -> Contents:
+        images: list[Component] = []
+        chunks, begin = None, 0
+        for part in leader.parts:
+            data = payload[begin : begin + part.length]
+            begin += part.length
+            if part.data_type == PartType.CHUNK:
+                chunks = data
+            elif (image := self._image_part(part, data)) is not None:
+                images.append(image)
+        return Contents(PayloadType.MULTI_PART, payload, tuple(images), chunks)
+
+    def _image_part(self, part: Part, data: NDArray[np.uint8]) -> Component | None:
+        width, height, offset_x, offset_y, padding_x, _ = part.geometry
+        pixel_format = self._format(part.pixel_format)
+        kind = kind_of(pixel_format, part.purpose)
+        if part.data_type == PartType.CONFIDENCE:
+            kind = ComponentKind.CONFIDENCE
+        if part.data_type in (PartType.JPEG, PartType.JPEG2000):
+            image = self._reader.compressed_part(_COMPRESSED[part.data_type], data, kind)
+            if image is None:
+                return None
+            return replace(image, region=part.region, source=part.source, purpose=part.purpose)
+        if not width or not height:
+            return None
+        return Component(
+            data,
+            width,
+            height,
+            pixel_format,
+            kind,
+            part.region,
+            part.source,
+            part.purpose,
+            offset_x,
+            offset_y,
+            padding_x,
+            self._big_endian,
         )
 
     def _format(self, code: int) -> pfnc.PixelFormat:
