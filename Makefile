@@ -22,7 +22,7 @@ setup-ros2: setup
 
 # TIAGo's kinematics and description, for servoing with it.
 setup-servo: setup
-	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[servo]'
+	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[servo,faces]'
 
 # Without a display the same window runs offscreen for a few seconds and leaves its picture.
 run: setup

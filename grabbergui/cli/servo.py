@@ -56,6 +56,9 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20)")
     parser.add_argument("--dictionary", metavar="NAME", help="the marker's dictionary (4X4_50)")
     parser.add_argument("--size", type=float, metavar="M", help="edge of the marker's black square (0.10)")
+    parser.add_argument(
+        "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model (.onnx) (auto)"
+    )
     parser.add_argument("--steps", action="store_true", help="move the head by relative steps")
     parser.set_defaults(run=_run)
 
@@ -67,7 +70,8 @@ def _config(options: argparse.Namespace) -> Config:
     given = {"id": options.marker, "dictionary": options.dictionary, "size": options.size}
     marker = replace(config.marker, **{key: value for key, value in given.items() if value is not None})
     head = replace(config.head, mode="steps") if options.steps else config.head
-    return replace(config, marker=marker, head=head)
+    faces = replace(config.faces, detector=options.faces) if options.faces else config.faces
+    return replace(config, marker=marker, head=head, faces=faces)
 
 
 def _run(options: argparse.Namespace) -> int:

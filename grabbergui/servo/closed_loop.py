@@ -27,7 +27,8 @@ from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
 from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
-from grabbergui.servo.detection import CascadeFaceDetector, Detector
+from grabbergui.servo.detection import Detector
+from grabbergui.servo.faces import face_detector
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ControlCycle, ServoLoop
 from grabbergui.servo.robots import teo
@@ -67,7 +68,10 @@ def things_for(marker: MarkerConfig, things: Things | None = None) -> Things:
 
 def detector(config: Config, of: Calibration) -> Detector:
     """Finds the configured markers, and heads."""
-    return Detector(ArucoDetector(config.marker.dictionary, config.marker.size, of), CascadeFaceDetector(of))
+    return Detector(
+        ArucoDetector(config.marker.dictionary, config.marker.size, of),
+        face_detector(of, config.faces.detector),
+    )
 
 
 def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameGrabber:

@@ -46,6 +46,14 @@ class TrackConfig:
 
 
 @dataclass(frozen=True)
+class FaceConfig:
+    """How people are found."""
+
+    detector: str = "auto"
+    "`auto`: YuNet where the extra `faces` is installed, else `cascade`; or the path of YuNet's .onnx file."
+
+
+@dataclass(frozen=True)
 class HeadConfig:
     """How the head keeps its target centred."""
 
@@ -138,6 +146,7 @@ class Config:
 
     marker: MarkerConfig = field(default_factory=MarkerConfig)
     track: TrackConfig = field(default_factory=TrackConfig)
+    faces: FaceConfig = field(default_factory=FaceConfig)
     head: HeadConfig = field(default_factory=HeadConfig)
     arm: ArmConfig = field(default_factory=ArmConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
@@ -159,6 +168,11 @@ class Config:
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
         if not 0.001 <= self.marker.size <= 10:
             raise UsageError(f"a marker of {self.marker.size:g} m cannot be; allowed is 0.001 to 10")
+        detector = self.faces.detector
+        if detector not in ("auto", "cascade") and not Path(detector).expanduser().is_file():
+            raise UsageError(
+                f"[faces] detector is '{detector}'; it must be auto, cascade, or a YuNet model file"
+            )
         markers.check_marker(self.marker.dictionary, self.marker.id)
         if not 1 <= self.loop.rate <= 1000:
             raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")

@@ -9,7 +9,8 @@ from grabbergui.calibration import geometry
 from grabbergui.calibration.markers import ArucoDetector, MarkerDetection, judged
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
-from grabbergui.servo.detection import CascadeFaceDetector, Detector, Sighting, YuNetFaceDetector
+from grabbergui.servo.detection import Detector, Sighting
+from grabbergui.servo.faces import CascadeFaceDetector
 
 SQUARE = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
 
@@ -167,16 +168,6 @@ def test_heads_are_not_looked_for_while_a_marker_is_seen():
 def _found(detector, grey):
     sighting = detector.detect(grey, 0.0)
     return sighting.markers, sighting.faces
-
-
-def test_a_model_file_that_is_none_is_refused(tmp_path):
-    of = servo_scene.settings(4)
-    with pytest.raises(UsageError, match="there is no head model"):
-        YuNetFaceDetector(tmp_path / "none.onnx", servo_scene.calibration(of))
-    bad = tmp_path / "bad.onnx"
-    bad.write_bytes(b"not a network")
-    with pytest.raises(UsageError, match="no YuNet model"):
-        YuNetFaceDetector(bad, servo_scene.calibration(of))
 
 
 @pytest.mark.parametrize("dictionary", ["5X5_100", "DICT_6X6_250", "ARUCO_ORIGINAL"])

