@@ -15,7 +15,7 @@ class GrabberError(Exception):
 
 
 class UsageError(GrabberError):
-    """What was asked for makes no sense: a malformed URI, a value that is not NAME=VALUE."""
+    """A request that makes no sense: a malformed URI, a value that is not NAME=VALUE."""
 
 
 class MissingFileError(UsageError):

@@ -18,7 +18,7 @@ FeatureValue = int | float | bool | str
 
 
 class FeatureKind(Enum):
-    """What sort of value a feature holds."""
+    """The type of a feature's value."""
 
     INTEGER = "integer"
     FLOAT = "float"
@@ -29,7 +29,7 @@ class FeatureKind(Enum):
 
 
 class AccessMode(Enum):
-    """What may be done with a feature at the moment (it changes while a camera runs)."""
+    """The access to a feature at the moment; it changes while a camera runs."""
 
     NOT_IMPLEMENTED = "NI"
     NOT_AVAILABLE = "NA"
@@ -83,7 +83,7 @@ class EnumEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class FeatureDescription:
-    """What never changes about a feature; known without asking the camera."""
+    """The properties of a feature that never change; known without asking the camera."""
 
     name: str
     "The camera's own name, unchanged: `ExposureTime`."
@@ -131,7 +131,7 @@ class Feature(FeatureDescription):
 
     @property
     def logarithmic(self) -> bool:
-        """Whether a slider should be logarithmic: the camera says so, or it has more than two decades.
+        """Whether a slider should be logarithmic: as described, or for a range of more than two decades.
 
         An integer needs more than three: the pixels of a width are counted.
         """
@@ -171,12 +171,12 @@ class Feature(FeatureDescription):
             return "is read-only"
         return {
             AccessMode.NOT_IMPLEMENTED: "is not implemented by this camera",
-            AccessMode.NOT_AVAILABLE: "is not available just now; another feature's value hides it",
+            AccessMode.NOT_AVAILABLE: "is not available at the moment; another feature's value hides it",
             AccessMode.READ_ONLY: "is read-only; streaming or another feature may lock it",
-        }.get(self.access, "cannot be used just now")
+        }.get(self.access, "cannot be used at the moment")
 
     def range_text(self) -> str:
-        """What is allowed, as display text: `10 … 1000000 us, step 1`, `one of Off, Once`."""
+        """Return the allowed values as display text: `10 … 1000000 us, step 1`, `one of Off, Once`."""
         if self.kind is FeatureKind.ENUMERATION:
             return "one of " + ", ".join(entry.name for entry in self.entries if entry.available)
         if self.kind is FeatureKind.BOOLEAN:
@@ -218,7 +218,7 @@ class Feature(FeatureDescription):
         for entry in self.entries:
             if entry.name == text:
                 if not entry.available:
-                    raise ValueError("not available just now")
+                    raise ValueError("not available at the moment")
                 return entry.name
         raise ValueError("no such entry")
 
@@ -269,7 +269,7 @@ def format_value(value: FeatureValue | None) -> str:
         return ""
     if isinstance(value, bool):
         return "true" if value else "false"
-    # repr keeps every digit of a float; what is whole is shown whole.
+    # repr keeps every digit of a float; whole numbers are shown without a fraction.
     return repr(value).removesuffix(".0") if isinstance(value, float) else str(value)
 
 

@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """What is known of a source before it is opened."""
+    """A source's properties that are known before it is opened."""
 
     uri: str
     "Opens exactly this source, e.g. `gige:GV01`."
@@ -41,7 +41,7 @@ class DeviceInfo:
     "DeviceUserID, where set."
     version: str = ""
     hardware_id: str = ""
-    "What no other device has: the MAC address of GigE Vision, the GUID of USB3 Vision; lower case."
+    "Unique for each device: the MAC address of GigE Vision, the GUID of USB3 Vision; lower case."
     interface: str = ""
     "The host's network interface or bus it was seen on."
     note: str = ""
@@ -87,7 +87,7 @@ class DeviceEvent:
     "As EventSelector has it, e.g. `ExposureEnd`; the id in hexadecimal where the description has no name."
     event_id: int
     values: dict[str, FeatureValue]
-    "What came with it, by feature name, e.g. `EventExposureEndTimestamp`."
+    "The values that the message carried, by feature name, e.g. `EventExposureEndTimestamp`."
 
     def __str__(self) -> str:
         said = ", ".join(f"{name}={value}" for name, value in self.values.items())
@@ -95,7 +95,7 @@ class DeviceEvent:
 
 
 class Access(Enum):
-    """What is asked of a device on opening."""
+    """The access that is requested on opening a device."""
 
     CONTROL = "control"
     "Features can be written; others may read."
@@ -152,7 +152,7 @@ class StreamStatistics:
 
 
 def return_text(problems: Sequence[str]) -> str:
-    """Say how a source came back after it was lost: set as before, or what is not and why."""
+    """Describe how a source came back after it was lost: set as before, or which settings differ and why."""
     return f"but not as before: {'; '.join(problems)}" if problems else "set as before"
 
 
@@ -175,7 +175,7 @@ class FrameGrabber(ABC):
     event_received = Signal(DeviceEvent)
     """The camera sent an event. At the end of every exposure, if that is what was switched on."""
     unlike_before: tuple[str, ...] = ()
-    """When it came back after a loss: what is not as it was before, and why, a sentence each."""
+    """After a loss and return: the settings that differ from before, and why, a sentence each."""
     shared = False
     """Whether others may write its features meanwhile: it is remote, or served to a network."""
 
@@ -204,7 +204,7 @@ class FrameGrabber(ABC):
     @property
     @abstractmethod
     def access(self) -> Access:
-        """What was granted on opening."""
+        """The access that was granted on opening."""
 
     # -- features --------------------------------------------------------------------------------
     @abstractmethod
@@ -242,7 +242,7 @@ class FrameGrabber(ABC):
     # -- settings: features with their selectors -------------------------------------------------
     @property
     def selectors(self) -> Selectors:
-        """What selects what. Asks no camera."""
+        """The selectors of each feature. Asks no camera."""
         tree = self.feature_tree()
         selectors = self._selectors
         if selectors is None or selectors.tree is not tree:
@@ -266,8 +266,8 @@ class FrameGrabber(ABC):
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
         """Write a feature under its selectors, which then stand where they stood, in one step.
 
-        Returns everything that changed. A key without selectors means what is selected at the moment.
-        Raises what `write_feature` raises.
+        Returns everything that changed. A key without selectors means the instance that is selected at the
+        moment. Raises what `write_feature` raises.
         """
         with self._lock, self._selecting(key.selected):
             companions = Companions.of(key.name, self.has_feature)

@@ -1,6 +1,6 @@
 """Pictures as files have them (JPEG, PNG, BMP, TIFF), decoded by OpenCV once their size is found reasonable.
 
-What arrives may announce any size in a few bytes, and a decoder takes the memory for it before it looks at
+A file may announce any size in a few bytes, and a decoder takes the memory for it before it looks at
 the first pixel. So the headers that are easily read (JPEG: ITU T.81, B.2.2; PNG: ISO 15948, 11.2.2; BMP) are
 read first. Of other kinds OpenCV's own limit of 2^30 pixels holds. Its PNG decoder takes up to 4 GiB for a
 chunk by its announced length alone, so these are held against the file's, too.
@@ -23,7 +23,7 @@ MOST_PIXELS = 1 << 28
 _PNG = b"\x89PNG\r\n\x1a\n"
 _JPEG, _BMP = b"\xff\xd8", b"BM"
 _FRAME_MARKERS = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
-"SOF0 to SOF15 without DHT, JPG and DAC: the segments that tell the size."
+"SOF0 to SOF15 without DHT, JPG and DAC: the segments that contain the size."
 _STANDALONE = frozenset((0x01, *range(0xD0, 0xD9)))
 "Markers that no length follows: TEM, RST0 to RST7, SOI."
 
@@ -64,7 +64,7 @@ def announced_size(file: bytes | memoryview) -> tuple[int, int] | None:
 
 
 def _png_is_whole(file: memoryview) -> bool:
-    """Whether every chunk up to the last lies within the file; true of what is no PNG."""
+    """Whether every chunk up to the last lies within the file; true of anything but a PNG."""
     if file[:8] != _PNG:
         return True
     at = len(_PNG)

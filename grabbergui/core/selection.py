@@ -90,7 +90,7 @@ class WriteResult:
     feature: Feature
     "The feature that was written, as the camera reports it afterwards."
     written: tuple[ValueChange, ...]
-    "What was written, in order: companions that had to be switched, and at last the setting itself."
+    "Written values in order: companions that had to be switched, and at last the setting itself."
     consequences: tuple[ValueChange, ...] = ()
     "Settings that the camera changed because of it (Height after BinningVertical)."
     also_changed: tuple[Feature, ...] = ()
@@ -102,7 +102,7 @@ class WriteResult:
 
 @dataclass(frozen=True)
 class Selectors:
-    """What selects what in a camera's feature tree. Asks no camera."""
+    """The selectors of each feature in a camera's feature tree. Asks no camera."""
 
     tree: Category
     descriptions: Mapping[str, FeatureDescription] = field(init=False)
@@ -163,7 +163,7 @@ def selector_entries(selector: Feature) -> Sequence[str]:
     low, high = selector.minimum, selector.maximum
     if selector.kind is FeatureKind.INTEGER and isinstance(low, int) and isinstance(high, int):
         numbers = range(low, high + 1, int(selector.increment or 1))
-        # Only the beginning is made, enough to tell that it is too many.
+        # Only the beginning is made, enough to see that there are too many.
         return [str(number) for number in itertools.islice(numbers, MAX_INSTANCES + 1)]
     return [format_value(selector.value)]
 

@@ -27,7 +27,7 @@ BATCH = 16
 
 
 class Settled(Enum):
-    """What became of one setting."""
+    """The outcome of one setting."""
 
     WRITTEN = "written"
     "It has the wanted value, whether it was written or another write brought it there."

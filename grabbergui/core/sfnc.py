@@ -1,4 +1,4 @@
-"""What features are for, whatever a camera calls them.
+"""The roles of features, under any of the names that cameras give them.
 
 The Standard Feature Naming Convention (SFNC) names come first; older cameras and ROS drivers follow. A role
 is what the window's favourites, the YARP feature ids and the ROS 2 services mean when they say "exposure".
@@ -57,7 +57,7 @@ class Role(Enum):
 
 
 FAVOURITES = (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)
-"""What an operator reaches for first."""
+"""The roles that an operator needs first."""
 
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
@@ -65,5 +65,5 @@ AUTO_CONTINUOUS = "Continuous"
 
 
 def role_of(name: str) -> Role | None:
-    """What a feature of this name is for, where we know."""
+    """Return the role of a feature of this name; None if it is not known."""
     return next((role for role in Role if name in role.names), None)

@@ -18,8 +18,8 @@ from grabbergui.core.selection import Selectors, SettingKey, WriteResult
 class SharedGrabber(FrameGrabber):
     """Another handle on a grabber that somebody else opened, and closes.
 
-    Everything is passed on, changes come from either side, but closing this handle only lets go of it. Its
-    queues are closed with it. Stopping the stream stops it for all, as on the camera itself.
+    Everything is passed on, changes come from either side, but closing this handle leaves the grabber open.
+    Its queues are closed with it. Stopping the stream stops it for all, as on the camera itself.
     """
 
     shared = True

@@ -1,4 +1,4 @@
-"""Features, categories and device infos as JSON: what two grabberguis tell each other on any network.
+"""Features, categories and device infos as JSON: the messages between two grabberguis on any network.
 
 Only fields that differ from their default are written, and unknown ones are ignored, so that versions may
 differ. Reading raises RemoteProtocolError for whatever is malformed.
@@ -95,7 +95,7 @@ def read_category(data: object, depth: int = 0) -> Category:
 
 
 def _plain(value: object) -> Any:
-    """What JSON writes for one of our dataclasses: its fields, without those at their default."""
+    """Return the fields of one of our dataclasses for JSON, without those at their default."""
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, SettingKey):

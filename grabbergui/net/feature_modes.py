@@ -42,7 +42,7 @@ class FeatureModes:
 
     # -- who regulates it --------------------------------------------------------------------------
     def automatic(self, name: str) -> bool:
-        """Whether the camera regulates it just now."""
+        """Whether the camera regulates it at the moment."""
         return regulating(self._automatic(name))
 
     def set_automatic(self, name: str, on: bool) -> None:
@@ -81,7 +81,7 @@ class FeatureModes:
         return self._feature(automatic_mode_of(name, self._grabber.has_feature))
 
     def _switch(self, name: str) -> Feature | None:
-        """What switches it: its enabler, or itself where it is On or Off."""
+        """Return the feature that switches it: its enabler, or itself if it is On or Off."""
         feature = self._feature(enabler_of(name, self._grabber.has_feature)) or self._grabber.feature(name)
         if feature.kind is FeatureKind.BOOLEAN:
             return feature

@@ -14,7 +14,7 @@ from grabbergui.net.feature_modes import FeatureModes
 
 
 class FeatureId(IntEnum):
-    """What a camera may have, by YARP's count; the same in 3.x and 4.0."""
+    """The features of a camera, by YARP's numbers; the same in 3.x and 4.0."""
 
     BRIGHTNESS = 0
     EXPOSURE = 1
@@ -43,7 +43,7 @@ class FeatureId(IntEnum):
 
 
 def label(number: int) -> str:
-    """What a feature's number means, for people."""
+    """Return the name of a feature's number as display text."""
     try:
         return FeatureId(number).name.lower().replace("_", " ")
     except ValueError:
@@ -67,7 +67,7 @@ class BusType(IntEnum):
 
 
 class CropType(IntEnum):
-    """What the vertices of a crop request mean."""
+    """The meaning of the vertices of a crop request."""
 
     RECTANGLE = 0
     "Two opposite corners, both within the picture cut out."
@@ -199,7 +199,7 @@ class NumberedFeatures:
 
     # -- modes -------------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:
-        """Whether the camera regulates it just now."""
+        """Whether the camera regulates it at the moment."""
         return FeatureMode.AUTO if self._modes.automatic(self.require(number)) else FeatureMode.MANUAL
 
     def set_mode(self, number: int, mode: int) -> None:
@@ -245,7 +245,7 @@ class NumberedFeatures:
     def _to_yarp(self, feature: Feature) -> float:
         value = feature.value
         if value is None:
-            raise FeatureAccessError(f"{feature.name} cannot be read just now", feature.name)
+            raise FeatureAccessError(f"{feature.name} cannot be read at the moment", feature.name)
         if feature.kind is FeatureKind.ENUMERATION:
             names = [entry.name for entry in feature.entries]
             value = names.index(str(value)) if value in names else 0

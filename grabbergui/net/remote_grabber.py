@@ -193,7 +193,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             del self._seen[key]
 
     def _compare_with_seen(self) -> None:
-        """Set `unlike_before` to what is other than before. With the other end back, and the lock held."""
+        """Set `unlike_before` once the other end is back. The caller holds the lock."""
         unlike = []
         for key, before in list(self._seen.items()):
             if not self.has_feature(key.name):

@@ -30,7 +30,7 @@ class TreeFeatures:
     def __init__(self, ask: Callable[..., Any]) -> None:
         self._ask = ask
         self.tree: Category = read_category(self._ask("tree"))
-        "What there is; asked of the server once."
+        "The feature tree; requested from the server once."
         self._names = frozenset(description.name for description in self.tree.descriptions())
         self._revision = 0
         self._version: int | None = None
@@ -68,7 +68,7 @@ class TreeFeatures:
         return read_write_result(self._ask("set", str(key), format_value(value)))
 
     def changes(self) -> frozenset[str]:
-        """What others changed since the last call."""
+        """Return the names of features that others changed since the last call."""
         answer = self._ask("changes", str(self._revision))
         if not isinstance(answer, dict):
             raise RemoteProtocolError("the server's list of changes is malformed")
@@ -86,7 +86,7 @@ IDLE = 10.0
 camera for our sake only."""
 
 MEMORY = 256
-"""Changes remembered; who asks later than that is told that anything may have changed."""
+"""The number of changes that are kept. A client that asks later must take every feature as changed."""
 
 
 class ChangeLog:
@@ -94,7 +94,7 @@ class ChangeLog:
 
     def __init__(self, grabber: FrameGrabber) -> None:
         self._grabber = grabber
-        # Counting from the time of day, a client notices that the server was started anew.
+        # Counting from the time of day, a client notices that the server was restarted.
         self._revision = time.time_ns() // 1_000_000
         self._changes: deque[tuple[int, frozenset[str]]] = deque(maxlen=MEMORY)
         self._asked = 0.0
@@ -181,7 +181,7 @@ class TreeService:
         return action(*arguments)
 
     def close(self) -> None:
-        """Let go of the grabber. May be called twice."""
+        """Release the grabber. May be called twice."""
         self._changes.close()
 
     def _hello(self) -> dict[str, object]:

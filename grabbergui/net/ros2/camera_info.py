@@ -39,9 +39,9 @@ def fill_camera_info(message: Any, calibration: Calibration) -> None:
 
 
 def read_camera_info(message: Any, name: str) -> Calibration:
-    """What a message says of the pictures that it comes with. Raises UsageError where that is nothing.
+    """Return the calibration in a camera_info message. Raises UsageError if it contains none.
 
-    Its matrix is of the whole sensor; its region and binning, in this order, tell what became of it
+    Its matrix is of the whole sensor; its region and binning, in this order, describe what became of it
     (`sensor_msgs/CameraInfo`). Zeros mean all of it, unbinned.
     """
     matrix = np.array(message.k, float).reshape(3, 3)

@@ -34,7 +34,7 @@ def candidates(name: str) -> list[str]:
 
 
 def not_found(node: Any, name: str) -> str:
-    """Why there is no camera of this name, for people."""
+    """Return why there is no camera of this name, as display text."""
     topics = candidates(name)
     for topic in topics:
         for publisher in publishers_of(node, topic):
@@ -53,7 +53,7 @@ class CameraLink:
         self.publisher = publisher
         "As it was when it was found."
         self.features: RemoteFeatures = NoFeatures()
-        "What can be set; nothing before `join`."
+        "The features of the camera; none before `join`."
         self.silence = ""
         "Why nothing can be set where that is so, for the user."
         self._clients: dict[str, Any] = {}
@@ -75,11 +75,11 @@ class CameraLink:
         ]
         return next((link for link in found if link.publisher.node), found[0] if found else None)
 
-    def join(self, tell: Callable[[frozenset[str]], None]) -> None:
+    def join(self, on_change: Callable[[frozenset[str]], None]) -> None:
         """Find out what can be set. Raises SourceUnavailableError; of our own servers DeviceLostError too.
 
-        A node that answers nothing is an image without controls. `tell` is called with what others set, on
-        our node's thread, where the remote node publishes it.
+        A node that answers nothing is an image without controls. `on_change` is called with the names of
+        features that others set, on our node's thread, where the remote node publishes it.
         """
         if self._ours():
             require_interfaces()
@@ -93,7 +93,7 @@ class CameraLink:
         except (FrameTimeoutError, DeviceLostError) as error:
             self.silence = f"does not answer ({error}); connect again when it does"
             return
-        self._follow(features, tell)
+        self._follow(features, on_change)
 
     def leave(self) -> None:
         """Forget the node's services. May be called twice."""
@@ -109,17 +109,21 @@ class CameraLink:
         return bool(self.node.count_publishers(self.topic))
 
     def changes(self) -> frozenset[str]:
-        """What others changed, where that must be asked for."""
+        """Return the names of features that others changed, from a server that must be asked."""
         return self.features.changes() if isinstance(self.features, TreeFeatures) else frozenset()
 
     def described(self, info: DeviceInfo) -> DeviceInfo:
-        """What is known of the camera, with the publisher and its quality of service."""
+        """Return the camera's known properties, with the publisher and its quality of service."""
         seen = DeviceInfo(info.uri, bus="ROS 2", address=self.topic, interface=str(self.publisher))
         if not isinstance(self.features, TreeFeatures):
             return replace(seen, model=self.publisher.node)
-        told = read_info(self._ask("hello").get("info", {}))
+        reported = read_info(self._ask("hello").get("info", {}))
         return replace(
-            seen, vendor=told.vendor, model=told.model, serial=told.serial, hardware_id=told.hardware_id
+            seen,
+            vendor=reported.vendor,
+            model=reported.model,
+            serial=reported.serial,
+            hardware_id=reported.hardware_id,
         )
 
     # -- services --------------------------------------------------------------------------------
@@ -189,7 +193,7 @@ class CameraLink:
             while not done.wait(_LOOK_PERIOD):
                 passed = time.monotonic() - begun
                 if not client.service_is_ready():
-                    raise DeviceLostError(f"{client.srv_name} is gone just now")
+                    raise DeviceLostError(f"{client.srv_name} is gone at the moment")
                 if passed > timeout:
                     raise FrameTimeoutError(f"{client.srv_name} did not answer within {timeout:g} s")
                 if client.srv_name not in self._answered and passed > _ASK_AGAIN * len(futures):
@@ -207,16 +211,16 @@ class CameraLink:
         future.add_done_callback(lambda _: done.set())
         return future
 
-    def _follow(self, features: ParameterFeatures, tell: Callable[[frozenset[str]], None]) -> None:
+    def _follow(self, features: ParameterFeatures, on_change: Callable[[frozenset[str]], None]) -> None:
         from rcl_interfaces.msg import ParameterEvent
         from rclpy.qos import qos_profile_parameter_events
 
         def on_event(event: Any) -> None:
             if event.node == self.publisher.node:
-                told = (*event.new_parameters, *event.changed_parameters, *event.deleted_parameters)
-                names = frozenset(parameter.name for parameter in told)
+                changed = (*event.new_parameters, *event.changed_parameters, *event.deleted_parameters)
+                names = frozenset(parameter.name for parameter in changed)
                 features.doubt(names)
-                tell(frozenset(filter(features.has, names)))
+                on_change(frozenset(filter(features.has, names)))
 
         self._events = self.node.create_subscription(
             ParameterEvent, "/parameter_events", on_event, qos_profile_parameter_events

@@ -20,7 +20,7 @@ from grabbergui.net.ros2.runtime import quality_of_service
 log = logging.getLogger(__name__)
 
 REMIND = 5.0
-"""Seconds after which something that lasts is said again."""
+"""Seconds after which a lasting problem is reported again."""
 
 
 class ImageStream:
@@ -39,7 +39,7 @@ class ImageStream:
         *,
         reliable: bool = False,
     ) -> None:
-        """`say` is told, in sentences for people, what hinders the pictures and how they changed."""
+        """`say` is called with display text: why no images arrive, and how they changed."""
         self._node = node
         self._topic = topic
         self._deliver = deliver
@@ -66,7 +66,7 @@ class ImageStream:
             self._node.destroy_subscription(subscription)
 
     def calibration(self) -> Calibration | None:
-        """What the newest camera_info says of the pictures."""
+        """Return the calibration of the newest camera_info."""
         return self._calibration
 
     def statistics(self) -> StreamStatistics:
@@ -109,7 +109,7 @@ class ImageStream:
         )
         try:
             subscription = images(events)
-        except UnsupportedEventTypeError:  # not every middleware tells of losses
+        except UnsupportedEventTypeError:  # not every middleware reports losses
             subscription = images(None)
         info_topic = f"{self._topic.rpartition('/')[0]}/camera_info"
         info = self._node.create_subscription(

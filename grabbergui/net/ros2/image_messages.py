@@ -114,7 +114,7 @@ class Continuity:
         self._foreign_clock = False
 
     def remarks(self, frame: Frame) -> dict[str, str]:
-        """What people should know of how it differs, by kind: size or format, and the publisher's clock."""
+        """Describe differences from earlier frames, by kind: size or format, and the publisher's clock."""
         last, self._last = self._last, frame
         found = {}
         if last is not None and _layout(last) != _layout(frame):
@@ -122,7 +122,8 @@ class Continuity:
         back = (last.timestamp_ns - frame.timestamp_ns) / 1e9 if last is not None else 0
         if back > 0 and frame.timestamp_ns:
             found["jump"] = (
-                f"stamps went back by {back:.3g} s: the publisher's clock was set, or a recording began anew"
+                f"stamps went back by {back:.3g} s: the publisher's clock was set, or a recording"
+                " started again"
             )
         foreign = bool(frame.timestamp_ns) and frame.received_ns != frame.timestamp_ns
         if foreign and not self._foreign_clock:

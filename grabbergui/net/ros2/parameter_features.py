@@ -37,7 +37,7 @@ _KINDS = {
 }
 """Arrays are edited as text."""
 _NOT_OF_THE_CAMERA = re.compile(r"qos_overrides\..*|use_sim_time|start_type_description_service")
-"""What ROS adds to every node."""
+"""Parameters that ROS adds to every node."""
 _CHOICES = re.compile(
     r"(?:one of|(?:valid|allowed|possible|available|supported) (?:values|options|choices)(?: are)?|choices)"
     r"\s*:?\s*(?:[\[{(](?P<in_brackets>[^\])}]*)[\])}]|(?P<to_the_end>[^.;\n]*))",
@@ -111,7 +111,7 @@ class ParameterFeatures:
         return name in self._descriptors
 
     def doubt(self, names: frozenset[str]) -> None:
-        """What is said to have changed may have another range too; it is asked for when next read."""
+        """Request the descriptors of these again at their next read: their ranges may have changed."""
         self._doubted |= names
 
     def read(self, name: str) -> Feature:

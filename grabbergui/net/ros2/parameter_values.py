@@ -28,11 +28,11 @@ _NAMES = ("not set", "a boolean", "an integer", "a double", "a string")
 _SWITCH_ENTRIES = {True: "On", False: "Off"}
 
 SLIDER = range(-(2**31), 2**31)
-"""What fits on the sliders of rqt_reconfigure, which a value beyond ends."""
+"""The largest range of the sliders of rqt_reconfigure, which crashes beyond it."""
 
 
 def value_of(message: Any) -> FeatureValue | None:
-    """What a ParameterValue holds; None where it is not set, or an array."""
+    """Return the value of a ParameterValue; None if it is not set or an array."""
     field = _FIELDS.get(message.type)
     value: FeatureValue | None = getattr(message, field) if field else None
     return value
@@ -52,7 +52,7 @@ def message_of(kind: FeatureKind, value: FeatureValue | None) -> Any:
 def accepted(feature: Feature, message: Any) -> FeatureValue:
     """The value in a ParameterValue, as the feature's kind takes it. Raises FeatureValueError.
 
-    What `ros2 param set` makes of a plain word is put right: to it, `Off` is false and `8000` an integer.
+    Undoes the conversions of `ros2 param set`, which takes `Off` as false and `8000` as an integer.
     """
     value = value_of(message)
     expected = TYPES.get(feature.kind, NOT_SET)
@@ -71,14 +71,14 @@ def accepted(feature: Feature, message: Any) -> FeatureValue:
 
 
 def type_of(feature: Feature) -> int:
-    """The ParameterType of what it holds just now; not set where it cannot be read."""
+    """Return the ParameterType of the current value; not set if it cannot be read."""
     return TYPES[feature.kind] if feature.value is not None else NOT_SET
 
 
 def descriptor_of(feature: Feature, *, settable: bool) -> Any:
-    """A ParameterDescriptor: type, range, meaning, and whether it can be set just now.
+    """Return a ParameterDescriptor: type, range, meaning, and whether it can be set at the moment.
 
-    A range that fits no slider is told in words only: rqt_reconfigure shows nothing more of a node with one.
+    A range that fits no slider is given in words only: rqt_reconfigure stops showing a node that has one.
     """
     from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
@@ -104,7 +104,7 @@ def descriptor_of(feature: Feature, *, settable: bool) -> Any:
 
 
 def _description(feature: Feature) -> str:
-    """What viewers show beside the value; its entries too, as rqt_reconfigure has no list to choose from."""
+    """Return the text for viewers, with the entries, as rqt_reconfigure has no list to choose from."""
     about = [feature.title, feature.tooltip or feature.description]
     if feature.unit:
         about.append(f"in {feature.unit}")
@@ -132,7 +132,7 @@ class _Array:
     accepts: Callable[[Any], bool]
     "Whether something may be an element."
     to_element: Callable[[Any], Any] = lambda value: value
-    "What rclpy wants of it."
+    "The value as rclpy takes it."
     from_element: Callable[[Any], Any] = lambda value: value
 
 

@@ -22,8 +22,8 @@ log = logging.getLogger(__name__)
 class ParameterEvents:
     """Follows a grabber's features, and publishes their values from a thread of its own.
 
-    What can no longer be read is told as deleted. What comes back is told as changed: rqt_reconfigure asks
-    about new parameters from within its own callback, and waits in vain.
+    A parameter that can no longer be read is published as deleted, one that returns as changed:
+    rqt_reconfigure asks about new parameters from within its own callback, and waits in vain.
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber) -> None:
@@ -40,18 +40,18 @@ class ParameterEvents:
 
     def start(self) -> None:
         """Follow the camera from now on."""
-        self._grabber.features_changed.connect(self.tell)
+        self._grabber.features_changed.connect(self.publish)
         self._thread.start()
 
     def stop(self) -> None:
-        """Let go of the grabber. May be called twice."""
-        self._grabber.features_changed.disconnect(self.tell, missing_ok=True)
+        """Release the grabber. May be called twice."""
+        self._grabber.features_changed.disconnect(self.publish, missing_ok=True)
         self._names.put(None)
         if self._thread.is_alive():
             self._thread.join()
 
-    def tell(self, names: frozenset[str]) -> None:
-        """Have these told as they are now. Any thread; never waits."""
+    def publish(self, names: frozenset[str]) -> None:
+        """Publish the current values of these soon. Any thread; never waits."""
         self._names.put(names)
 
     def _run(self) -> None:
@@ -76,12 +76,12 @@ class ParameterEvents:
             parameter = Parameter(name=name, value=message_of(feature.kind, feature.value))
             if feature.value is None:
                 event.deleted_parameters.append(parameter)
-            elif _can_be_told(feature.value):
+            elif _is_publishable(feature.value):
                 event.changed_parameters.append(parameter)
         return event
 
 
-def _can_be_told(value: FeatureValue) -> bool:
+def _is_publishable(value: FeatureValue) -> bool:
     """Not a timestamp, for one: it would end every rqt_reconfigure that shows this node."""
     if isinstance(value, float):
         return math.isfinite(value)
@@ -90,7 +90,7 @@ def _can_be_told(value: FeatureValue) -> bool:
 
 _QOS_OVERRIDES = "qos_overrides."
 _NULL = "null"
-"""What a parameter file holds, once read, of what was not set when it was dumped."""
+"""The value in a parameter file for a parameter that was not set when the file was dumped."""
 
 
 class FeatureParameters:
@@ -123,12 +123,12 @@ class FeatureParameters:
         self._events.start()
 
     def stop(self) -> None:
-        """Let go of the grabber. May be called twice."""
+        """Release the grabber. May be called twice."""
         self._events.stop()
 
     # -- what there is -------------------------------------------------------------------------------
     def _list(self, request: Any, answer: Any) -> Any:
-        """Names of features have no dots: each prefix is a whole name. What GenApi hides is left out."""
+        """Names of features have no dots: each prefix is a whole name. Hidden features are left out."""
         answer.result = self._node.list_parameters(list(request.prefixes), request.depth)
         wanted = frozenset(request.prefixes)
         try:
@@ -165,7 +165,7 @@ class FeatureParameters:
     def _each(
         self, names: list[str], of_feature: Callable[[Feature], Any], of_own: Callable[[str], Any]
     ) -> list[Any]:
-        """An answer for each name; none at all where one is unknown, which is how rclpy says so."""
+        """Return an answer for each name; none at all if one is unknown, as rclpy does."""
         answers: dict[str, Any] = {}  # each is read once, however often it is asked for
         for name in dict.fromkeys(names):
             try:
@@ -237,12 +237,12 @@ class FeatureParameters:
             self._write(parameter)
         except GrabberError as error:
             # Viewers show what they asked for, until they hear how it is.
-            self._events.tell(frozenset({parameter.name}))
+            self._events.publish(frozenset({parameter.name}))
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _write(self, parameter: Any) -> None:
-        """What is locked may be given the value it has: so `ros2 param dump` can be loaded again."""
+        """Accept the current value for a locked parameter, so that `ros2 param dump` can be loaded again."""
         feature = self._feature(parameter.name)
         if not (feature.access.readable or feature.access.writable):
             raise FeatureAccessError(f"{feature.name} {feature.access_problem()}", feature.name)
@@ -260,7 +260,7 @@ class FeatureParameters:
             return SetParametersResult(successful=False, reason=f"{parameter.name}: {error}")
 
     def _value_now(self, name: str) -> FeatureValue | None:
-        """What to put back; None where that cannot be known, and then nothing is going to be set either."""
+        """Return the value to restore; None if it cannot be read, and then nothing will be set either."""
         try:
             return self._grabber.feature(name).value
         except GrabberError:

@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 _NAMELESS = "_NODE_NAME_UNKNOWN_"
-"""What rmw says of a node whose publisher is seen before its name is."""
+"""The node name that rmw reports for a publisher whose node is not known yet."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Publisher:
 
     @property
     def quality(self) -> str:
-        """Its quality of service, for people."""
+        """Its quality of service as display text."""
         return (
             f"{'reliable' if self.reliable else 'best effort'}, "
             f"{'transient local' if self.durable else 'volatile'}"
@@ -54,7 +54,7 @@ class Publisher:
 
 
 def publishers_of(node: Any, topic: str) -> list[Publisher]:
-    """Those known just now, in order of their nodes."""
+    """Return the publishers that are known at the moment, in order of their nodes."""
     from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
     found = (
@@ -113,7 +113,7 @@ class PicturePublisher:
             )
             try:
                 return create(event_callbacks=PublisherEventCallbacks(incompatible_qos=on_incompatible))
-            except UnsupportedEventTypeError:  # not every middleware tells of it
+            except UnsupportedEventTypeError:  # not every middleware reports it
                 return create()
 
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
@@ -175,7 +175,7 @@ class PicturePublisher:
         done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if not done:
             raise PixelFormatError(f"a picture of {frame.width}×{frame.height} cannot be written as JPEG")
-        # What image_transport's subscribers call the picture once decoded, before what is in the JPEG.
+        # The encoding that image_transport's subscribers give the decoded image precedes that of the JPEG.
         encoding = "mono8" if mono else "bgr8"
         message.format = f"{encoding}; jpeg compressed {encoding}"
         message.data = array.array("B", encoded.tobytes())

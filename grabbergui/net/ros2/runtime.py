@@ -48,7 +48,7 @@ def _load_type_support(package: Path) -> None:
     """Load a package's libraries from `<prefix>/lib`.
 
     The middleware opens them by bare name, where a sourced setup file says. Our package may lie in an
-    environment that nobody sources; what is loaded already is found by its name.
+    environment that nobody sources; libraries that are loaded already are found by name.
     """
     libraries = package.parents[3].glob(f"lib{package.parent.name}__rosidl_typesupport_*_c.so")
     for library in sorted(libraries):

@@ -26,7 +26,7 @@ class Ros2GrabberServer:
     """Shares an open grabber as a node.
 
     Topics and services lie below the node's name, and its parameters are the camera's features. All of them
-    move together when `ros_args` rename the node or its namespace. What nobody subscribes to costs nothing.
+    move together when `ros_args` rename the node or its namespace. A topic without subscribers costs nothing.
     """
 
     def __init__(

@@ -33,11 +33,11 @@ class GrabberServices:
             ("get_feature_range", srv.GetFeatureRange, self._range),
             ("set_mode", srv.SetMode, self._set_mode),
         ):
-            node.create_service(kind, f"~/{service}", _told(action))
+            node.create_service(kind, f"~/{service}", _as_callback(action))
         node.create_service(srv.Ask, "~/ask", self._ask)
 
     def close(self) -> None:
-        """Let go of the grabber."""
+        """Release the grabber."""
         self._tree.close()
 
     # -- the five ----------------------------------------------------------------------------------
@@ -98,7 +98,7 @@ class GrabberServices:
             raise FeatureValueError(f"{name}: mode {request.mode} is none of 1 … 5", name)
 
     def _name(self, request: Any) -> str:
-        """The GenICam name of what is asked for. Raises FeatureNotFoundError, UsageError for neither."""
+        """Return the requested feature's GenICam name. Raises FeatureNotFoundError, UsageError."""
         if request.name:
             return self._grabber.feature(request.name).name
         return self._numbers.require(_number(request))
@@ -127,8 +127,8 @@ class GrabberServices:
         return answer
 
 
-def _told(action: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
-    """An action as a service callback: what fails is said in the reply."""
+def _as_callback(action: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any]:
+    """Make a service callback of an action: the reply reports a failure."""
 
     def serve(request: Any, answer: Any) -> Any:
         try:

@@ -40,7 +40,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
     """A remote camera: one of ours with every feature it has, any other with YARP's numbered features.
 
     Pictures need a port of our own, registered with the same name server while streaming. A watcher thread
-    tells what others changed (while somebody listens), notices that the server went, and connects again
+    reports changes by others (while somebody listens), notices that the server is gone, and connects again
     when it is back.
     """
 
@@ -123,13 +123,13 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
 
     def _connected(self) -> Features:
         if self._link is None:
-            raise TransportError(f"{self._name} is gone just now; it is used again when it comes back")
+            raise TransportError(f"{self._name} is gone at the moment; it is used again when it comes back")
         return self._known()
 
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:
-        """The remote camera is not told to start: its server decides that."""
+        """Receive frames. Does not start the remote camera: its server decides that."""
         with self._lock:
             if self._stream is not None:
                 return

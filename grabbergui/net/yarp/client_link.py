@@ -33,7 +33,7 @@ class Features(RemoteFeatures, Protocol):
     """Features that must be asked what became of them."""
 
     def changes(self) -> frozenset[str]:
-        """What others changed since the last call."""
+        """Return the names of features that others changed since the last call."""
 
 
 class GrabberLink:
@@ -71,7 +71,7 @@ class GrabberLink:
         return TreeFeatures(self._ask_tree) if self.ours else NumberFeatures(self.ask)
 
     def info(self, info: DeviceInfo) -> DeviceInfo:
-        """`info` with what the server tells of its camera."""
+        """Return `info` completed with the camera's properties that the server reports."""
         if self.ours:
             return _merged(info, self._camera)
         description = self.ask(Operation.DESCRIPTION)

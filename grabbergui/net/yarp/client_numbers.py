@@ -83,7 +83,7 @@ class NumberFeatures:
         self._knobs = [knob for number in FeatureId if (knob := self._explore(number)) is not None]
         self._entries = dict(self._make_entries())
         self.tree = self._make_tree()
-        "What there is; asked of the server once."
+        "The feature tree; requested from the server once."
 
     def has(self, name: str) -> bool:
         """Whether there is such a feature."""
@@ -110,7 +110,7 @@ class NumberFeatures:
         raise FeatureAccessError(f"{name} is no command; YARP's own servers have none", name)
 
     def changes(self) -> frozenset[str]:
-        """What others changed since the last call: everything they may change is read again.
+        """Read all features that may change again, and return the names of those that others changed.
 
         The first call gives all of it: nobody can know what changed between reading it and that call.
         """
@@ -164,8 +164,13 @@ class NumberFeatures:
         return Category(
             "Root",
             members=(
-                Category(CONTROLS, "Controls", "What the remote camera lets others set", members=controls),
-                Category(DEVICE, "Device", "What the remote camera tells of itself", members=device),
+                Category(
+                    CONTROLS,
+                    "Controls",
+                    "Settings that the remote camera lets others change",
+                    members=controls,
+                ),
+                Category(DEVICE, "Device", "Properties that the remote camera reports", members=device),
             ),
         )
 

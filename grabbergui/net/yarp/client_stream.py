@@ -77,7 +77,7 @@ class PictureStream:
         self._counters = StreamStatistics()
         self._last_id = -1
         self._refused = ""
-        "Why the last picture could not be taken, so that it is told once."
+        "Why the last image could not be decoded; each reason is logged once."
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"yarp frames of {source}", daemon=True)
 
@@ -103,7 +103,7 @@ class PictureStream:
 
     @property
     def connected(self) -> bool:
-        """Whether the source is connected to us just now."""
+        """Whether the source is connected to us at the moment."""
         return self._source in self._port.sources
 
     def connect(self) -> None:
@@ -111,7 +111,7 @@ class PictureStream:
         self._port.connect(self._source, self._carrier)
 
     def reconnect(self) -> None:
-        """Drop what is left of the connection and connect again. Raises as `open`."""
+        """Close the old connection and connect again. Raises as `open`."""
         self._port.remove_input(self._source)
         self.connect()
 

@@ -64,7 +64,7 @@ CODES: Final = {code.vocab: code for code in _CODES}
 
 @dataclass(frozen=True)
 class ImageHeader:
-    """What is said about the pixels before they come."""
+    """The header that precedes the pixels."""
 
     code: str
     "A vocab of `CODES`; a number as text where it is none, see `depth`."

@@ -55,7 +55,7 @@ class YarpGrabberServer:
 
         `period` is the least time between two pictures in seconds, 0 for all. With `normalised` the values
         of features go from 0 to 1. Without `names` the ports are reached as ``tcp://HOST:PORT/`` only.
-        `terminal` runs what is typed at NAME/terminal. Peers that are not `allowed` are not answered.
+        `terminal` runs the lines that arrive at NAME/terminal. Peers that are not `allowed` are not answered.
         Intrinsics and field of view are those of `calibration`, without it those that the source itself
         reports.
         """
@@ -115,13 +115,13 @@ class YarpGrabberServer:
         self.stop()
 
     def places(self) -> list[str]:
-        """Each port's name and address, for people: ``/grabber at tcp://127.0.0.1:10003/``."""
+        """Each port's name and address as display text: ``/grabber at tcp://127.0.0.1:10003/``."""
         ports = [*(publisher.port for publisher in self._publishers), self._rpc, self._terminal]
         return [f"{port.name} at {port.place()}" for port in ports]
 
     @property
     def readers(self) -> int:
-        """How many read pictures just now."""
+        """The number of connected readers of images."""
         return sum(publisher.port.connections for publisher in self._publishers)
 
     @property

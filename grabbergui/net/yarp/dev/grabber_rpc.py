@@ -1,7 +1,7 @@
 """Frame grabber requests and replies, in the words of YARP 3.x and of YARP 4.0.
 
 Both say the same things: 3.x in vocabs (``[fgc] [get] [feat] 8``), 4.0 in thrift style
-(``getFeature1RPC 8``). Requests on one port are told apart by their first item. One table, `Operation`,
+(``getFeature1RPC 8``). The first item of a request identifies its dialect. One table, `Operation`,
 holds what either side needs; nothing here knows a camera or a socket.
 """
 
@@ -122,7 +122,7 @@ _LEGACY_INTERFACES = frozenset({"fgi", "fgir", "fgc", "visr", "fgfw"})
 
 @dataclass(frozen=True)
 class Call:
-    """A request, whichever dialect it is said in."""
+    """A request of either dialect."""
 
     operation: Operation
     arguments: tuple[Value, ...] = ()
@@ -132,7 +132,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Reply:
-    """What came of a call."""
+    """The outcome of a call."""
 
     values: tuple[Value, ...] = ()
     status: Status = Status.OK
@@ -203,7 +203,7 @@ def read_reply(call: Call, reply: Sequence[Item]) -> Reply:
     """Read the reply to `call`.
 
     A 3.x getter of `fgc` cannot say that it failed; its values are then arbitrary. Raises
-    RemoteProtocolError for what is no reply to this call.
+    RemoteProtocolError for anything but a reply to this call.
     """
     if call.dialect is Dialect.YARP4:
         return _read_thrift_reply(call.operation, reply)
@@ -225,7 +225,7 @@ def _read_legacy(request: Bottle) -> Call | Refusal:
 
 
 def _unknown_legacy(interface: str, words: tuple[str, ...]) -> bytes:
-    """What a 3.x server says to a command that it does not know."""
+    """Return a 3.x server's reply to an unknown command."""
     if interface == "visr":
         return _single(VOCAB_FAIL)
     if interface == "fgfw":

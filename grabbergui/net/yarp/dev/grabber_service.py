@@ -1,4 +1,4 @@
-"""What a frame grabber's RPC port does: every request of both dialects, carried out on a grabber."""
+"""The RPC port of a frame grabber: carries out the requests of both dialects on a grabber."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class GrabberService:
         self._actions = self._make_actions()
 
     def close(self) -> None:
-        """Let go of the grabber. May be called twice."""
+        """Release the grabber. May be called twice."""
         self._tree.close()
         if self._queue is not None:
             self._queue.close()
@@ -168,7 +168,7 @@ class GrabberService:
     def _number(self, role: Role) -> float:
         value = self._grabber.feature(self._name(role)).value
         if not isinstance(value, (int, float)):
-            raise FeatureAccessError(f"{role.names[0]} cannot be read just now", role.names[0])
+            raise FeatureAccessError(f"{role.names[0]} cannot be read at the moment", role.names[0])
         return value
 
     # -- pictures ------------------------------------------------------------------------------------

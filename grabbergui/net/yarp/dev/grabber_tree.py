@@ -43,7 +43,7 @@ def failure(error: GrabberError) -> Bottle:
 def read_reply(reply: Sequence[Item]) -> Any:
     """The plain data of a reply.
 
-    Raises the error that the other end reported, RemoteProtocolError for what is no reply of this
+    Raises the error that the other end reported, RemoteProtocolError for anything but a reply of this
     vocabulary.
     """
     texts = [item for item in reply if isinstance(item, str)]

@@ -21,7 +21,7 @@ MAX_VERTICES: Final = 1024
 EMPTY_IMAGE: Final = Bottle(
     [Vocab("mat"), Vocab(0), Bottle([0] * 5, specialised=True), b""], specialised=False
 )
-"""What stands in place of an image in a failed reply: no pixel code, no size."""
+"""Takes the place of the image in a failed reply: no pixel code, no size."""
 
 
 class Configuration(NamedTuple):
@@ -40,7 +40,7 @@ Value = int | float | str | Bottle | Vertices | tuple[Configuration, ...] | Mapp
 
 
 class Kind(Enum):
-    """What a value is."""
+    """The type of a value."""
 
     INT = "integer"
     FLOAT = "number"
@@ -53,7 +53,7 @@ class Kind(Enum):
 
     @property
     def zero(self) -> Value:
-        """What stands in its place when there is none."""
+        """Return the value that takes its place in a reply that has none."""
         return _ZEROS[self]
 
 
@@ -206,7 +206,7 @@ _COEFFICIENTS: Final = ("k1", "k2", "t1", "t2", "k3", "k4", "k5", "k6")
 def intrinsics(calibration: Calibration, seconds: float) -> Mapping[str, Item]:
     """Return the properties of `getRgbIntrinsicParam`; lengths in pixels, `seconds` since 1970 as the stamp.
 
-    The physical focal length is 0, as YARP writes one that is not known: a calibration cannot tell it.
+    The physical focal length is 0, as YARP writes one that is not known: a calibration does not contain it.
     """
     (focal_x, _, x), (_, focal_y, y), _ = calibration.matrix.tolist()
     lens = zip(_COEFFICIENTS, calibration.distortion.tolist(), strict=False)

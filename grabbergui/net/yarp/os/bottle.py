@@ -71,7 +71,7 @@ class Bottle(list[Item]):
         """Whether a list of one type leaves out its items' codes; None leaves it to `encode`. Image
         headers always do, lists for YARP 4.0's thrift readers never."""
         self.dialect: Dialect | None = None
-        "Which YARP wrote it, where a decoded Bottle's type codes tell."
+        "The YARP that wrote it, if the type codes of a decoded Bottle show it."
 
     def encode(self, dialect: Dialect = Dialect.YARP3, *, specialise: bool = True) -> bytes:
         """The binary form. Raises LocalProtocolError for a value that has none."""

@@ -222,7 +222,7 @@ def _vocab(letters: str, dialect: Dialect) -> Vocab | Vocab64:
 
 
 def _c_integer(token: str) -> int:
-    """What C's strtoll makes of it with base 0: the digits it can use, clipped to 64 bits."""
+    """Convert as C's strtoll with base 0: the leading digits that it can use, clipped to 64 bits."""
     digits = _C_INTEGER.match(token)
     if not digits:
         return 0

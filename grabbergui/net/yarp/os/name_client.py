@@ -43,7 +43,7 @@ def namespace() -> str:
 
 
 def name_server() -> Contact | None:
-    """The name server that the configuration tells of."""
+    """Return the name server that the configuration names."""
     name = namespace()
     file_name = "yarp.conf" if name == DEFAULT_NAMESPACE else re.sub(r"[^0-9A-Za-z]", "_", name) + ".conf"
     text = _read(file_name)
@@ -126,7 +126,7 @@ class NameClient:
     def find(cls, address: str = "") -> NameClient:
         """The server at `HOST:PORT`, or else the one that YARP's configuration names.
 
-        Without a configuration it is looked for where one of ours listens unless told otherwise. Raises
+        Without a configuration it is looked for where ours listens by default. Raises
         UsageError for a bad address.
         """
         server = parse_address(address) if address else name_server()
@@ -137,7 +137,7 @@ class NameClient:
         return cls(server, key)
 
     def register(self, name: str, carrier: str = "tcp", ip: str | None = None, port: int = 0) -> Contact:
-        """Make a port known; the server chooses what is left open. Replaces what had the name before."""
+        """Register a port, replacing an older one. The server chooses the parts of the contact not given."""
         ip = ip or os.environ.get("YARP_IP") or "..."
         return self._one(f"register {_checked(name)} {carrier} {ip} {port or '...'}")
 
@@ -160,7 +160,7 @@ class NameClient:
         return names.contacts(self.ask(f"list {prefix}".strip()))
 
     def set_property(self, name: str, key: str, *values: str) -> None:
-        """Note something about a port, `accepts` for instance; for people and tools."""
+        """Note something about a port, `accepts` for instance; users and tools read it."""
         self.ask(" ".join(("set", check_port_name(name), key, *values)))
 
     def announce(self, name: str) -> None:

@@ -1,4 +1,4 @@
-"""What the name server knows and how one asks it: contacts and the line protocol, without I/O."""
+"""Contacts of ports, and the line protocol of the name server. No I/O."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Contact:
 
 @dataclass(frozen=True)
 class Target:
-    """What a connection is asked for by: `/reader`, `udp://reader`, `fast_tcp+recv.bayer://reader`."""
+    """The target of a connection: `/reader`, `udp://reader`, `fast_tcp+recv.bayer://reader`."""
 
     name: str
     "The port's name, or `//HOST:PORT` for one reached without a name server."

@@ -190,7 +190,7 @@ class InputPort(Port):
     def _keep(self, count: int) -> int:
         """Drop the oldest messages but `count`; returns how many."""
         dropped = 0
-        with suppress(Empty):  # somebody reads just now
+        with suppress(Empty):  # somebody reads at the moment
             while self._arrived.qsize() > count:
                 self._arrived.get_nowait()
                 dropped += 1

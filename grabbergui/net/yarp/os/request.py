@@ -1,4 +1,4 @@
-"""What a port's owner is asked, by whom, and what it answers."""
+"""Requests to a port's owner, with the peer that sent them, and the owner's replies."""
 
 from __future__ import annotations
 

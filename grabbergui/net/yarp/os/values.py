@@ -71,12 +71,12 @@ class Vocab64(_AnyVocab):
 
 
 TRUE = Vocab("1")
-"""What YARP writes for true; false is the vocab 0."""
+"""YARP's encoding of true; false is the vocab 0."""
 
 FALSE = Vocab(0)
 
 Item = Union[int, float, str, bytes, bytearray, memoryview, "list[Item]"]
-"""What may stand in a Bottle. A ``bool`` goes as the vocab YARP uses for it."""
+"""An item of a Bottle. A ``bool`` is sent as the vocab that YARP uses for it."""
 
 MAX_DEPTH: Final = 64
 """Lists within lists; YARP has no limit, we do not follow a peer into its stack overflow."""

@@ -1,4 +1,4 @@
-"""What a port shows a browser: YARP's `yarp detect` sends people there. HTTP/1.0, no I/O here."""
+"""HTTP/1.0 of a port: its web page, to which `yarp detect` links, and the head of an mjpeg stream. No I/O."""
 
 from __future__ import annotations
 
