@@ -200,9 +200,11 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 
     source = options.source = options.source or "ros2:/camera"
     robot = tiago_ros2.TiagoOverRos2(tiago_model(options), tiago_topics(options))
+    robot.connect()
+    stack.callback(robot.close)
+    print(robot.summary, flush=True)
     guardian = _guardian(robot, config, stack)
     robot.open()
-    stack.callback(robot.close)
     given = options.calibration is not None or options.field_of_view is not None
     if given or not source.startswith("ros2:"):
         grabber = stack.enter_context(opened(source))

@@ -190,6 +190,11 @@ def _add_tiago(commands: Any) -> None:
     )
     parser.add_argument("--ros2", default="/camera", metavar="/NAME", help="the camera's node (/camera)")
     parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
+    parser.add_argument(
+        "--stock",
+        action="store_true",
+        help="the arm has a joint trajectory controller, as PAL's robot out of the box, instead of twists",
+    )
     servo_robots.add_tiago(parser)
     parser.set_defaults(run=_simulate_tiago)
 
@@ -223,9 +228,12 @@ def _simulate_tiago(options: argparse.Namespace) -> int:
         )
         pictures.start()
         stack.callback(pictures.stop)
-        controllers = TiagoTopics(robot, topics)
+        controllers = TiagoTopics(robot, topics, stock=options.stock)
         controllers.open()
         stack.callback(controllers.close)
-        print(f"TIAGo listens to {topics.head} and {topics.arm}; its camera is {options.ros2}", flush=True)
+        print(
+            f"TIAGo listens to {topics.head} and {controllers.arm_topic}; its camera is {options.ros2}",
+            flush=True,
+        )
         stop.wait()
     return 0

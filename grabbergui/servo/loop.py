@@ -11,7 +11,7 @@ from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
-from grabbergui.servo.robots.robot import Robot, RobotState
+from grabbergui.servo.robots.robot import ARM, HEAD, Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
 from grabbergui.servo.watch import EncoderWatch, ProgressWatch
@@ -36,7 +36,7 @@ class ServoLoop:
     """Tracks, controllers and the state machine, joined. Use from one thread."""
 
     def __init__(self, config: Config, robot: Robot) -> None:
-        """Of the robot only its model is used, which never changes."""
+        """Of the robot only its model and its parts are used, which never change."""
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
         self.marker = MarkerTrack(config.marker.id, config.track)
@@ -46,6 +46,7 @@ class ServoLoop:
         self.sighting: Sighting | None = None
         "The newest picture's."
         self._camera_pose = robot.camera_pose
+        self._parts = robot.parts
         self._history = JointHistory()
         self._watch = EncoderWatch(config.safety.freeze)
         self._progress = ProgressWatch(config.safety.stuck)
@@ -128,7 +129,9 @@ class ServoLoop:
     ) -> Command:
         camera = self._camera_pose(robot.head)
         head, step, hand = np.zeros(2), None, np.zeros(6)
-        if state is State.SEARCHING:
+        if HEAD not in self._parts:
+            pass
+        elif state is State.SEARCHING:
             head = self.head.search(robot.head)
         elif target is not None and self.config.head.mode == "velocity":
             head = self.head.look(target, camera, robot.head)
@@ -136,7 +139,7 @@ class ServoLoop:
             step = self.head.step(target, camera, robot.head, now)
         else:
             self.head.rest()
-        if state.arm_moves and marker is not None:
+        if state.arm_moves and marker is not None and ARM in self._parts:
             hand = self.arm.approach(robot.hand, marker, seconds)
         return Command(head, step, hand)
 
@@ -198,11 +201,13 @@ class ServoLoop:
         return hindrance or "the arm does not get there"
 
     def _centred(self, robot: RobotState) -> bool:
+        if HEAD not in self._parts:
+            return True  # as well as it will ever be
         waiting = self.machine.state is State.WAITING
         return self.head.centred(robot.head, slack=2.5 if waiting and self.marker.pose is None else 1.0)
 
     def _reachable(self, marker: Pose) -> bool:
-        return self.arm.inside(self.arm.goal(marker)[:3, 3])
+        return ARM in self._parts and self.arm.inside(self.arm.goal(marker)[:3, 3])
 
     def _problem(self, fresh: bool, robot: RobotState | None, sound: bool, fresh_robot: bool) -> str:
         if robot is None:
@@ -214,6 +219,8 @@ class ServoLoop:
         if not fresh:
             return "no fresh picture"
         marker = self.marker.pose
+        if marker is not None and ARM not in self._parts:
+            return "the arm is not driven: only the head follows"
         if marker is not None and not self._reachable(marker):
             return "the marker is outside the workspace"
         return self.marker.problem

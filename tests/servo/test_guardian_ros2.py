@@ -25,7 +25,7 @@ from grabbergui.core.errors import TransportError
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.guardian_ros2 import TiagoChannel
 
-channel = TiagoChannel("/head", "/arm", "/joint_states")
+channel = TiagoChannel("/joint_states", head="/head", arm="/arm")
 if sys.argv[1] == "guardian":
     try:
         channel.prepare()

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from grabbergui.calibration import geometry
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.servo.robots import tiago_messages as messages
+from grabbergui.servo.robots.trajectories import Follower
 
 HEAD = ("head_1_joint", "head_2_joint")
 
@@ -19,23 +20,26 @@ def stamped(seconds=0, nanoseconds=0, frame=""):
     return Message(stamp=Message(sec=seconds, nanosec=nanoseconds), frame_id=frame)
 
 
-def trajectory(positions=(0.1, 0.2), names=HEAD, velocities=(), seconds=1, nanoseconds=500_000_000):
+def trajectory(
+    positions=(0.1, 0.2), names=HEAD, velocities=(), seconds=1, nanoseconds=500_000_000, stamp=(0, 0)
+):
     duration = Message(sec=seconds, nanosec=nanoseconds)
     point = Message(positions=list(positions), velocities=list(velocities), time_from_start=duration)
-    return Message(joint_names=list(names), points=[point])
+    return Message(header=stamped(*stamp), joint_names=list(names), points=[point])
 
 
 def joint_state(names, positions, seconds=0):
     return Message(header=stamped(seconds), name=list(names), position=list(positions))
 
 
-# -- head ----------------------------------------------------------------------------------------
-def test_a_trajectory_s_end_and_time_are_read_and_tilt_is_positive_down():
-    target, seconds = messages.read_head_trajectory(trajectory())
-    assert target == pytest.approx([0.1, -0.2])
-    assert seconds == 1.5
-    other_way_round = trajectory((0.2, 0.1), HEAD[::-1])
-    assert messages.read_head_trajectory(other_way_round)[0] == pytest.approx([0.1, -0.2])
+# -- trajectories --------------------------------------------------------------------------------
+def test_a_trajectory_is_read_in_the_order_of_its_message():
+    read = messages.read_trajectory(trajectory((0.2, 0.1), HEAD[::-1]))
+    assert read.joints == HEAD[::-1]
+    assert read.points.tolist() == [[0.2, 0.1]]
+    assert read.times == (1.5,)
+    assert read.start is None
+    assert messages.read_trajectory(trajectory(stamp=(3, 500_000_000))).start == 3.5
 
 
 @pytest.mark.parametrize(
@@ -43,16 +47,20 @@ def test_a_trajectory_s_end_and_time_are_read_and_tilt_is_positive_down():
     [
         (trajectory(names=("arm_1_joint", "head_2_joint")), "arm_1_joint"),
         (trajectory(names=HEAD[:1], positions=(0.1,)), "not"),
-        (trajectory((0.1,)), "0.1"),
-        (trajectory((0.1, math.nan)), "nan"),
+        (trajectory((0.1,)), "1 positions"),
+        (trajectory((0.1, math.nan)), "finite"),
+        (trajectory((0.1, 2.0)), "head_2_joint at 2.000 rad is beyond"),
         (trajectory(velocities=(0.1, 0.0)), "rest"),
-        (trajectory(seconds=0, nanoseconds=0), "no time"),
-        (Message(joint_names=list(HEAD), points=[]), "empty"),
+        (trajectory(stamp=(3, 0)), "it ended 5.50 s ago"),
+        (Message(header=stamped(), joint_names=list(HEAD), points=[]), "0 times"),
     ],
 )
-def test_a_trajectory_that_a_controller_would_refuse_is_refused(message, reason):
+def test_a_trajectory_that_a_controller_would_refuse_is_refused_and_the_one_before_goes_on(message, reason):
+    follower = Follower(HEAD, np.full(2, -1.0), np.full(2, 1.0))
+    follower.accept(messages.read_trajectory(trajectory((0.5, -0.5))), np.zeros(2), 9.0)
     with pytest.raises(RemoteProtocolError, match=reason):
-        messages.read_head_trajectory(message)
+        follower.accept(messages.read_trajectory(message), np.zeros(2), 10.0)
+    assert follower.sample(9.75) == pytest.approx([0.25, -0.25])
 
 
 # -- arm -----------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
@@ -40,11 +41,16 @@ def require_interfaces() -> None:
         raise SourceUnavailableError(
             f"the package grabber_interfaces is not built: run `make setup-ros2` ({error})"
         ) from error
-    _load_type_support(Path(grabber_interfaces.__file__))
+    load_type_support(grabber_interfaces)
+
+
+def load_type_support(package: ModuleType) -> None:
+    """Load the libraries of an interface package, once, wherever it is installed."""
+    _load_libraries(Path(str(package.__file__)))
 
 
 @functools.cache
-def _load_type_support(package: Path) -> None:
+def _load_libraries(package: Path) -> None:
     """Load a package's libraries from `<prefix>/lib`.
 
     The middleware opens them by bare name, where a sourced setup file says. Our package may lie in an

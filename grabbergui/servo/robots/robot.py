@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
 
+HEAD, ARM = "head", "arm"
+"Parts of a robot."
+
 
 @dataclass(frozen=True, eq=False)
 class KinematicModel:
@@ -84,6 +87,11 @@ class Robot(ABC):
     @abstractmethod
     def state(self) -> RobotState | None:
         """The newest reading; None while there is none. Never waits."""
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """The parts that can be moved, of HEAD and ARM; commands to others have no effect."""
+        return frozenset((HEAD, ARM))
 
     @abstractmethod
     def move_head(self, velocity: Vector) -> None:

@@ -51,6 +51,7 @@ class SimRobot(Robot):
         self._head = _Drive(model.head, np.asarray(head, np.float64))
         self._arm = _Drive(model.arm, model.home if arm is None else np.asarray(arm, np.float64))
         self._head_target: Vector | None = None
+        self._arm_target: Vector | None = None
         self._head_velocity = np.zeros(2)
         "Of its motion, or on the way to its target the highest."
         self._twist = np.zeros(6)
@@ -105,10 +106,18 @@ class SimRobot(Robot):
             self._advance()
             self.point_head(target, np.abs(target - self._head.angles) / max(seconds, STEP))
 
+    def point_arm(self, target: Vector) -> None:
+        """Go to joint angles (radians) as fast as the joints may, and stay there: a position controller's."""
+        with self._lock:
+            self._advance()
+            if np.shape(target) == self._arm.angles.shape and np.isfinite(target).all():
+                self._arm_target = self.model.arm.clamped(target)
+
     def move_hand(self, twist: Vector) -> None:
         """See Robot."""
         with self._lock:
             self._advance()
+            self._arm_target = None
             self._twist = _finite(twist, 6)
             self._arm_until = self._time + self.COMMAND_TIMEOUT
 
@@ -116,7 +125,7 @@ class SimRobot(Robot):
         """See Robot."""
         with self._lock:
             self._advance()
-            self._head_target = None
+            self._head_target = self._arm_target = None
             self._head_until = self._arm_until = -math.inf
             self._head.halt()
             self._arm.halt()
@@ -149,7 +158,7 @@ class SimRobot(Robot):
 
     def _rests(self) -> bool:
         commanded = self._time < max(self._head_until, self._arm_until)
-        off = 0.0 if self._head_target is None else float(np.abs(self._head_target - self._head.angles).max())
+        off = max(_off(self._head_target, self._head), _off(self._arm_target, self._arm))
         return not commanded and max(off, self._head.fastest, self._arm.fastest) < 1e-9
 
     def _integrate(self, seconds: float) -> None:
@@ -161,6 +170,9 @@ class SimRobot(Robot):
         arm = np.zeros_like(self._arm.angles)
         if twist.any():
             arm = self.model.arm.velocities_for(self._arm.angles, twist)
+        elif self._arm_target is not None:
+            fastest = self.model.arm.fastest
+            arm = np.clip((self._arm_target - self._arm.angles) / AIM_S, -fastest, fastest)
         for drive, velocity in ((self._head, head), (self._arm, arm)):
             self.limit_violations += drive.advance(velocity, seconds)
 
@@ -193,6 +205,11 @@ class _Drive:
     def halt(self) -> None:
         """Brakes on."""
         self.velocity = np.zeros_like(self.velocity)
+
+
+def _off(target: Vector | None, drive: _Drive) -> float:
+    """Radians of the joint that is farthest from its target."""
+    return 0.0 if target is None else float(np.abs(target - drive.angles).max())
 
 
 def _finite(values: Vector, size: int) -> Vector:

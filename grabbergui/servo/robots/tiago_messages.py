@@ -1,7 +1,7 @@
-"""What is said to TIAGo's controllers on ROS 2, and what they tell; no I/O, and no ROS but its messages.
+"""Messages to and from TIAGo's controllers on ROS 2; no I/O, and no ROS but its messages.
 
-The head takes `trajectory_msgs/JointTrajectory` as joint_trajectory_controller does: the newest message
-replaces what was under way, positions alone are gone to in a straight line, and are held.
+Controllers take `trajectory_msgs/JointTrajectory` as joint_trajectory_controller does: the newest message
+replaces the trajectory in progress, positions alone are joined by straight lines, and the last is held.
 """
 
 from __future__ import annotations
@@ -13,36 +13,54 @@ import numpy as np
 
 from grabbergui.calibration.geometry import Pose, Vector, pose, rotation_from_quaternion
 from grabbergui.core.errors import RemoteProtocolError
-from grabbergui.servo.robots.tiago import BASE, HEAD_JOINTS, HEAD_SIGNS
+from grabbergui.servo.robots.tiago import BASE
+from grabbergui.servo.robots.trajectories import Trajectory
 
 
-# -- head ----------------------------------------------------------------------------------------
-def head_trajectory(target: Vector, seconds: float) -> Any:
-    """Go to pan and tilt (radians, ours) within some time. The stamp is zero: at once."""
+# -- trajectories --------------------------------------------------------------------------------
+def joint_trajectory(trajectory: Trajectory) -> Any:
+    """Encode a trajectory; without a start its stamp is zero, which means at once."""
     from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-    point = JointTrajectoryPoint(positions=[float(angle) for angle in HEAD_SIGNS * target])
-    whole, part = divmod(round(seconds * 1e9), 1_000_000_000)
-    point.time_from_start.sec, point.time_from_start.nanosec = whole, part
-    return JointTrajectory(joint_names=list(HEAD_JOINTS), points=[point])
+    message = JointTrajectory(joint_names=list(trajectory.joints))
+    if trajectory.start is not None:
+        _set_time(message.header.stamp, trajectory.start)
+    for seconds, angles in zip(trajectory.times, trajectory.points, strict=True):
+        point = JointTrajectoryPoint(positions=[float(angle) for angle in angles])
+        _set_time(point.time_from_start, seconds)
+        message.points.append(point)
+    return message
 
 
-def read_head_trajectory(message: Any) -> tuple[Vector, float]:
-    """Where such a message ends (ours, radians), and when. Raises RemoteProtocolError, with the reason."""
-    if sorted(message.joint_names) != sorted(HEAD_JOINTS):
-        raise RemoteProtocolError(f"a trajectory of {list(message.joint_names)}, not {list(HEAD_JOINTS)}")
-    if not message.points:
-        raise RemoteProtocolError("an empty trajectory")
-    last = message.points[-1]
-    if len(last.positions) != len(HEAD_JOINTS) or not np.isfinite(last.positions).all():
-        raise RemoteProtocolError(f"a trajectory to {list(last.positions)}")
-    if any(last.velocities):
+def read_trajectory(message: Any) -> Trajectory:
+    """Decode a trajectory of positions. Raises RemoteProtocolError where its points do not fit its joints."""
+    names = tuple(message.joint_names)
+    for point in message.points:
+        if len(point.positions) != len(names):
+            raise RemoteProtocolError(f"{len(names)} joints with {len(point.positions)} positions")
+    if message.points and any(message.points[-1].velocities):
         raise RemoteProtocolError("a trajectory that would not end at rest")
-    seconds = last.time_from_start.sec + 1e-9 * last.time_from_start.nanosec
-    if seconds <= 0:
-        raise RemoteProtocolError("a trajectory that takes no time")
-    order = [list(message.joint_names).index(name) for name in HEAD_JOINTS]
-    return HEAD_SIGNS * np.array(last.positions)[order], seconds
+    points = np.array([list(point.positions) for point in message.points], np.float64)
+    times = tuple(_seconds(point.time_from_start) for point in message.points)
+    start = _seconds(message.header.stamp)
+    return Trajectory(names, times, points.reshape(len(times), len(names)), start or None)
+
+
+def stamp_of(seconds: float) -> Any:
+    """A moment on the robot's clock as `builtin_interfaces/Time`."""
+    from builtin_interfaces.msg import Time
+
+    stamp = Time()
+    _set_time(stamp, seconds)
+    return stamp
+
+
+def _set_time(stamp: Any, seconds: float) -> None:
+    stamp.sec, stamp.nanosec = divmod(round(seconds * 1e9), 1_000_000_000)
+
+
+def _seconds(stamp: Any) -> float:
+    return float(stamp.sec + 1e-9 * stamp.nanosec)
 
 
 # -- arm -----------------------------------------------------------------------------------------
@@ -80,6 +98,7 @@ class JointReadings:
         self._readings: dict[str, tuple[float, float]] = {}
         self._stamps: dict[str, int] = {}
         self._wanted = frozenset(names)
+        self._newest: tuple[float, float] | None = None
 
     def take(self, message: Any, now: float) -> None:
         """Note a message that arrived `now`. Raises RemoteProtocolError where it cannot be believed."""
@@ -88,6 +107,8 @@ class JointReadings:
                 f"a joint state of {len(message.name)} joints with {len(message.position)} positions"
             )
         stamp = message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec
+        if stamp and self._wanted & set(message.name):
+            self._newest = now, 1e-9 * stamp
         for name, angle in zip(message.name, message.position, strict=True):
             if name not in self._wanted:
                 continue
@@ -96,6 +117,17 @@ class JointReadings:
             if stamp == 0 or stamp > self._stamps.get(name, 0):
                 self._stamps[name] = stamp
                 self._readings[name] = now, float(angle)
+
+    def robot_time(self, now: float) -> float | None:
+        """The robot's clock, seconds, estimated `now`; None while no message carried a stamp.
+
+        Late by the age of a message at its arrival, never early: a controller must not wait for a start that
+        is still to come.
+        """
+        if self._newest is None:
+            return None
+        arrival, stamp = self._newest
+        return stamp + now - arrival
 
     def missing(self) -> list[str]:
         """Joints of which nothing was heard."""

@@ -1,39 +1,48 @@
-"""TIAGo on a ROS 2 network: its head takes joint trajectories, its hand twists; it tells joint states."""
+"""TIAGo on a ROS 2 network: head and arm behind the controllers that this robot runs."""
 
 from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.core.errors import RemoteProtocolError, SourceNotFoundError, TransportError
 from grabbergui.net.ros2.runtime import Ros2Node
-from grabbergui.servo.robots import tiago
+from grabbergui.servo.robots import tiago, tiago_controllers
 from grabbergui.servo.robots import tiago_messages as messages
-from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
+from grabbergui.servo.robots.robot import ARM, HEAD, KinematicModel, Robot, RobotState
+from grabbergui.servo.robots.tiago_controllers import ACTIVE, Choice, Drive, Kind
+from grabbergui.servo.robots.tiago_manager import ControllerManager, start_servo_node
+from grabbergui.servo.robots.tiago_parts import HOLD_S, Part
 from grabbergui.servo.ros2_packages import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
 
 FRESH_S = 0.15
 "Age of a reading up to which the head is where it says."
-HOLD_S = 0.05
-"Seconds in which a head that is to hold its place settles there."
 STEP_SPEED = np.radians(25)
 "Of relative moves of the head."
+SETTLE_S = 3.0
+"Seconds to wait for the second part's controller once the robot has answered."
+LIST_S = 1.0
+"Seconds to wait for the controller manager's list; without one, whoever listens is believed."
+JOINTS = {HEAD: tiago.HEAD_JOINTS, ARM: tiago.ARM_JOINTS}
 
 
 @dataclass(frozen=True)
 class Topics:
-    """Where a TIAGo listens and tells."""
+    """Names of a TIAGo's topics."""
 
     head: str = "/head_controller/joint_trajectory"
-    arm: str = "/servo_node/delta_twist_cmds"
-    "`geometry_msgs/TwistStamped`; the default is MoveIt Servo's."
+    "Another name than this is used whatever the controller manager lists."
+    arm: str = tiago_controllers.TWISTS
+    "`geometry_msgs/TwistStamped`, preferred where anybody listens; the default is MoveIt Servo's."
     joint_states: str = "/joint_states"
     camera_frame: str = tiago.CAMERA
     "The frame that pictures are taken in; where tf tells its place on the head, that is believed."
@@ -42,96 +51,136 @@ class Topics:
 class TiagoOverRos2(Robot):
     """A TIAGo, real or simulated. Readings arrive on the node's thread."""
 
-    def __init__(self, model: KinematicModel, topics: Topics | None = None, timeout: float = 15.0) -> None:
-        """`timeout` is for the first reading, seconds."""
+    def __init__(
+        self,
+        model: KinematicModel,
+        topics: Topics | None = None,
+        timeout: float = 15.0,
+        *,
+        listen_only: bool = False,
+    ) -> None:
+        """`timeout` is for the first reading, seconds. With `listen_only` no publisher is ever made."""
         super().__init__(model)
         self._topics = topics or Topics()
         self._timeout = timeout
+        self._listen_only = listen_only
         self._ros: Ros2Node | None = None
-        self._head: Any = None
-        self._arm: Any = None
+        self._manager: ControllerManager | None = None
+        self._drives: dict[str, Drive] = {}
+        self._driven: dict[str, Part] = {}
         self._readings = messages.JointReadings((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS))
         self._frames = messages.StaticFrames()
         self._state: RobotState | None = None
-        self._held = np.full(2, np.nan)
-        "Where axes of the head rest that are not to move."
-        self._target = np.full(2, np.nan)
-        "Of the newest trajectory."
         self._complaint = ""
 
-    def open(self) -> None:
-        """See Robot. Raises SourceNotFoundError where no joint states come."""
+    @property
+    def summary(self) -> str:
+        """How each part is driven, in one line, once it is connected."""
+        return self._summary
+
+    _summary = ""
+
+    def connect(self) -> None:
+        """Join the network, await joint states and choose the controllers; nothing is sent yet.
+
+        Raises SourceNotFoundError where no joint states come or no controller can be driven.
+        """
         require_packages(*ROBOT)
-        from geometry_msgs.msg import TwistStamped
         from sensor_msgs.msg import JointState
-        from trajectory_msgs.msg import JointTrajectory
 
         self._ros = Ros2Node(f"grabbergui_servo_{time.time_ns() % 10**9}")
         node = self._ros.node
-        self._head = node.create_publisher(JointTrajectory, self._topics.head, 1)
-        self._arm = node.create_publisher(TwistStamped, self._topics.arm, 1)
+        self._manager = ControllerManager(node)
         node.create_subscription(JointState, self._topics.joint_states, self._on_joint_state, 5)
         self._listen_to_frames(node)
         self._ros.start()
         try:
             self._await_readings()
+            self._choose_drives()
         except BaseException:
             self.close()
             raise
 
+    def open(self) -> None:
+        """Connect, unless that was done, and get the controllers ready; raises as `connect` does."""
+        if self._ros is None:
+            self.connect()
+        arm = self._drives.get(ARM)
+        if arm is not None and arm.kind is Kind.TWIST and not self._listen_only and self._ros is not None:
+            start_servo_node(self._ros.node, arm.topic)
+
+    @override
     def close(self) -> None:
-        """See Robot."""
         if self._ros is not None:
             self.stop()
-            self._head = self._arm = None
+            self._driven = {}
             self._ros.close()
             self._ros = None
 
+    @property
+    @override
+    def parts(self) -> frozenset[str]:
+        return frozenset(self._drives) if self._drives else super().parts
+
     def state(self) -> RobotState | None:
-        """See Robot; as old as the oldest joint's reading."""
+        """Return the newest reading; it is as old as the oldest joint's."""
         return self._state
 
     def move_head(self, velocity: Vector) -> None:
-        """See Robot. A target as far ahead as the velocity leads until it would expire, then it rests."""
+        """Pan and tilt, rad/s, from the reference on, which ends at rest in `COMMAND_TIMEOUT`."""
         state = self._known()
-        resting = velocity == 0
-        self._held = np.where(resting & np.isnan(self._held), state.head, self._held)
-        self._held = np.where(resting, self._held, np.nan)
-        ahead = state.head + velocity * self.COMMAND_TIMEOUT
-        self._aim(np.where(resting, self._held, ahead), self.COMMAND_TIMEOUT)
+        part = self._part(HEAD)
+        if part is not None:
+            self._stream(part, tiago.HEAD_SIGNS * velocity, tiago.HEAD_SIGNS * state.head)
 
+    @override
     def step_head(self, move: Vector) -> None:
-        """See Robot."""
-        self._held = np.full(2, np.nan)
-        seconds = float(np.abs(move).max() / STEP_SPEED)
-        self._aim(self._known().head + move, max(seconds, HOLD_S))
+        state = self._known()
+        part = self._part(HEAD)
+        if part is not None:
+            target = self.model.head.clamped(state.head + move)
+            part.go_to(tiago.HEAD_SIGNS * target, max(float(np.abs(move).max() / STEP_SPEED), HOLD_S))
 
     def move_hand(self, twist: Vector) -> None:
-        """See Robot."""
-        self._publish(self._arm, messages.twist_stamped(twist, self._now()))
+        """Move by a twist, or by the joint velocities that come nearest to it."""
+        part = self._part(ARM)
+        if part is None:
+            return
+        if part.drive.kind is Kind.TWIST:
+            part.move_hand(twist, self._stamp())
+            return
+        state = self._known()
+        assert state.arm is not None
+        self._stream(part, self.model.arm.velocities_for(state.arm, twist), state.arm)
 
     def stop(self) -> bool:
-        """See Robot. The hand is told to rest, the head to hold its place."""
-        state = self._state
-        self._held = np.full(2, np.nan)
-        try:
-            if self._arm is not None:
-                self._arm.publish(messages.twist_stamped(np.zeros(6), self._now()))
-            if self._head is not None and state is not None:
-                # An old reading is not where the head is: by then it has come to its newest target.
-                fresh = time.monotonic() - state.time < FRESH_S or np.isnan(self._target).any()
-                self._head.publish(messages.head_trajectory(state.head if fresh else self._target, HOLD_S))
-        except Exception as error:  # rclpy has no common ancestor of what publishing may raise
-            log.error("%s could not be told to stop: %s", self.name, error)
-            return False
-        return True
+        """Bring every part to rest where it is."""
+        state, now = self._state, time.monotonic()
+        delivered = True
+        for name in (ARM, HEAD):
+            part = self._driven.get(name)
+            if part is None:
+                continue
+            try:
+                angles = None if state is None else _angles(state, name)
+                # An old reading is not where a part is: by then it has come to its newest target.
+                fresh = state is not None and (now - state.time < FRESH_S or part.target is None)
+                part.stop(angles if fresh else None, self._stamp())
+            except Exception as error:  # rclpy has no common ancestor of what publishing may raise
+                log.error("%s could not be told to stop: %s", self.name, error)
+                delivered = False
+        return delivered
 
+    @override
     def stop_channels(self) -> list[dict[str, str]]:
-        """See Robot."""
-        topics = self._topics
-        return [
-            {"kind": "tiago", "head": topics.head, "arm": topics.arm, "joint_states": topics.joint_states}
-        ]
+        drives = self._drives or {
+            HEAD: Drive(Kind.TRAJECTORY, self._topics.head),
+            ARM: Drive(Kind.TWIST, self._topics.arm),
+        }
+        channel = {"kind": "tiago", "joint_states": self._topics.joint_states}
+        for name, drive in drives.items():
+            channel |= {name: drive.topic, f"{name}_kind": drive.kind.value}
+        return [channel]
 
     # -- commands ------------------------------------------------------------------------------------
     def _known(self) -> RobotState:
@@ -139,21 +188,73 @@ class TiagoOverRos2(Robot):
             raise TransportError(f"{self.name} has not told where its joints are")
         return self._state
 
-    def _aim(self, target: Vector, seconds: float) -> None:
-        self._target = self.model.head.clamped(target)
-        self._publish(self._head, messages.head_trajectory(self._target, seconds))
-
-    def _publish(self, publisher: Any, message: Any) -> None:
-        if publisher is None:
-            raise TransportError(f"{self.name} is not open")
-        if not publisher.get_subscription_count():
-            raise TransportError(f"nobody listens to {publisher.topic_name}; is the controller running?")
-        publisher.publish(message)
-
-    def _now(self) -> Any:
+    def _part(self, name: str) -> Part | None:
+        """The part if it may move; None if it is not driven. Raises TransportError."""
         if self._ros is None:
             raise TransportError(f"{self.name} is not open")
-        return self._ros.node.get_clock().now().to_msg()
+        part = self._driven.get(name)
+        if part is not None and part.drive.controller and self._manager is not None:
+            state = self._manager.state_of(part.drive.controller)
+            if state not in (ACTIVE, None):
+                raise TransportError(f"{part.drive.controller} is {state}: activate it on the robot")
+        return part
+
+    def _stream(self, part: Part, velocity: Vector, measured: Vector) -> None:
+        now = time.monotonic()
+        part.move(velocity, measured, now, self._readings.robot_time(now))
+
+    def _stamp(self) -> Any:
+        """The robot's clock where it is known: MoveIt Servo ignores twists that are old by it."""
+        if self._ros is None:
+            raise TransportError(f"{self.name} is not open")
+        seconds = self._readings.robot_time(time.monotonic())
+        return messages.stamp_of(seconds) if seconds else self._ros.node.get_clock().now().to_msg()
+
+    # -- controllers ---------------------------------------------------------------------------------
+    def _choose_drives(self) -> None:
+        """Wait for a controller of both parts, but not for long; one of them will do."""
+        deadline = time.monotonic() + min(self._timeout, SETTLE_S)
+        assert self._manager is not None
+        if self._manager.can_ask:  # or an inactive controller would be believed, as it listens too
+            self._wait_until(lambda: self._manager is None or self._manager.listed() is not None, LIST_S)
+        choices = self._choices()
+        while time.monotonic() < deadline and not all(choice.drive for choice in choices.values()):
+            time.sleep(0.05)
+            choices = self._choices()
+        self._drives = {name: choice.drive for name, choice in choices.items() if choice.drive is not None}
+        if not self._drives:
+            reasons = "; ".join(f"{name}: {choice.reason}" for name, choice in choices.items())
+            raise SourceNotFoundError(f"no part of {self.name} can be driven; {reasons}")
+        self._summary = f"{self.name}: " + ", ".join(f"{name} {choice}" for name, choice in choices.items())
+        log.info("%s", self._summary)
+        if self._listen_only or self._ros is None:
+            return
+        node = self._ros.node
+        self._driven = {name: part_for(node, name, drive, self.model) for name, drive in self._drives.items()}
+        self._wait_until(lambda: all(part.heard for part in self._driven.values()), SETTLE_S)
+
+    def _choices(self) -> dict[str, Choice]:
+        assert self._ros is not None and self._manager is not None
+        node, listed = self._ros.node, self._manager.listed()
+        topics = [self._topics.arm, *tiago_controllers.stock_topics(JOINTS)]
+        listeners = {topic: node.count_subscribers(topic) for topic in topics}
+        choices = {
+            name: tiago_controllers.choose(
+                name, joints, listed, listeners, self._topics.arm if name == ARM else ""
+            )
+            for name, joints in JOINTS.items()
+        }
+        if self._topics.head != Topics.head:
+            choices[HEAD] = Choice(Drive(Kind.TRAJECTORY, self._topics.head))
+        return choices
+
+    def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
+        deadline = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > deadline:
+                return False
+            time.sleep(0.02)
+        return True
 
     # -- readings ------------------------------------------------------------------------------------
     def _on_joint_state(self, message: Any) -> None:
@@ -172,24 +273,15 @@ class TiagoOverRos2(Robot):
             self._state = RobotState(min(head[0], arm[0]), tiago.HEAD_SIGNS * head[1], hand, arm[1])
 
     def _await_readings(self) -> None:
-        deadline = time.monotonic() + self._timeout
-        while self._state is None or not self._heard():
-            if time.monotonic() > deadline:
-                raise SourceNotFoundError(self._what_is_missing())
-            time.sleep(0.02)
-
-    def _heard(self) -> bool:
-        return bool(self._head.get_subscription_count() and self._arm.get_subscription_count())
+        if not self._wait_until(lambda: self._state is not None, self._timeout):
+            raise SourceNotFoundError(self._what_is_missing())
 
     def _what_is_missing(self) -> str:
         missing = self._readings.missing()
-        advice = "; check the topics and ROS_DOMAIN_ID"
         if len(missing) == len(tiago.HEAD_JOINTS) + len(tiago.ARM_JOINTS):
-            return f"nobody tells of TIAGo's joints at {self._topics.joint_states}{advice}"
-        if missing:
-            return f"{self._topics.joint_states} tells nothing of {', '.join(missing)}"
-        deaf = [port.topic_name for port in (self._head, self._arm) if not port.get_subscription_count()]
-        return f"nobody listens to {' and '.join(deaf)}{advice}"
+            topic = self._topics.joint_states
+            return f"nobody tells of TIAGo's joints at {topic}; check the topics and ROS_DOMAIN_ID"
+        return f"{self._topics.joint_states} tells nothing of {', '.join(missing)}"
 
     # -- tf ------------------------------------------------------------------------------------------
     def _listen_to_frames(self, node: Any) -> None:
@@ -209,3 +301,16 @@ class TiagoOverRos2(Robot):
         place: Pose | None = self._frames.of(self._topics.camera_frame, tiago.HEAD)
         if place is not None:
             self.model = replace(self.model, camera=place)
+
+
+def part_for(node: Any, name: str, drive: Drive, model: KinematicModel) -> Part:
+    """Make the publisher of one part, with its limits in the robot's signs."""
+    if name == ARM:
+        return Part(node, drive, tiago.ARM_JOINTS, model.arm.low, model.arm.high)
+    low, high = tiago.HEAD_SIGNS * model.head.low, tiago.HEAD_SIGNS * model.head.high
+    return Part(node, drive, tiago.HEAD_JOINTS, np.minimum(low, high), np.maximum(low, high))
+
+
+def _angles(state: RobotState, name: str) -> Vector | None:
+    """A part's angles with the robot's signs."""
+    return tiago.HEAD_SIGNS * state.head if name == HEAD else state.arm

@@ -1,45 +1,114 @@
-"""The simulated TIAGo behind the ROS 2 topics that the real one has, for any client of them."""
+"""The simulated TIAGo behind the ROS 2 topics that the real one has, for any client of them.
+
+The head always has a joint trajectory controller. The arm has a node that takes twists, as MoveIt Servo does,
+or with `stock` its joint trajectory controller, as PAL's robot has out of the box.
+"""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from typing import Any
 
-from grabbergui.calibration.geometry import quaternion_from_rotation
+import numpy as np
+
+from grabbergui.calibration.geometry import Vector, quaternion_from_rotation
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.ros2.runtime import Ros2Node
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
+from grabbergui.servo.robots.robot import ARM, HEAD
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.tiago_ros2 import Topics
+from grabbergui.servo.robots.trajectories import Follower
 from grabbergui.servo.ros2_packages import ROBOT, require_packages
 
 log = logging.getLogger(__name__)
 
 PERIOD = 0.02
 "Seconds between two joint states, as on the robot."
+UPDATE = 0.01
+"Seconds between two updates of the controllers, as in PAL's configuration of the controller manager."
+
+
+class TrajectoryTopic:
+    """A joint trajectory controller on a topic. Runs on the node's thread."""
+
+    def __init__(
+        self,
+        node: Any,
+        topic: str,
+        follower: Follower,
+        angles: Callable[[], Vector],
+        go: Callable[[Vector], None],
+    ) -> None:
+        """`angles` reads the joints, `go` sends them to a position; both with the robot's signs."""
+        from trajectory_msgs.msg import JointTrajectory
+
+        self.topic = topic
+        self.active = True
+        "Whether it has its joints; an inactive controller listens, but does nothing."
+        self.refused: list[str] = []
+        "Why trajectories were refused, the newest last."
+        self._node, self._follower, self._angles, self._go = node, follower, angles, go
+        node.create_subscription(JointTrajectory, topic, self._on_trajectory, 1)
+
+    def update(self) -> None:
+        """Send the joints where the trajectory in progress has them now."""
+        desired = self._follower.sample(self._now())
+        if self.active and desired is not None:
+            self._go(desired)
+
+    def deactivate(self) -> None:
+        """Drop the trajectory in progress and refuse others; the joints hold their place."""
+        self.active = False
+        self._follower.cancel()
+        self._go(self._angles())
+
+    def _on_trajectory(self, message: Any) -> None:
+        try:
+            if not self.active:
+                raise RemoteProtocolError("the controller is not active")
+            self._follower.accept(messages.read_trajectory(message), self._angles(), self._now())
+        except RemoteProtocolError as error:
+            self.refused = [*self.refused[-99:], str(error)]
+            log.warning("%s: refused %s", self.topic, error)
+
+    def _now(self) -> float:
+        return float(self._node.get_clock().now().nanoseconds) * 1e-9
 
 
 class TiagoTopics:
     """Controllers of head and hand, and the broadcaster of joint states, as one node."""
 
-    def __init__(self, robot: SimRobot, topics: Topics | None = None, node_name: str = "tiago") -> None:
+    def __init__(
+        self,
+        robot: SimRobot,
+        topics: Topics | None = None,
+        node_name: str = "tiago",
+        *,
+        stock: bool = False,
+    ) -> None:
         """Join the network. Raises SourceUnavailableError without ROS 2."""
         topics = topics or Topics()
         require_packages(*ROBOT)
         self._robot = robot
         self._topics = topics
         self._ros = Ros2Node(node_name)
-        from geometry_msgs.msg import TwistStamped
         from sensor_msgs.msg import JointState
-        from trajectory_msgs.msg import JointTrajectory
 
         node = self._ros.node
         self._joint_state = JointState
         self._states = node.create_publisher(JointState, topics.joint_states, 5)
-        node.create_subscription(JointTrajectory, topics.head, self._on_trajectory, 1)
-        node.create_subscription(TwistStamped, topics.arm, self._on_twist, 1)
+        self.controllers = {HEAD: self._head_controller(node, topics.head)}
+        if stock:
+            self.controllers[ARM] = self._arm_controller(node, "/arm_controller/joint_trajectory")
+            self.arm_topic = self.controllers[ARM].topic
+        else:
+            self._listen_to_twists(node, topics.arm)
+            self.arm_topic = topics.arm
         node.create_timer(PERIOD, self._tell)
+        node.create_timer(UPDATE, self._update)
         self._frames = self._tell_frames(node)
 
     def open(self) -> None:
@@ -51,11 +120,35 @@ class TiagoTopics:
         self._ros.close()
         self._robot.stop()
 
-    def _on_trajectory(self, message: Any) -> None:
-        try:
-            self._robot.aim_head(*messages.read_head_trajectory(message))
-        except RemoteProtocolError as error:
-            log.warning("%s: refused %s", self._topics.head, error)
+    def _head_controller(self, node: Any, topic: str) -> TrajectoryTopic:
+        head = self._robot.model.head
+        low, high = np.sort((tiago.HEAD_SIGNS * head.low, tiago.HEAD_SIGNS * head.high), axis=0)
+
+        def go(angles: Vector) -> None:
+            self._robot.point_head(tiago.HEAD_SIGNS * angles, head.fastest)
+
+        follower = Follower(tiago.HEAD_JOINTS, low, high)
+        return TrajectoryTopic(node, topic, follower, lambda: tiago.HEAD_SIGNS * self._robot.state().head, go)
+
+    def _arm_controller(self, node: Any, topic: str) -> TrajectoryTopic:
+        arm = self._robot.model.arm
+
+        def angles() -> Vector:
+            measured = self._robot.state().arm
+            assert measured is not None
+            return measured
+
+        follower = Follower(tiago.ARM_JOINTS, arm.low, arm.high)
+        return TrajectoryTopic(node, topic, follower, angles, self._robot.point_arm)
+
+    def _listen_to_twists(self, node: Any, topic: str) -> None:
+        from geometry_msgs.msg import TwistStamped
+
+        node.create_subscription(TwistStamped, topic, self._on_twist, 1)
+
+    def _update(self) -> None:
+        for controller in self.controllers.values():
+            controller.update()
 
     def _on_twist(self, message: Any) -> None:
         try:

@@ -1,0 +1,141 @@
+"""The servo and a TIAGo as PAL configures it, over real rclpy: trajectories, a servo node, faults."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("trajectory_msgs", reason="ros-trajectory-msgs is not installed: make setup-ros2")
+pytest.importorskip("controller_manager_msgs", reason="no controller_manager_msgs: make setup-ros2")
+pytest.importorskip("moveit_msgs", reason="no moveit_msgs: make setup-ros2")
+pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
+pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
+pytestmark = pytest.mark.ros2
+
+from fake_tiago import FakeTiago  # noqa: E402
+
+from grabbergui.calibration import geometry  # noqa: E402
+from grabbergui.core.errors import SourceNotFoundError, TransportError  # noqa: E402
+from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
+from grabbergui.servo import closed_loop  # noqa: E402
+from grabbergui.servo.config import Config  # noqa: E402
+from grabbergui.servo.robots import tiago  # noqa: E402
+from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
+from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
+from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
+from grabbergui.servo.runner import Runner  # noqa: E402
+from grabbergui.servo.state_machine import State  # noqa: E402
+from patience import PROGRAM, until  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def model():
+    return tiago.model()
+
+
+@pytest.fixture
+def fake(domain, model, request):
+    fake = FakeTiago(SimRobot(model), servo=getattr(request, "param", "") == "servo node")
+    fake.open()
+    yield fake
+    fake.close()
+
+
+@pytest.fixture
+def robot(fake, model):
+    robot = TiagoOverRos2(model)
+    robot.open()
+    yield robot
+    robot.close()
+
+
+@pytest.mark.parametrize("fake", ["stock", "servo node"], indirect=True)
+def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
+    assert "head streamed trajectories to /head_controller/joint_trajectory" in robot.summary
+    arm = "streamed trajectories to /arm_controller" if ARM in fake.controllers else "twists to /servo_node"
+    assert f"arm {arm}" in robot.summary
+    things = closed_loop.things_for(Config().marker, Things(board=lambda seconds: board_pose()))
+    camera = closed_loop.mounted_camera(fake.robot, things)
+    camera.open()
+    runner = Runner(
+        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
+    try:
+        runner.start()
+        until(lambda: runner.loop.machine.state is State.REACHED, seconds=PROGRAM)
+    finally:
+        runner.stop()
+        camera.close()
+    goal = runner.loop.arm.goal(closed_loop.in_base(fake.robot, board_pose()))
+    hand = fake.robot.state().hand
+    assert geometry.distance(hand, goal) < 0.010
+    assert math.degrees(geometry.angle_between(hand, goal)) < 2
+    assert fake.robot.limit_violations == 0
+    assert [controller.refused for controller in fake.controllers.values()] == [[]] * len(fake.controllers)
+
+
+def test_the_hand_moves_as_fast_as_it_is_told_and_rests_when_nothing_more_is_said(fake, robot):
+    def speed():
+        began, start = time.monotonic(), fake.robot.state().hand[0, 3]
+        while time.monotonic() - began < 0.6:
+            robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+            time.sleep(0.02)
+        moved = (fake.robot.state().hand[0, 3] - start) / (time.monotonic() - began)
+        until(lambda: fake.robot.speed < 1e-3)  # by itself
+        return moved
+
+    speeds = []
+    until(lambda: speeds.append(speed()) or 0.03 < speeds[-1] < 0.055, f"0.05 m/s, not {speeds}")
+
+
+def test_a_controller_that_stops_takes_no_commands_and_the_other_part_goes_on(fake, robot):
+    fake.controllers[ARM].deactivate()
+
+    def refused():
+        try:
+            robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+        except TransportError as error:
+            return "arm_controller is inactive" in str(error)
+        return False
+
+    until(refused)
+    until(lambda: robot.move_head(np.array([0.3, 0.0])) or fake.robot.state().head[0] > 0.05)
+
+
+def test_one_part_is_driven_alone_where_the_other_has_no_active_controller(fake, model):
+    fake.controllers[ARM].active = False
+    robot = TiagoOverRos2(model, timeout=1.0)
+    robot.open()
+    try:
+        assert robot.parts == {HEAD}
+        assert "arm not driven: arm_controller" in robot.summary
+        assert "is inactive" in robot.summary
+        until(lambda: robot.move_head(np.array([0.3, 0.0])) or fake.robot.state().head[0] > 0.05)
+        before = fake.robot.state().arm
+        robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+        assert fake.robot.state().arm == pytest.approx(before)
+    finally:
+        robot.close()
+
+
+def test_a_robot_without_an_active_controller_is_refused_by_name(fake, model):
+    for controller in fake.controllers.values():
+        controller.active = False
+    with pytest.raises(SourceNotFoundError, match=r"head_controller \(.*\) is inactive.*arm_controller"):
+        TiagoOverRos2(model, timeout=1.0).open()
+
+
+def test_whoever_only_listens_makes_no_publisher(fake, model):
+    robot = TiagoOverRos2(model, listen_only=True)
+    robot.open()
+    try:
+        robot.move_head(np.array([0.3, 0.0]))
+        robot.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+        robot.stop()
+        node = fake._ros.node
+        for topic in ("/head_controller/joint_trajectory", "/arm_controller/joint_trajectory"):
+            assert node.count_publishers(topic) == 0
+    finally:
+        robot.close()
