@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 
+from grabbergui.core.companions import automatic_mode_of
 from grabbergui.core.features import Category, FeatureDescription, Visibility
 
 HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbort"})
@@ -16,27 +17,40 @@ def matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
     return all(word in haystack for word in words)
 
 
-def visible_names(root: Category, visibility: Visibility, text: str = "") -> list[str]:
-    """Names of the features up to a visibility that match the text, in the tree's order, each once.
+def visible_names(
+    root: Category, visibility: Visibility, text: str = "", elsewhere: Collection[str] = ()
+) -> list[str]:
+    """Return the features up to a visibility that match the text, in the tree's order, each once.
 
-    A category that is meant for experts hides what is below it, as GenApi has it. Commands that have buttons
-    in the window are for experts, too.
+    A category that is meant for experts hides what is below it, as GenApi has it. Beginners see a feature
+    once: unless they search for it, they get neither those whose controls stand `elsewhere` in the window nor
+    commands that have buttons.
     """
     words = tuple(text.lower().split())
+    hidden = HAS_BUTTONS.union(elsewhere) if visibility < Visibility.EXPERT and not words else frozenset()
     found: dict[str, None] = {}
-    _collect(root, visibility, words, found)
+    _collect(root, visibility, words, hidden, found)
     return list(found)
 
 
+def controlled_by(pinned: Collection[str], has: Callable[[str], bool]) -> frozenset[str]:
+    """Return the features that pinned controls set: those that are pinned, and their automatic modes."""
+    modes = (automatic_mode_of(name, has) for name in pinned)
+    return frozenset(pinned).union(mode for mode in modes if mode is not None)
+
+
 def _collect(
-    category: Category, visibility: Visibility, words: tuple[str, ...], found: dict[str, None]
+    category: Category,
+    visibility: Visibility,
+    words: tuple[str, ...],
+    hidden: frozenset[str],
+    found: dict[str, None],
 ) -> None:
     for member in category.members:
-        expert = member.name in HAS_BUTTONS and not words
-        if member.visibility > visibility or (expert and visibility < Visibility.EXPERT):
+        if member.visibility > visibility or member.name in hidden:
             continue
         if isinstance(member, Category):
-            _collect(member, visibility, words, found)
+            _collect(member, visibility, words, hidden, found)
         elif matches(member, words):
             found[member.name] = None
 

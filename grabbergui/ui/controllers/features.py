@@ -10,6 +10,7 @@ from PyQt5.QtCore import QObject
 
 from grabbergui.core.features import Feature, FeatureDescription, FeatureKind
 from grabbergui.core.sfnc import Role, role_of
+from grabbergui.models.features.shown import controlled_by
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.favourites import FavouritesStrip
@@ -94,6 +95,7 @@ class FeatureController(QObject):
         if model is None:
             self._favourites.setFavourites([])
             self._panel.setTree(None)
+            self._panel.setElsewhere(frozenset())
             return
         self._fill_favourites()
         self._panel.setTree(model.root, self.favourites, model)
@@ -103,6 +105,8 @@ class FeatureController(QObject):
         if (model := self._model) is not None:
             descriptions = [self._favourite(model, name) for name in self.favourites]
             self._favourites.setFavourites(descriptions, model)
+            pinned = controlled_by(self.favourites, lambda name: model.description(name) is not None)
+            self._panel.setElsewhere(pinned)
 
     def _show_known(self) -> None:
         """Show what was read already, unless its controls show it."""

@@ -46,6 +46,7 @@ class FeaturePanel(QWidget):
         self._sections: dict[Hashable, Section] = {}
         "Of cameras that may be shown again."
         self._watched: frozenset[str] = frozenset()
+        self._elsewhere: frozenset[str] = frozenset()
         self.filterEdit.textChanged.connect(self._arrange)
         self.levelBox.currentIndexChanged[int].connect(self._arrange)
         self.filterEdit.installEventFilter(self)
@@ -102,6 +103,12 @@ class FeaturePanel(QWidget):
         self._sections[self._camera] = section
         return section
 
+    def setElsewhere(self, names: frozenset[str]) -> None:
+        """Leave these out for beginners: other controls of the window set them."""
+        if names != self._elsewhere:
+            self._elsewhere = names
+            self._arrange()
+
     def setFeature(self, feature: Feature) -> None:
         """Show a feature wherever it has a row."""
         self.rows.setFeature(feature)
@@ -128,7 +135,7 @@ class FeaturePanel(QWidget):
         message = self.tr("The camera's controls appear here once one is connected.")
         if self._section is not None and root is not None:
             text = self.filterEdit.text().strip()
-            names = visible_names(root, self._level, text)
+            names = visible_names(root, self._level, text, self._elsewhere)
             message = self._message(root, text, len(names))
             shown = names[:MOST_FOUND] if text else names
             self._section.arrange(frozenset(shown), bool(text))

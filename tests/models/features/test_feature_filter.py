@@ -51,6 +51,13 @@ def test_blanks_are_no_filter():
     assert visible_names(TREE, Visibility.BEGINNER, "  ") == ["ExposureTime", "AtTheRoot"]
 
 
+def test_beginners_see_what_is_pinned_elsewhere_only_when_they_search_for_it():
+    pinned = {"ExposureTime"}
+    assert visible_names(TREE, Visibility.BEGINNER, elsewhere=pinned) == ["AtTheRoot"]
+    assert visible_names(TREE, Visibility.BEGINNER, "exposuretime", pinned) == ["ExposureTime"]
+    assert "ExposureTime" in visible_names(TREE, Visibility.EXPERT, elsewhere=pinned)
+
+
 def test_commands_that_have_buttons_are_for_experts():
     start = FeatureDescription(name="AcquisitionStart", kind=FeatureKind.COMMAND)
     gain = FeatureDescription(name="Gain", kind=FeatureKind.FLOAT)

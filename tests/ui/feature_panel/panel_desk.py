@@ -45,6 +45,7 @@ class Desk:
         self.panel, self.strip = FeaturePanel(), FavouritesStrip()
         for view in (self.panel, self.strip):
             qtbot.addWidget(view)
+        self.panel.levelBox.setCurrentText("Expert")  # beginners see what is pinned above the picture only
         self.panel.resize(340, 700)
         self.strip.resize(900, 80)
         self.controller = FeatureController(self.panel, self.strip)

@@ -77,6 +77,7 @@ def test_a_selected_feature_stands_below_its_selector(desk):
 
 def test_visibility_levels(desk):
     d = desk()
+    d.panel.levelBox.setCurrentText("Beginner")
     assert "BlackLevel" not in d.shown()
     d.panel.levelBox.setCurrentText("Expert")
     assert "BlackLevel" in d.shown()
@@ -85,6 +86,22 @@ def test_visibility_levels(desk):
     assert "Fuse" in d.shown()
     d.panel.levelBox.setCurrentText("Beginner")
     assert not {"Fuse", "BlackLevel"} & set(d.shown())
+
+
+def test_beginners_see_a_pinned_feature_once(desk):
+    d = desk()
+    d.panel.levelBox.setCurrentText("Beginner")
+    pinned = {"ExposureTime", "ExposureAuto", "Gain", "AcquisitionFrameRateAbs"}
+    assert {"ExposureTime", "Gain"} <= {row.name for row in d.strip.findChildren(FeatureRow)}
+    assert "TriggerMode" in d.shown() and not pinned & set(d.shown())
+    d.controller.show_favourites(("Gain",))  # the others were unpinned
+    d.qtbot.waitUntil(lambda: "ExposureTime" in d.panel.watched)
+    assert pinned - {"Gain"} <= set(d.shown()) and "Gain" not in d.shown()
+    d.panel.filterEdit.setText("gain")
+    assert d.shown() == ["Gain"], "who searches for it finds it"
+    d.panel.filterEdit.clear()
+    d.panel.levelBox.setCurrentText("Expert")
+    assert pinned <= set(d.shown())
 
 
 def test_the_filter_finds_what_is_collapsed_and_hides_the_rest(desk):
