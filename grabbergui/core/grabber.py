@@ -8,7 +8,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -17,7 +17,14 @@ from psygnal import Signal
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.companions import Companions, is_on
 from grabbergui.core.errors import FeatureNotFoundError, GrabberError
-from grabbergui.core.features import Category, Feature, FeatureValue, format_value
+from grabbergui.core.features import (
+    AccessMode,
+    Category,
+    Feature,
+    FeatureKind,
+    FeatureValue,
+    format_value,
+)
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue
 from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
 
@@ -234,6 +241,23 @@ class FrameGrabber(ABC):
     def pauses_for(self, name: str) -> bool:
         """Whether writing the feature stops a running stream, and starts it again."""
         return False
+
+    def offered(self, feature: Feature) -> Feature:
+        """Return the feature as a control of this grabber may offer it.
+
+        What only the stream locks can be written, as a write pauses the stream. Without control nothing can
+        be written, and no command be run.
+        """
+        if self.access is Access.CONTROL:
+            locked = feature.access is AccessMode.READ_ONLY and feature.kind is not FeatureKind.COMMAND
+            if locked and self.streaming and self.pauses_for(feature.name):
+                return replace(feature, access=AccessMode.READ_WRITE, pauses_stream=True)
+            return feature
+        if not feature.access.writable:
+            return feature
+        readable = feature.access.readable
+        access = AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE
+        return replace(feature, access=access, pauses_stream=False)
 
     @abstractmethod
     def execute(self, name: str) -> None:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from grabbergui.core.errors import RemoteProtocolError, UsageError
@@ -162,8 +163,8 @@ class TreeService:
             "hello": (0, self._hello),
             "tree": (0, grabber.feature_tree),
             "feature": (_ANY, self._features),
-            "write": (2, lambda name, value: grabber.write_setting(SettingKey.parse(name), value).feature),
-            "set": (2, lambda name, value: grabber.write_setting(SettingKey.parse(name), value)),
+            "write": (2, lambda name, value: self._write(name, value).feature),
+            "set": (2, self._write),
             "execute": (1, lambda name: grabber.execute_setting(SettingKey.parse(name))),
             "changes": (1, self._changes_since),
             "terminal": (1, terminal),
@@ -191,7 +192,14 @@ class TreeService:
         # Once each at most: a request of 64 KiB could name one feature ten thousand times.
         if len(names) != len(set(names)):
             raise UsageError("feature: a name is given twice, name each feature once")
-        return [self._grabber.read_setting(SettingKey.parse(name)) for name in names]
+        grabber = self._grabber
+        return [grabber.offered(grabber.read_setting(SettingKey.parse(name))) for name in names]
+
+    def _write(self, name: str, value: str) -> WriteResult:
+        """Write a setting. What only the stream locks is described as writable, as a write pauses it."""
+        result, offered = self._grabber.write_setting(SettingKey.parse(name), value), self._grabber.offered
+        also_changed = tuple(map(offered, result.also_changed))
+        return replace(result, feature=offered(result.feature), also_changed=also_changed)
 
     def _changes_since(self, revision: str) -> dict[str, object]:
         if not revision.isdecimal():

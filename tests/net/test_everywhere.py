@@ -6,6 +6,8 @@ from contextlib import ExitStack, closing, contextmanager
 import pytest
 
 from grabbergui import sources
+from grabbergui.core.features import AccessMode
+from grabbergui.core.selection import SettingKey
 from grabbergui.core.shared import SharedGrabber
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.features.worker import FeatureWorker
@@ -68,8 +70,8 @@ def camera():
 
 
 @pytest.fixture(scope="module")
-def ways(camera):
-    """The ways without ROS 2, by name."""
+def yarp_client(camera):
+    """The camera over YARP."""
     with ExitStack() as stack:
         name_server = NameServer("127.0.0.1", 0)
         name_server.open()
@@ -77,9 +79,16 @@ def ways(camera):
         address = f"127.0.0.1:{name_server.port_number}"
         names = NameClient.find(address)
         stack.enter_context(YarpGrabberServer(camera, "/everywhere", names=names))
+        yield opened(f"yarp:/everywhere?nameserver={address}", stack)
+
+
+@pytest.fixture(scope="module")
+def ways(camera, yarp_client):
+    """The ways without ROS 2, by name."""
+    remote = yarp_client
+    with ExitStack() as stack:
         terminal = Interpreter(camera)
         window = stack.enter_context(closing(Window(camera)))
-        remote = opened(f"yarp:/everywhere?nameserver={address}", stack)
         remote_terminal = Interpreter(remote)
         yield {
             "camera": Way(lambda value: regulate(camera, value), lambda: register(camera)),
@@ -151,17 +160,26 @@ def typed(terminal):
 
 
 @pytest.fixture(scope="module")
-def ros2_ways(camera):
+def ros2_client(camera):
+    """The camera over ROS 2."""
     pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
     pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
-    from grabbergui.net.ros2.runtime import Ros2Node
     from grabbergui.net.ros2.server import Ros2GrabberServer
 
     with pytest.MonkeyPatch.context() as patch, ExitStack() as stack:
         for name, value in own_domain().items():
             patch.setenv(name, value)
         stack.enter_context(Ros2GrabberServer(camera, "/everywhere"))
-        remote = opened("ros2:/everywhere", stack)
+        yield opened("ros2:/everywhere", stack)
+
+
+@pytest.fixture(scope="module")
+def ros2_ways(ros2_client):
+    """The ways of ROS 2, by name."""
+    from grabbergui.net.ros2.runtime import Ros2Node
+
+    remote = ros2_client
+    with ExitStack() as stack:
         probe = Ros2Node("everywhere_probe")
         probe.start()
         stack.callback(probe.close)
@@ -240,3 +258,19 @@ def test_a_change_is_seen_within_200_ms(ways, origin, witness):
 def test_a_change_is_seen_within_200_ms_over_ros2(ways, ros2_ways, origin, witness):
     both = ways | ros2_ways
     check_pair(both[origin], both[witness])
+
+
+@pytest.mark.parametrize("client", ["yarp_client", "ros2_client"])
+def test_what_only_the_stream_locks_is_offered_at_the_other_end(camera, client, request):
+    remote, key = request.getfixturevalue(client), SettingKey("PixelFormat")
+    camera.start()
+    assert camera.feature("PixelFormat").access is AccessMode.READ_ONLY
+    offered = remote.feature("PixelFormat")
+    assert (offered.access, offered.pauses_stream) == (AccessMode.READ_WRITE, True)
+    result = remote.write_setting(key, "Mono12")
+    assert (result.feature.value, result.feature.pauses_stream) == ("Mono12", True)
+    assert camera.streaming and camera.feature("PixelFormat").value == "Mono12"
+    assert not remote.feature("PayloadSize").pauses_stream, "it can never be written"
+    camera.stop()
+    assert not remote.feature("PixelFormat").pauses_stream
+    remote.write_setting(key, "Mono8")

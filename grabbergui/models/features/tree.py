@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Callable, Iterable, Set
-from dataclasses import fields, replace
+from dataclasses import fields
 from functools import partial
 from typing import TypeVar
 
@@ -22,7 +22,7 @@ from grabbergui.core.features import (
     FeatureValue,
     format_value,
 )
-from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.sfnc import FAVOURITES
 from grabbergui.models.features.worker import FeatureWorker, WriteThrottle
@@ -251,7 +251,7 @@ class FeatureTreeModel:
 
     def _publish_all(self, written: list[Feature]) -> None:
         for feature in written:
-            self._publish(self._as_granted(feature), tell=feature is written[0])
+            self._publish(self._grabber.offered(feature), tell=feature is written[0])
 
     def _on_write_refused(self, name: str, error: GrabberError) -> None:
         with self._lock:
@@ -285,7 +285,7 @@ class FeatureTreeModel:
     def _read(self, name: str, tell: bool) -> None:
         try:
             feature = self._grabber.feature(name)
-            self._publish(self._as_granted(feature), tell)
+            self._publish(self._grabber.offered(feature), tell)
             self._witness(feature)
         except TransportError as error:
             if isinstance(error, DeviceLostError):
@@ -299,22 +299,6 @@ class FeatureTreeModel:
             # One odd node must not take the others with it.
             log.exception("%s could not be read", name)
             self._publish(self._broken(name, f"{type(error).__name__}: {error}"), tell)
-
-    def _as_granted(self, feature: Feature) -> Feature:
-        """Return the feature as it may be used here.
-
-        What only the stream locks can be written, as the grabber pauses it. Beside the program that has
-        control nothing can be written, and no command be run.
-        """
-        if self._grabber.access is Access.CONTROL:
-            locked = feature.access is AccessMode.READ_ONLY and feature.kind is not FeatureKind.COMMAND
-            if locked and self._grabber.streaming and self._grabber.pauses_for(feature.name):
-                return replace(feature, access=AccessMode.READ_WRITE, pauses_stream=True)
-            return feature
-        if not feature.access.writable:
-            return feature
-        readable = feature.access.readable
-        return replace(feature, access=AccessMode.READ_ONLY if readable else AccessMode.NOT_AVAILABLE)
 
     def _broken(self, name: str, problem: str) -> Feature:
         known = self._descriptions.get(name) or FeatureDescription(name=name, kind=FeatureKind.STRING)

@@ -55,6 +55,7 @@ FULL = Feature(
     entries=(EnumEntry("One", "Eins", "µ", False), EnumEntry("Two")),
     auto="GainAuto",
     maximum_length=12,
+    pauses_stream=True,
     problem="näh",
 )
 TREE = Category(
