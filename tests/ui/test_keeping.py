@@ -181,8 +181,8 @@ def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkey
 
     monkeypatch.setattr(desk.grabber, "feature", slowly)
     keeping.load(path)
-    desk.until(lambda: desk.window.tasks.rows)
-    row = desk.window.tasks.rows[0]
+    desk.until(lambda: desk.window.picture.tasks.rows)
+    row = desk.window.picture.tasks.rows[0]
     assert (row.titleLabel.text(), row.textLabel.text()) == ("Loading settings", "settings.yaml")
     desk.until(lambda: row.bar.value() > 0)
     desk.qtbot.mouseClick(row.cancelButton, Qt.LeftButton)
@@ -190,7 +190,7 @@ def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkey
     slow.set()
     assert rows(keeping.report) == {"Gain": "cancelled"}
     assert read("Gain").value == 0
-    assert not desk.window.tasks.isVisible()
+    assert not desk.window.picture.tasks.isVisible()
 
 
 def test_closing_the_camera_ends_what_is_under_way(desk, tmp_path, monkeypatch):
@@ -202,9 +202,9 @@ def test_closing_the_camera_ends_what_is_under_way(desk, tmp_path, monkeypatch):
 
     monkeypatch.setattr(desk.grabber, "feature", slowly)
     desk.program.settings_files.save(tmp_path / "settings.yaml")
-    desk.until(lambda: desk.window.tasks.rows and desk.window.tasks.rows[0].bar.value() > 0)
+    desk.until(lambda: desk.window.picture.tasks.rows and desk.window.picture.tasks.rows[0].bar.value() > 0)
     desk.program.connection.disconnect()
-    desk.until(lambda: not desk.window.tasks.rows)
+    desk.until(lambda: not desk.window.picture.tasks.rows)
     assert not (tmp_path / "settings.yaml").exists()
 
 
@@ -218,9 +218,9 @@ def test_saving_that_is_cancelled_leaves_no_file(desk, tmp_path, monkeypatch):
 
     monkeypatch.setattr(desk.grabber, "feature", slowly)
     desk.program.settings_files.save(path)
-    desk.until(lambda: desk.window.tasks.rows)
-    desk.window.tasks.rows[0].cancelButton.click()
-    desk.until(lambda: not desk.window.tasks.rows)
+    desk.until(lambda: desk.window.picture.tasks.rows)
+    desk.window.picture.tasks.rows[0].cancelButton.click()
+    desk.until(lambda: not desk.window.picture.tasks.rows)
     assert not path.exists()
 
 

@@ -142,6 +142,27 @@ def test_the_picture_stays_where_it_is_under_a_message(window_desk):
     assert corner > window.recordingBar.mapTo(window, QPoint(0, 0)).y(), "it lies over nothing"
 
 
+def test_the_picture_stays_where_it_is_under_work_in_progress(window_desk):
+    window, picture = window_desk.window, window_desk.window.picture
+    window_desk.connect()
+    window_desk.watch()
+    places = picture.canvas.geometry(), picture.note.geometry()
+    rows = [picture.tasks.begin(title) for title in ("Connecting", "Loading settings")]
+    rows[0].setText("a long name " * 30)
+    for size in ((1280, 800), (800, 600)):
+        window.resize(*size)
+        window_desk.until(lambda size=size: (window.width(), window.height()) == size)
+        window_desk.until(lambda: picture.canvas.geometry().contains(picture.tasks.geometry()))
+        window_desk.until(lambda: rows[0].geometry().bottom() < rows[1].y())
+        window_desk.until(lambda: all(row.height() >= row.minimumSizeHint().height() for row in rows))
+        assert all(not row.cancelButton.visibleRegion().isEmpty() for row in rows)
+    window.resize(1280, 800)
+    window_desk.until(lambda: (picture.canvas.geometry(), picture.note.geometry()) == places)
+    for row in rows:
+        picture.tasks.end(row)
+    assert not picture.tasks.isVisible() and picture.canvas.geometry() == places[0]
+
+
 def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(window_desk):
     window, messages = window_desk.window, window_desk.program.messages
     messages.error("a first failure")

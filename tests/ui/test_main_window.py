@@ -303,12 +303,12 @@ def test_a_wrong_address_is_told_while_the_camera_at_hand_goes_on(window_desk):
     link._create = lambda uri: wrong if uri.scheme == "gige" else create(uri)
     window_desk.qtbot.keyClicks(window.sources.addressEdit, "gige:10.0.0.9")
     window_desk.qtbot.keyClick(window.sources.addressEdit, Qt.Key_Return)
-    window_desk.until(lambda: window.tasks.rows)
-    assert window.tasks.rows[0].textLabel.text() == "gige:10.0.0.9"
+    window_desk.until(lambda: window.picture.tasks.rows)
+    assert window.picture.tasks.rows[0].textLabel.text() == "gige:10.0.0.9"
     window_desk.watch()
     wrong.noticed_at_last.set()
     window_desk.until(lambda: window_desk.errors)
-    assert "no camera answers at 10.0.0.9" in window_desk.errors[0] and not window.tasks.rows
+    assert "no camera answers at 10.0.0.9" in window_desk.errors[0] and not window.picture.tasks.rows
     assert link.source is shown and link.state is LinkState.STREAMING
     window_desk.watch()
 
@@ -319,9 +319,9 @@ def test_a_connection_that_takes_too_long_can_be_given_up(window_desk):
     shown, create, slow = link.source, link._create, Unreachable()
     link._create = lambda uri: slow if uri.scheme == "gige" else create(uri)
     window_desk.program.sources.connect_to("gige:10.0.0.9")
-    window_desk.until(lambda: window.tasks.rows)
-    window_desk.qtbot.mouseClick(window.tasks.rows[0].cancelButton, Qt.LeftButton)
-    window_desk.until(lambda: not window.tasks.rows)
+    window_desk.until(lambda: window.picture.tasks.rows)
+    window_desk.qtbot.mouseClick(window.picture.tasks.rows[0].cancelButton, Qt.LeftButton)
+    window_desk.until(lambda: not window.picture.tasks.rows)
     slow.noticed_at_last.set()
     assert link.pending is None and link.source is shown
     window_desk.watch()

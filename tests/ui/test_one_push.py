@@ -40,13 +40,13 @@ def test_a_region_is_drawn_and_exposed_and_undone_in_one_press(desk):
     desk.qtbot.keyClick(window.picture.canvas, Qt.Key_E, Qt.ShiftModifier)
     assert "brightness counts" in window.picture.hintLabel.text()
     draw(desk, (50, 50), (250, 200))
-    desk.until(lambda: window.tasks.rows)
-    assert window.tasks.rows[0].titleLabel.text() == "Exposure on a region"
+    desk.until(lambda: window.picture.tasks.rows)
+    assert window.picture.tasks.rows[0].titleLabel.text() == "Exposure on a region"
     assert not window.actionExpose.isEnabled()
     desk.until(lambda: said(desk, "Exposed: "))
     light = measure_light(desk.program.picture.frame, Region(50, 50, 200, 150))
     assert light.mean == pytest.approx(0.5, abs=0.05)
-    desk.until(lambda: not window.tasks.rows and window.actionExpose.isEnabled())
+    desk.until(lambda: not window.picture.tasks.rows and window.actionExpose.isEnabled())
     assert window.actionUndo.text() == "&Undo Exposure on a region"
     window.actionUndo.trigger()
     desk.until(lambda: value(desk, "ExposureTime") == 400)
@@ -73,12 +73,12 @@ def test_it_can_be_cancelled_and_leaves_everything_as_it_was(desk, monkeypatch):
     monkeypatch.setattr("grabbergui.models.tuning.exposure.TOLERANCE", -1.0)  # never there
     desk.window.actionExposeRegion.trigger()
     draw(desk, (50, 50), (250, 200))
-    desk.until(lambda: desk.window.tasks.rows and desk.window.tasks.rows[0].textLabel.text())
+    desk.until(lambda: desk.window.picture.tasks.rows and desk.window.picture.tasks.rows[0].textLabel.text())
     desk.until(lambda: value(desk, "ExposureTime") != 400)
-    desk.qtbot.mouseClick(desk.window.tasks.rows[0].cancelButton, Qt.LeftButton)
+    desk.qtbot.mouseClick(desk.window.picture.tasks.rows[0].cancelButton, Qt.LeftButton)
     desk.until(lambda: said(desk, "Exposure on a region: cancelled"))
     assert value(desk, "ExposureTime") == 400
-    assert not desk.window.tasks.isVisible()
+    assert not desk.window.picture.tasks.isVisible()
 
 
 def test_what_hinders_it_is_said(desk):
@@ -101,6 +101,6 @@ def test_only_where_there_is_a_picture(desk):
 def test_closing_the_camera_ends_it(desk):
     desk.window.actionExposeRegion.trigger()
     draw(desk, (50, 50), (250, 200))
-    desk.until(lambda: desk.window.tasks.rows)
+    desk.until(lambda: desk.window.picture.tasks.rows)
     desk.program.connection.disconnect()
-    desk.until(lambda: not desk.window.tasks.rows)
+    desk.until(lambda: not desk.window.picture.tasks.rows)

@@ -82,7 +82,7 @@ class Program(QObject):
         self.status.recorded = self.recordings.runs
         said = CurrentMessages(self.messages, lambda: self.connection.source)
         files = FileDialogs(window)
-        picture, tasks = window.picture, window.tasks
+        picture, tasks = window.picture, window.picture.tasks
         rows = (window.features.rows, window.favourites.rows)
         connection = self.connection
         self.recording = RecordingController(

@@ -35,7 +35,6 @@ from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.views.source_list import SourceListView
 from grabbergui.ui.views.values_panel import ValuesPanel
-from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import give_focus
 
@@ -68,7 +67,6 @@ class MainWindow(QMainWindow):
     colourMapChosen = pyqtSignal(str)
     """The name of a colour map for grey pictures; empty for grey."""
 
-    tasks: TaskStack
     favourites: FavouritesStrip
     picture: PictureView
     gallery: Gallery
@@ -233,7 +231,7 @@ class MainWindow(QMainWindow):
         # Of docks that lie over each other Qt takes all for visible.
         shown = [dock for dock in docks if not dock.visibleRegion().isEmpty()]
         tools = [dock for dock in shown if dock not in (self.sourcesDock, self.featuresDock)]
-        regions = [self.sourcesDock, *cards, self.tasks, self.picture, self.gallery, self.recordingBar,
+        regions = [self.sourcesDock, *cards, self.picture, self.gallery, self.recordingBar,
                    *tools, self.featuresDock, self.messages]  # fmt: skip
         return give_focus(regions, focused, forward=forward)
 

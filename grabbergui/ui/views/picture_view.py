@@ -1,4 +1,4 @@
-"""The live picture with its readout, and a note in its place where there is none."""
+"""The live picture with its readout; over it, work in progress, and a note where there is no picture."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
+from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.message_stack import PictureNote
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.playback_bar import PauseBar, PlaybackBar
@@ -41,6 +42,9 @@ class PictureView(QWidget):
         super().__init__(parent)
         load_form("picture_view", self)
         self.note = PictureNote(self)
+        self.tasks = TaskStack(self)
+        """Work in progress, over the lower edge of the picture, which does not move."""
+        self.tasks.changed.connect(self._place_tasks)
         self.ageLabel = QLabel(self)
         """How old the picture is, where it is the last of a source that is lost."""
         self.ageLabel.setProperty("age", True)
@@ -111,9 +115,10 @@ class PictureView(QWidget):
         self._place_note()
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
-        """Keep the note in its place."""
+        """Keep note and tasks in their places."""
         super().resizeEvent(event)
         self._place_note()
+        self._place_tasks()
 
     def _place_note(self) -> None:
         if self.note.isHidden():
@@ -125,6 +130,13 @@ class PictureView(QWidget):
         x = canvas.x() + (canvas.width() - width) // 2
         self.note.setGeometry(x, canvas.center().y() - height // 2, width, height)
         self.note.raise_()
+
+    def _place_tasks(self) -> None:
+        canvas, height = self.canvas.geometry(), self.tasks.sizeHint().height()
+        width = min(NOTE_WIDTH, canvas.width() - 2 * NOTE_MARGIN)
+        x = canvas.x() + (canvas.width() - width) // 2
+        self.tasks.setGeometry(x, canvas.bottom() - NOTE_MARGIN - height, width, height)
+        self.tasks.raise_()
 
     def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:
         self.zoomLabel.setText(f"{zoom:.0%}" + (self.tr(" · fitted") if fitted else ""))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QEvent, QSize, Qt, pyqtSignal
 from PyQt5.QtGui import QPainter, QPaintEvent
 from PyQt5.QtWidgets import (
     QFrame,
@@ -97,6 +97,9 @@ class TaskRow(QFrame):
 class TaskStack(QWidget):
     """All work in progress, the newest below."""
 
+    changed = pyqtSignal()
+    """More or fewer are shown, or they need another height."""
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._rows: list[TaskRow] = []
@@ -104,6 +107,13 @@ class TaskStack(QWidget):
         self._layout.setContentsMargins(0, 0, 0, 0)
         self._layout.setSpacing(1)
         self.hide()
+
+    def event(self, event: QEvent | None) -> bool:
+        """Notice that the rows need another height, which the style sheet says only once they are shown."""
+        done = super().event(event)
+        if event is not None and event.type() == QEvent.Type.LayoutRequest:
+            self.changed.emit()
+        return done
 
     @property
     def rows(self) -> tuple[TaskRow, ...]:
@@ -116,13 +126,15 @@ class TaskStack(QWidget):
         self._rows.append(row)
         self._layout.addWidget(row)
         self.show()
+        self.changed.emit()
         return row
 
     def end(self, row: TaskRow) -> None:
-        """It is done, or given up; does nothing where it is gone already."""
+        """Show a piece of work no more; does nothing where it is gone already."""
         if row in self._rows:
             self._rows.remove(row)
             self._layout.removeWidget(row)
             row.hide()
             row.deleteLater()
         self.setVisible(bool(self._rows))
+        self.changed.emit()
