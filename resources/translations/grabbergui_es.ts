@@ -516,12 +516,12 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/gallery.py" line="62"/>
-        <source>This source is at hand</source>
+        <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/gallery.py" line="62"/>
-        <source>Take this source to hand</source>
+        <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
     <message>
@@ -1155,8 +1155,8 @@ It {1}.</source>
     <name>FavouritesController</name>
     <message>
         <location filename="../../grabbergui/ui/controllers/favourites.py" line="65"/>
-        <source>no more than {0} controls can be at hand; remove one first</source>
-        <translation>no puede haber más de {0} controles a mano; quite uno antes</translation>
+        <source>no more than {0} controls can be pinned; unpin one first</source>
+        <translation>no puede haber más de {0} controles fijados; suelte uno antes</translation>
     </message>
 </context>
 <context>
@@ -1209,13 +1209,13 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/favourites.py" line="144"/>
-        <source>Keep at &amp;hand</source>
-        <translation>Tener a &amp;mano</translation>
+        <source>P&amp;in</source>
+        <translation>F&amp;ijar</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/favourites.py" line="148"/>
-        <source>&amp;Remove from what is at hand</source>
-        <translation>&amp;Quitar de lo que está a mano</translation>
+        <source>&amp;Unpin</source>
+        <translation>&amp;Soltar</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/favourites.py" line="149"/>
@@ -1229,8 +1229,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/controllers/favourites.py" line="156"/>
-        <source>&amp;Usual controls at hand</source>
-        <translation>Controles &amp;habituales a mano</translation>
+        <source>Pin t&amp;he usual controls</source>
+        <translation>Fijar los controles &amp;habituales</translation>
     </message>
 </context>
 <context>
@@ -1315,7 +1315,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/features/text.py" line="237"/>
-        <source>is not available just now; another feature&apos;s value hides it</source>
+        <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
@@ -1325,7 +1325,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/features/text.py" line="240"/>
-        <source>cannot be used just now</source>
+        <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
@@ -1433,7 +1433,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/focus_panel.ui" line="51"/>
-        <source>Begin anew</source>
+        <source>Start again</source>
         <translation>Empezar de nuevo</translation>
     </message>
     <message>
@@ -1745,7 +1745,7 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
-        <source>Take the next of the open sources to hand</source>
+        <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
@@ -2751,47 +2751,47 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="187"/>
+        <location filename="../../grabbergui/models/recordings.py" line="184"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="179"/>
+        <location filename="../../grabbergui/models/recordings.py" line="176"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="175"/>
+        <location filename="../../grabbergui/models/recordings.py" line="172"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="189"/>
+        <location filename="../../grabbergui/models/recordings.py" line="186"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="190"/>
+        <location filename="../../grabbergui/models/recordings.py" line="187"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="181"/>
+        <location filename="../../grabbergui/models/recordings.py" line="178"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="150"/>
+        <location filename="../../grabbergui/models/recordings.py" line="147"/>
         <source>the recording of {0} ended: {1}</source>
         <translation>la grabación de {0} terminó: {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="153"/>
+        <location filename="../../grabbergui/models/recordings.py" line="150"/>
         <source>nothing was recorded of {0}</source>
         <translation>no se grabó nada de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="156"/>
+        <location filename="../../grabbergui/models/recordings.py" line="153"/>
         <source>recorded {0} frames to {1}</source>
         <translation>{0} imágenes grabadas en {1}</translation>
     </message>

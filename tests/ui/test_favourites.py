@@ -113,13 +113,13 @@ def test_a_click_on_a_name_drags_nothing(desk):
 
 
 def test_from_the_menu_they_are_added_moved_removed_and_the_usual_ones_come_back(desk):
-    choose_from_menu(desk, row(desk, "TriggerMode"), "Keep at hand")
+    choose_from_menu(desk, row(desk, "TriggerMode"), "Pin")
     desk.until(lambda: at_hand(desk) == (*USUAL, "TriggerMode"))
     choose_from_menu(desk, desk.window.favourites._shown[3], "Move to the left")
     desk.until(lambda: at_hand(desk) == ("ExposureTime", "Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose_from_menu(desk, desk.window.favourites._shown[0], "Remove from what is at hand")
+    choose_from_menu(desk, desk.window.favourites._shown[0], "Unpin")
     desk.until(lambda: at_hand(desk) == ("Gain", "TriggerMode", "AcquisitionFrameRate"))
-    choose_from_menu(desk, desk.window.favourites._shown[0], "Usual controls at hand")
+    choose_from_menu(desk, desk.window.favourites._shown[0], "Pin the usual controls")
     desk.until(lambda: at_hand(desk) == USUAL)
 
 

@@ -128,7 +128,7 @@ class StreamReceiver:
             self._finish(block)
 
     def _recover(self, outcome: Outcome) -> None:
-        """Begin anew after a stall or an error on the bus."""
+        """Start again after a stall or an error on the bus."""
         self._errors += 1
         self._statistics.packets_missing += 1
         self._queue.cancel()

@@ -234,10 +234,10 @@ def access_text(feature: Feature) -> str:
     if feature.access is AccessMode.NOT_IMPLEMENTED:
         return translate("Features", "is not implemented by this camera")
     if feature.access is AccessMode.NOT_AVAILABLE:
-        return translate("Features", "is not available just now; another feature's value hides it")
+        return translate("Features", "is not available at the moment; another feature's value hides it")
     if feature.access is AccessMode.READ_ONLY:
         return translate("Features", "is read-only; streaming or another feature may lock it")
-    return translate("Features", "cannot be used just now")
+    return translate("Features", "cannot be used at the moment")
 
 
 def range_text(feature: Feature) -> str:

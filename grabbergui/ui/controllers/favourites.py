@@ -62,7 +62,7 @@ class FavouritesController(QObject):
     def place(self, name: str, index: int) -> None:
         """Pin a feature before the one at `index`."""
         if name not in self.names and len(self.names) >= shown.MOST:
-            text = self.tr("no more than {0} controls can be at hand; remove one first")
+            text = self.tr("no more than {0} controls can be pinned; unpin one first")
             self._messages.error(text.format(shown.MOST))
             return
         self._change(lambda names: shown.placed(names, name, index))
@@ -139,21 +139,21 @@ class FeatureMenuController(QObject):
         menu.popup(where)
 
     def _add_favourites(self, menu: QMenu, name: str) -> None:
-        at_hand = self._favourites
-        if name not in at_hand.names:
-            menu.addAction(self.tr("Keep at &hand"), lambda: at_hand.add(name))
+        pinned = self._favourites
+        if name not in pinned.names:
+            menu.addAction(self.tr("P&in"), lambda: pinned.add(name))
             return
-        place = at_hand.names.index(name)
+        place = pinned.names.index(name)
         menu.addSeparator()
-        menu.addAction(self.tr("&Remove from what is at hand"), lambda: at_hand.remove(name))
+        menu.addAction(self.tr("&Unpin"), lambda: pinned.remove(name))
         for text, steps, possible in (
             (self.tr("Move to the &left"), -1, place > 0),
-            (self.tr("Move to the ri&ght"), 1, place + 1 < len(at_hand.names)),
+            (self.tr("Move to the ri&ght"), 1, place + 1 < len(pinned.names)),
         ):
-            action = menu.addAction(text, lambda steps=steps: at_hand.move(name, steps))
+            action = menu.addAction(text, lambda steps=steps: pinned.move(name, steps))
             if action is not None:
                 action.setEnabled(possible)
-        menu.addAction(self.tr("&Usual controls at hand"), at_hand.reset)
+        menu.addAction(self.tr("Pin t&he usual controls"), pinned.reset)
 
     def _on_menu_hidden(self) -> None:
         self.menu = None

@@ -59,7 +59,9 @@ class CameraTile(QFrame):
 
     def setCurrent(self, current: bool) -> None:
         """Whether it is the source at hand."""
-        self.setToolTip(self.tr("This source is at hand") if current else self.tr("Take this source to hand"))
+        self.setToolTip(
+            self.tr("This is the current source") if current else self.tr("Make this the current source")
+        )
         restyle(self, "current", current)
 
     def setPicture(self, image: DisplayImage | None) -> None:

@@ -144,7 +144,7 @@ class InPipe:
             self._changed.notify_all()
 
     def plug_in(self) -> None:
-        """Begin anew."""
+        """Start again."""
         with self._changed:
             self._gone = self._halted = False
             self._transfers.clear()
