@@ -12,12 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.buffers import BufferPool
+from grabbergui.core.component import Component, PayloadType
 from grabbergui.core.errors import DeviceLostError, DeviceStatusError, LocalProtocolError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige.gvcp_messages import Event as Message
+from grabbergui.driver.payload_contents import Contents, PayloadReader
+from grabbergui.driver.sim.contents import FILE_NAME, pieces
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel, FramePlan
@@ -54,6 +57,7 @@ class SimulatedDevice(Device):
         self._thread: threading.Thread | None = None
         self._statistics = StreamStatistics()
         self._rate = RateMeter()
+        self._reader = PayloadReader()
 
     def open(self, access: Access) -> Access:
         """Connect; nobody else can hold it, so what is asked for is granted."""
@@ -149,7 +153,7 @@ class SimulatedDevice(Device):
 
     def _frame(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Frame:
         settings = plan.settings
-        return Frame(
+        frame = Frame(
             payload=payload,
             width=settings.width,
             height=settings.height,
@@ -161,6 +165,31 @@ class SimulatedDevice(Device):
             offset_y=settings.offset_y,
             chunks={CHUNK_FEATURE[chunk]: value for chunk, value in plan.chunk_values.items()},
         )
+        if settings.payload_type is PayloadType.IMAGE:
+            return frame
+        return self._contents(plan, payload).frame(frame)
+
+    def _contents(self, plan: FramePlan, payload: NDArray[np.uint8]) -> Contents:
+        settings, kind = plan.settings, plan.settings.payload_type
+        if kind is PayloadType.GENDC:
+            return self._reader.container(payload)
+        if kind in (PayloadType.JPEG, PayloadType.JPEG2000):
+            return self._reader.compressed(kind, payload)
+        if kind is not PayloadType.MULTI_PART:
+            return self._reader.plain(kind, payload, FILE_NAME if kind is PayloadType.FILE else "")
+        parts = tuple(
+            Component(
+                payload[piece.begin : piece.begin + piece.length],
+                settings.width,
+                settings.height,
+                piece.pixel_format,
+                piece.kind,
+                offset_x=settings.offset_x,
+                offset_y=settings.offset_y,
+            )
+            for piece in pieces(settings, ())
+        )
+        return Contents(kind, payload, parts)
 
     def _tell_event(self, event: Event, frame_id: int, timestamp: int) -> None:
         if self.on_event:

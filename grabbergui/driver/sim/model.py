@@ -11,8 +11,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.auto import regulate
+from grabbergui.driver.sim.contents import complete, first_piece
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -20,7 +22,6 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
-from grabbergui.driver.sim.payload import append_chunks
 from grabbergui.driver.sim.registers import Chunk, Event, TriggerActivation, TriggerSource
 from grabbergui.driver.sim.scene import Scene
 from grabbergui.driver.sim.sensor import Sensor
@@ -152,13 +153,18 @@ class CameraModel:
 
     def render(self, plan: FramePlan, out: NDArray[np.uint8]) -> int:
         """Write a frame's payload into `out`, let the automatic modes see it; returns its length."""
-        values = self.sensor.render(plan.settings, plan.frame_id, plan.timestamp_ns, out)
+        settings = plan.settings
+        begin = first_piece(settings, tuple(plan.chunk_values))
+        image = out[begin:] if settings.payload_type is not PayloadType.CHUNK else self._scratch(settings)
+        values = self.sensor.render(settings, plan.frame_id, plan.timestamp_ns, image)
         with self._changed:
-            regulate(self.memory, plan.settings, values)
-        if not plan.chunk_values:
-            return plan.settings.image_bytes
+            regulate(self.memory, settings, values)
         little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
-        return append_chunks(out, plan.settings.image_bytes, plan.chunk_values, little_endian=little)
+        return complete(settings, plan.frame_id, values, plan.chunk_values, out, little_endian=little)
+
+    def _scratch(self, settings: FrameSettings) -> NDArray[np.uint8]:
+        """Return room for an image that is not sent: the automatic modes need it."""
+        return np.empty(settings.image_bytes, np.uint8)
 
     def _take(self, now: int) -> FramePlan | None:
         taken = self._sequencer.take(self._timing(), now)

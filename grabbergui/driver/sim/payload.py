@@ -133,14 +133,25 @@ def chunk_bytes(chunks: tuple[Chunk, ...]) -> int:
     return _TAG_BYTES + sum(_VALUE[chunk].size + _TAG_BYTES for chunk in chunks) if chunks else 0
 
 
+def chunks_alone(chunks: tuple[Chunk, ...]) -> int:
+    """Return the bytes of chunks that follow no image."""
+    return sum(_VALUE[chunk].size + _TAG_BYTES for chunk in chunks)
+
+
 def append_chunks(
-    out: NDArray[np.uint8], image_bytes: int, values: Mapping[Chunk, float], *, little_endian: bool = False
+    out: NDArray[np.uint8],
+    image_bytes: int,
+    values: Mapping[Chunk, float],
+    *,
+    little_endian: bool = False,
+    image: bool = True,
 ) -> int:
     """Write chunks behind the picture in `out`; returns the payload's length."""
     tag = struct.Struct("<II" if little_endian else ">II")
     position = image_bytes
-    tag.pack_into(out.data, position, CHUNK_ID_BASE + Chunk.IMAGE, image_bytes)
-    position += _TAG_BYTES
+    if image:
+        tag.pack_into(out.data, position, CHUNK_ID_BASE + Chunk.IMAGE, image_bytes)
+        position += _TAG_BYTES
     for chunk, value in values.items():
         layout = _VALUE[chunk]
         layout.pack_into(out.data, position, value)

@@ -107,6 +107,31 @@ class Chunk(IntEnum):
 CHUNK_ID_BASE = 0x1000
 
 
+class Component(IntEnum):
+    """Values of ComponentSelector."""
+
+    INTENSITY = 0
+    RANGE = 1
+    CONFIDENCE = 2
+
+
+class Compression(IntEnum):
+    """Values of ImageCompressionMode."""
+
+    OFF = 0
+    JPEG = 1
+    JPEG2000 = 2
+
+
+class FrameContent(IntEnum):
+    """Values of PayloadType."""
+
+    IMAGE = 0
+    RAW_DATA = 1
+    FILE = 2
+    CHUNK_ONLY = 3
+
+
 class Event(IntEnum):
     """Values of EventSelector; the event's id is `EVENT_ID_BASE` more."""
 
@@ -182,6 +207,7 @@ _POWER_ON: dict[str, PowerOn] = {
     "AutoGainUpperLimit": 24.0,
     "ChunkSelector": Chunk.FRAME_ID,
     "ChunkEnable": (1, 1, 1, 1, 1),
+    "ComponentEnable": (1, 0, 0),
     "PtpStatus": PtpStatus.DISABLED,
 }
 """What registers hold after power-on, by feature; with a selector, for each of its entries. Others hold 0."""
@@ -201,6 +227,7 @@ _SAVED = {
     "BalanceRatioSelector",
     "UserOutputSelector",
     "ChunkSelector",
+    "ComponentSelector",
     "EventSelector",
 }
 """Kept by user sets beside the features that are marked Streamable."""
@@ -248,6 +275,9 @@ PIXEL_FORMAT = _one("PixelFormat")
 PIXEL_COLOR_FILTER = _one("PixelColorFilter")
 IS_COLOR = _one("IsColor")
 TEST_PATTERN = _one("TestPattern")
+COMPONENT_ENABLE = _each("ComponentEnable")
+"Intensity, range, confidence."
+IMAGE_COMPRESSION_MODE = _one("ImageCompressionMode")
 
 # -- AcquisitionControl ---------------------------------------------------------------------------
 ACQUISITION_MODE = _one("AcquisitionMode")
@@ -305,6 +335,8 @@ EVENT_NOTIFICATION = _each("EventNotification")
 
 # -- TransportLayerControl ------------------------------------------------------------------------
 PAYLOAD_SIZE = _one("PayloadSize")
+PAYLOAD_TYPE = _one("PayloadType")
+GENDC_STREAMING_MODE = _one("GenDCStreamingMode")
 TL_PARAMS_LOCKED = _one("TLParamsLocked")
 
 # -- PtpControl -----------------------------------------------------------------------------------

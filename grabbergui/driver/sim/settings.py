@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.core.pfnc import Family, PixelFormat, by_code
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.contents import payload_bytes
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -14,7 +16,6 @@ from grabbergui.driver.sim.memory import (
     RegisterRefusedError,
     RegisterValue,
 )
-from grabbergui.driver.sim.payload import chunk_bytes
 from grabbergui.driver.sim.registers import BinningMode, Chunk, TestPattern
 
 
@@ -47,6 +48,8 @@ class FrameSettings:
     test_pattern: TestPattern = TestPattern.OFF
     binning_modes: tuple[BinningMode, BinningMode] = (BinningMode.AVERAGE, BinningMode.AVERAGE)
     "Horizontal, vertical."
+    payload_type: PayloadType = PayloadType.IMAGE
+    components: tuple[ComponentKind, ...] = (ComponentKind.INTENSITY,)
 
     @property
     def image_bytes(self) -> int:
@@ -90,7 +93,37 @@ def settings_of(memory: RegisterMemory) -> FrameSettings:
         memory.number(reg.BLACK_LEVEL),
         TestPattern(memory.integer(reg.TEST_PATTERN)),
         (BinningMode(memory.integer(horizontal)), BinningMode(memory.integer(vertical))),
+        _payload_type(memory),
+        _components(memory),
     )
+
+
+_COMPONENTS = {
+    reg.Component.INTENSITY: ComponentKind.INTENSITY,
+    reg.Component.RANGE: ComponentKind.RANGE,
+    reg.Component.CONFIDENCE: ComponentKind.CONFIDENCE,
+}
+
+
+def _components(memory: RegisterMemory) -> tuple[ComponentKind, ...]:
+    return tuple(kind for which, kind in _COMPONENTS.items() if memory.integer(reg.COMPONENT_ENABLE[which]))
+
+
+def _payload_type(memory: RegisterMemory) -> PayloadType:
+    """Return what frames carry; USB3 Vision has fewer kinds than GigE Vision."""
+    usb = memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
+    content = reg.FrameContent(memory.integer(reg.PAYLOAD_TYPE))
+    if content is reg.FrameContent.CHUNK_ONLY:
+        return PayloadType.CHUNK
+    if memory.integer(reg.GENDC_STREAMING_MODE):
+        return PayloadType.GENDC
+    if usb:
+        return PayloadType.IMAGE
+    if content is not reg.FrameContent.IMAGE:
+        return PayloadType[content.name]
+    if compression := memory.integer(reg.IMAGE_COMPRESSION_MODE):
+        return PayloadType[reg.Compression(compression).name]
+    return PayloadType.MULTI_PART if len(_components(memory)) > 1 else PayloadType.IMAGE
 
 
 DECIDING = (
@@ -101,6 +134,10 @@ DECIDING = (
     reg.PIXEL_FORMAT,
     reg.CHUNK_MODE_ACTIVE,
     *reg.CHUNK_ENABLE,
+    *reg.COMPONENT_ENABLE,
+    reg.IMAGE_COMPRESSION_MODE,
+    reg.GENDC_STREAMING_MODE,
+    reg.PAYLOAD_TYPE,
 )
 "What decides the payload's size, locked while streaming."
 
@@ -126,13 +163,13 @@ def update_geometry(memory: RegisterMemory) -> None:
     if pixel_format.family is Family.BAYER:
         colour_filter = reg.ColorFilter[f"BAYER_{pixel_format.order}"]
     memory.set(reg.PIXEL_COLOR_FILTER, colour_filter)
-    image = pixel_format.image_bytes(memory.integer(reg.WIDTH), memory.integer(reg.HEIGHT))
-    memory.set(reg.PAYLOAD_SIZE, image + chunk_bytes(active_chunks(memory)))
+    memory.set(reg.PAYLOAD_SIZE, payload_bytes(settings_of(memory), active_chunks(memory)))
 
 
 def active_chunks(memory: RegisterMemory) -> tuple[Chunk, ...]:
     """The chunks that follow a picture just now."""
-    if not memory.integer(reg.CHUNK_MODE_ACTIVE):
+    alone = memory.integer(reg.PAYLOAD_TYPE) == reg.FrameContent.CHUNK_ONLY
+    if not memory.integer(reg.CHUNK_MODE_ACTIVE) and not alone:
         return ()
     enabled = (chunk for chunk in Chunk if memory.integer(reg.CHUNK_ENABLE[chunk]))
     return tuple(chunk for chunk in enabled if chunk is not Chunk.IMAGE)

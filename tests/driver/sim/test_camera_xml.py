@@ -134,6 +134,7 @@ CATEGORIES = (
     "AutoFunctionControl",
     "DigitalIOControl",
     "UserSetControl",
+    "Scan3dControl",
     "ChunkDataControl",
     "EventControl",
     "PtpControl",

@@ -7,30 +7,57 @@ they are. On Linux with 64 bits only; elsewhere each packet takes one `sendto`.
 
 from __future__ import annotations
 
+import bisect
 import ctypes
 import errno
 import os
 import socket
 import struct
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.driver.gige.gvcp import Status
 from grabbergui.driver.gige.gvsp import (
     CHUNK_BIT,
     FLAG_RESEND,
+    GendcPosition,
     Leader,
     PacketFormat,
     PacketHeader,
+    Part,
+    PartPosition,
+    PartType,
     PayloadKind,
     Trailer,
     payload_stride,
 )
+from grabbergui.driver.sim.contents import FILE_NAME, Piece, pieces
 from grabbergui.driver.sim.model import FramePlan
+
+_KINDS = {
+    PayloadType.IMAGE: PayloadKind.IMAGE,
+    PayloadType.CHUNK: PayloadKind.CHUNK,
+    PayloadType.RAW_DATA: PayloadKind.RAW,
+    PayloadType.FILE: PayloadKind.FILE,
+    PayloadType.JPEG: PayloadKind.JPEG,
+    PayloadType.JPEG2000: PayloadKind.JPEG2000,
+    PayloadType.MULTI_PART: PayloadKind.MULTI_PART,
+    PayloadType.GENDC: PayloadKind.GENDC,
+}
+_FORMATS = {PayloadType.MULTI_PART: PacketFormat.MULTI_PART, PayloadType.GENDC: PacketFormat.GENDC}
+_POSITION_BYTES = {
+    PacketFormat.MULTI_PART: PartPosition.SIZE,
+    PacketFormat.GENDC: GendcPosition.FORMAT.size,
+}
+_PART_TYPES = {
+    ComponentKind.RANGE: PartType.IMAGE_3D,
+    ComponentKind.CONFIDENCE: PartType.CONFIDENCE,
+}
 
 
 @dataclass
@@ -44,6 +71,8 @@ class Block:
     "As SCPS counts."
     extended: bool = False
     "64-bit block ids."
+    height_in_trailer: bool = False
+    "As a line-scan camera does, which knows the number of lines only at the end."
     sent: int = 0
     "Packets that left already, or were lost on purpose: what is after them cannot be sent again yet."
 
@@ -60,7 +89,7 @@ class Block:
     @property
     def payload_packets(self) -> int:
         """How many packets carry payload."""
-        return -(-len(self.payload) // self.stride)
+        return len(self.starts)
 
     @property
     def trailer_id(self) -> int:
@@ -69,43 +98,54 @@ class Block:
 
     @cached_property
     def headers(self) -> NDArray[np.uint8]:
-        """(n, 8 or 20): the headers of the payload packets."""
-        first = PacketHeader(PacketFormat.PAYLOAD, self.block_id, 1, extended=self.extended).encode()
+        """(n, bytes): the headers of the payload packets, with the data's position where the kind has one."""
+        first = PacketHeader(self._format, self.block_id, 1, extended=self.extended).encode()
         headers = np.tile(np.frombuffer(first, np.uint8), (self.payload_packets, 1))
         # The packet id is the last three bytes, or four of which 24 bits are always enough.
         ids = np.arange(1, self.payload_packets + 1, dtype=np.uint32)
         headers[:, -3] = ids >> 16
         headers[:, -2] = ids >> 8 & 0xFF
         headers[:, -1] = ids & 0xFF
-        return headers
+        positions = self._positions()
+        return np.concatenate((headers, positions), axis=1) if positions is not None else headers
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """Where each payload packet's bytes begin."""
-        return np.arange(self.payload_packets, dtype=np.int64) * self.stride
+        """Where each payload packet's bytes begin; a part of a multi-part block begins with a packet."""
+        room = self.stride - _POSITION_BYTES.get(self._format, 0)
+        return np.concatenate([np.arange(begin, end, room, dtype=np.int64) for begin, end in self._runs()])
 
     @cached_property
     def sizes(self) -> NDArray[np.int64]:
-        """How many payload bytes each packet has: full ones, but the last."""
-        return np.minimum(len(self.payload) - self.starts, self.stride)
+        """How many payload bytes each packet has: full ones, but the last of a run."""
+        room = self.stride - _POSITION_BYTES.get(self._format, 0)
+        ends = np.concatenate([np.full(-(-(end - begin) // room), end) for begin, end in self._runs()])
+        return np.minimum(ends - self.starts, room)
 
     def leader(self) -> bytes:
         """The leader's datagram."""
-        settings = self.plan.settings
-        body = Leader(
-            self._payload_type,
-            self.plan.timestamp_ns,
-            settings.pixel_format.code,
-            settings.width,
-            settings.height,
-            settings.offset_x,
-            settings.offset_y,
-        )
+        settings, kind = self.plan.settings, self.plan.settings.payload_type
+        body = Leader(self._payload_type, self.plan.timestamp_ns, size=len(self.payload))
+        if kind is PayloadType.FILE:
+            body = replace(body, file_name=FILE_NAME)
+        elif kind is PayloadType.MULTI_PART:
+            body = replace(body, parts=tuple(self._part(piece) for piece in self._pieces))
+        elif kind is PayloadType.IMAGE:
+            body = Leader(
+                self._payload_type,
+                self.plan.timestamp_ns,
+                settings.pixel_format.code,
+                settings.width,
+                0 if self.height_in_trailer else settings.height,
+                settings.offset_x,
+                settings.offset_y,
+            )
         return self._header(PacketFormat.LEADER, 0) + body.encode()
 
     def trailer(self) -> bytes:
         """The trailer's datagram."""
-        size = len(self.payload) if self.plan.chunk_values else None
+        alone = self.plan.settings.payload_type is PayloadType.CHUNK
+        size = len(self.payload) if alone or self._payload_type & CHUNK_BIT else None
         body = Trailer(self._payload_type, self.plan.settings.height, size)
         return self._header(PacketFormat.TRAILER, self.trailer_id) + body.encode()
 
@@ -115,13 +155,63 @@ class Block:
             return self._marked(self.leader())
         if packet_id == self.trailer_id:
             return self._marked(self.trailer())
-        start = (packet_id - 1) * self.stride
+        start, size = int(self.starts[packet_id - 1]), int(self.sizes[packet_id - 1])
         header = self.headers[packet_id - 1].tobytes()
-        return self._marked(header + self.payload[start : start + self.stride].tobytes())
+        return self._marked(header + self.payload[start : start + size].tobytes())
+
+    @cached_property
+    def _pieces(self) -> tuple[Piece, ...]:
+        return pieces(self.plan.settings, tuple(self.plan.chunk_values))
+
+    def _runs(self) -> list[tuple[int, int]]:
+        """Begin and end of what is cut into full packets and a last one."""
+        if self.plan.settings.payload_type is PayloadType.MULTI_PART:
+            return [(piece.begin, piece.begin + piece.length) for piece in self._pieces]
+        return [(0, len(self.payload))]
+
+    def _positions(self) -> NDArray[np.uint8] | None:
+        """(n, 8 or 16): where each packet's data belong."""
+        if self._format is PacketFormat.GENDC:
+            last = self.payload_packets - 1
+            rows = [
+                GendcPosition(
+                    int(size),
+                    int(start),
+                    GendcPosition.DESCRIPTOR if start == 0 else 0,
+                    GendcPosition.FIRST * (index == 0) | GendcPosition.LAST * (index == last),
+                ).encode()
+                for index, (start, size) in enumerate(zip(self.starts, self.sizes, strict=True))
+            ]
+        elif self._format is PacketFormat.MULTI_PART:
+            begins = [piece.begin for piece in self._pieces]
+            ends = {piece.begin + piece.length for piece in self._pieces}
+            rows = [
+                PartPosition(
+                    bisect.bisect_right(begins, start) - 1, int(start), int(start + size) in ends
+                ).encode()
+                for start, size in zip(self.starts, self.sizes, strict=True)
+            ]
+        else:
+            return None
+        return np.frombuffer(b"".join(rows), np.uint8).reshape(len(rows), -1)
+
+    def _part(self, piece: Piece) -> Part:
+        settings = self.plan.settings
+        shape = (settings.width, settings.height, settings.offset_x, settings.offset_y, 0, 0)
+        if piece.kind is ComponentKind.METADATA:
+            return Part(PartType.CHUNK, piece.length, 0, (0, 0, 0, 0, 0, 0))
+        data_type = _PART_TYPES.get(piece.kind, PartType.IMAGE_2D)
+        return Part(data_type, piece.length, piece.pixel_format.code, shape, purpose=piece.kind)
+
+    @property
+    def _format(self) -> PacketFormat:
+        return _FORMATS.get(self.plan.settings.payload_type, PacketFormat.PAYLOAD)
 
     @property
     def _payload_type(self) -> int:
-        return PayloadKind.IMAGE | (CHUNK_BIT if self.plan.chunk_values else 0)
+        kind = self.plan.settings.payload_type
+        appended = kind in (PayloadType.IMAGE, PayloadType.JPEG, PayloadType.JPEG2000)
+        return _KINDS[kind] | (CHUNK_BIT if appended and self.plan.chunk_values else 0)
 
     def _header(self, packet_format: PacketFormat, packet_id: int) -> bytes:
         return PacketHeader(packet_format, self.block_id, packet_id, extended=self.extended).encode()

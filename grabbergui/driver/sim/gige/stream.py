@@ -42,6 +42,8 @@ class Faults:
     "Frames after which the stream falls silent, until it is started anew; 0 means never."
     reboot_after: float = 0.0
     "Seconds after which the camera vanishes for `REBOOT_S` and comes back as after power-on; 0 means never."
+    height_in_trailer: bool = False
+    "Leaders announce no height, as line-scan cameras do."
     seed: int = 1
     "Of the random numbers, so that a run can be repeated."
 
@@ -230,7 +232,9 @@ class StreamSender:
         stalled = 0 < self._faults.stall_after < plan.frame_id
         if batch is None or stalled:
             return
-        block = Block(plan, storage[:used], settings.packet_size, settings.extended)
+        block = Block(
+            plan, storage[:used], settings.packet_size, settings.extended, self._faults.height_in_trailer
+        )
         with self._lock:
             self._kept[block.block_id] = block
         if self._faults.delay:

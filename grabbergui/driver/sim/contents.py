@@ -1,0 +1,193 @@
+"""Everything that a frame can carry beside one plain image: components, containers, compressed images.
+
+Pieces of a payload lie one behind the other, in the order of the components; chunks are the last. In a GenDC
+container the descriptor comes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.component import ComponentKind, PayloadType
+from grabbergui.core.pfnc import PixelFormat, by_name
+from grabbergui.driver import gendc
+from grabbergui.driver.sim.payload import append_chunks, chunk_bytes, chunks_alone
+from grabbergui.driver.sim.registers import Chunk
+
+if TYPE_CHECKING:
+    from grabbergui.driver.sim.settings import FrameSettings
+
+FILE_NAME = "frame.raw"
+COMPRESSED_RESERVE = 64 << 10
+"Bytes beyond those of the plain image that a compressed one may take."
+_SUFFIX = {PayloadType.JPEG: ".jpg", PayloadType.JPEG2000: ".jp2"}
+_FORMATS = {ComponentKind.RANGE: by_name("Coord3D_C16"), ComponentKind.CONFIDENCE: by_name("Confidence8")}
+NEAREST_MM, STEP_MM = 600.0, 0.1
+"Of the range component; `camera.xml` states the step as Scan3dCoordinateScale."
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One component, or the chunks, in a payload."""
+
+    kind: ComponentKind
+    "METADATA for chunks."
+    pixel_format: PixelFormat
+    begin: int
+    length: int
+
+
+def pieces(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> tuple[Piece, ...]:
+    """Return where each component of a multi-part block or a container is."""
+    begin, found = first_piece(settings, chunks), []
+    for kind in settings.components:
+        pixel_format = _FORMATS.get(kind, settings.pixel_format)
+        length = pixel_format.image_bytes(settings.width, settings.height)
+        found.append(Piece(kind, pixel_format, begin, length))
+        begin += length
+    if chunks:
+        found.append(Piece(ComponentKind.METADATA, PixelFormat("chunks", 0), begin, chunks_alone(chunks)))
+    return tuple(found)
+
+
+def first_piece(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> int:
+    """Return where the image begins: behind the descriptor of a container."""
+    if settings.payload_type is not PayloadType.GENDC:
+        return 0
+    return gendc.descriptor_size([1] * (len(settings.components) + bool(chunks)))
+
+
+def payload_bytes(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> int:
+    """Return the bytes of the largest payload."""
+    kind = settings.payload_type
+    if kind in (PayloadType.MULTI_PART, PayloadType.GENDC):
+        last = pieces(settings, chunks)[-1]
+        return last.begin + last.length
+    if kind is PayloadType.CHUNK:
+        return max(chunks_alone(chunks), 4)
+    if kind in (PayloadType.RAW_DATA, PayloadType.FILE):
+        return settings.image_bytes
+    reserve = COMPRESSED_RESERVE if kind in _SUFFIX else 0
+    return settings.image_bytes + reserve + chunk_bytes(chunks)
+
+
+def complete(
+    settings: FrameSettings,
+    frame_id: int,
+    values: NDArray[Any],
+    chunk_values: Mapping[Chunk, float],
+    out: NDArray[np.uint8],
+    *,
+    little_endian: bool,
+) -> int:
+    """Write all but the image, which is in `out` already; return the payload's length.
+
+    `values` are those of the image before packing.
+    """
+    kind, chunks = settings.payload_type, tuple(chunk_values)
+    if kind in (PayloadType.RAW_DATA, PayloadType.FILE):
+        return settings.image_bytes
+    if kind is PayloadType.CHUNK:
+        return append_chunks(out, 0, chunk_values, little_endian=little_endian, image=False)
+    if kind in (PayloadType.MULTI_PART, PayloadType.GENDC):
+        return _write_pieces(settings, frame_id, chunk_values, out, little_endian=little_endian)
+    length = settings.image_bytes
+    if kind in _SUFFIX:
+        data = _compressed(values, settings.pixel_format.depth, kind, length + COMPRESSED_RESERVE)
+        length = len(data)
+        out[:length] = data
+    if not chunks:
+        return length
+    return append_chunks(out, length, chunk_values, little_endian=little_endian)
+
+
+def _write_pieces(
+    settings: FrameSettings,
+    frame_id: int,
+    chunk_values: Mapping[Chunk, float],
+    out: NDArray[np.uint8],
+    *,
+    little_endian: bool,
+) -> int:
+    parts = pieces(settings, tuple(chunk_values))
+    for piece in parts:
+        data = out[piece.begin : piece.begin + piece.length]
+        if piece.kind is ComponentKind.RANGE:
+            data.view("<u2").reshape(settings.height, settings.width)[...] = range_image(settings, frame_id)
+        elif piece.kind is ComponentKind.CONFIDENCE:
+            valid = range_image(settings, frame_id) > 0
+            data.reshape(settings.height, settings.width)[...] = valid * np.uint8(255)
+        elif piece.kind is ComponentKind.METADATA:
+            append_chunks(data, 0, chunk_values, little_endian=little_endian, image=False)
+    if settings.payload_type is PayloadType.GENDC:
+        descriptor = _container(settings, frame_id, parts).encode()
+        out[: len(descriptor)] = np.frombuffer(descriptor, np.uint8)
+    return parts[-1].begin + parts[-1].length
+
+
+def _container(settings: FrameSettings, frame_id: int, parts: tuple[Piece, ...]) -> gendc.Container:
+    components = []
+    for piece in parts:
+        chunks = piece.kind is ComponentKind.METADATA
+        header = gendc.Part(
+            gendc.HeaderType.CHUNK if chunks else gendc.HeaderType.IMAGE_2D,
+            piece.pixel_format.code,
+            piece.length,
+            piece.begin,
+            0 if chunks else settings.width,
+            0 if chunks else settings.height,
+            flow_offset=piece.begin,
+        )
+        components.append(
+            gendc.Component(
+                piece.kind,
+                piece.pixel_format.code,
+                (header,),
+                offset_x=settings.offset_x,
+                offset_y=settings.offset_y,
+            )
+        )
+    begin = parts[0].begin
+    size = parts[-1].begin + parts[-1].length - begin
+    return gendc.Container(tuple(components), frame_id, size, begin, begin)
+
+
+def range_image(settings: FrameSettings, frame_id: int) -> NDArray[np.uint16]:
+    """Return distances (height, width) in steps of 0.1 mm: a sloped plane with a ball that moves before it.
+
+    0 where nothing was measured, in the ball's shadow.
+    """
+    rows, columns = np.mgrid[0 : settings.height, 0 : settings.width].astype(np.float32)
+    side = max(min(settings.width, settings.height), 1)
+    distance = NEAREST_MM + 400.0 + 300.0 * rows / side
+    x = (columns - (frame_id * 4 % max(settings.width, 1))) / side
+    y = (rows - settings.height / 2) / side
+    apart = np.hypot(x, y)
+    ball = apart < 0.2
+    distance[ball] = NEAREST_MM + 200.0 - 150.0 * np.sqrt(0.04 - apart[ball] ** 2) / 0.2
+    distance[(np.hypot(x - 0.1, y) < 0.2) & ~ball] = 0.0
+    steps: NDArray[np.uint16] = np.rint(distance / STEP_MM).astype(np.uint16)
+    return steps
+
+
+def _compressed(values: NDArray[Any], depth: int, kind: PayloadType, most: int) -> NDArray[np.uint8]:
+    eight = (values >> (depth - 8)).astype(np.uint8) if depth > 8 else values
+    image = eight[:, :, ::-1] if eight.ndim == 3 else eight
+    jpeg = kind is PayloadType.JPEG
+    for quality in (90, 60, 20):
+        options = (
+            [cv2.IMWRITE_JPEG_QUALITY, quality]
+            if jpeg
+            else [cv2.IMWRITE_JPEG2000_COMPRESSION_X1000, quality * 3]
+        )
+        encoded, data = cv2.imencode(_SUFFIX[kind], np.ascontiguousarray(image), options)
+        found: NDArray[np.uint8] = np.asarray(data).reshape(-1)
+        if encoded and len(found) <= most:
+            return found
+    raise ValueError(f"no {kind.value} image of {image.shape} fits {most} bytes")
