@@ -112,7 +112,7 @@ class PayloadReader:
         try:
             header = _READERS[payload_type](data[:HEADER_BYTES].tobytes())
         except GrabberError as error:
-            self._warn_once(str(error))
+            self.warn_once(str(error))
             return None
         encoding = StillImage(payload_type.value, header)
         return Component(data, header.width, header.height, header.pixel_format, kind, encoding=encoding)
@@ -122,7 +122,7 @@ class PayloadReader:
         try:
             container = gendc.Container.decode(payload.data)
         except GrabberError as error:
-            self._warn_once(str(error))
+            self.warn_once(str(error))
             return Contents(PayloadType.GENDC, payload)
         parts: list[Component] = []
         chunks = None
@@ -162,7 +162,8 @@ class PayloadReader:
             encoding=encoding,
         )
 
-    def _warn_once(self, fault: str) -> None:
+    def warn_once(self, fault: str) -> None:
+        """Log a fault that may recur with every frame."""
         if fault not in self._reported and len(self._reported) < 16:
             self._reported.add(fault)
             log.warning("%s", fault)

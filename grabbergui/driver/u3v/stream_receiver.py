@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
 from grabbergui.core.buffers import BufferPool
+from grabbergui.core.component import PayloadType
 from grabbergui.core.errors import DeviceLostError, GrabberError
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import StreamStatistics
+from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.u3v.block_assembler import Block, BlockAssembler
-from grabbergui.driver.u3v.stream_protocol import TransferPlan
+from grabbergui.driver.u3v.stream_protocol import Leader, TransferPlan
+from grabbergui.driver.u3v.stream_protocol import PayloadType as U3vPayloadType
 from grabbergui.driver.u3v.transfer_queues import Outcome, TransferQueue
 from grabbergui.driver.u3v.watcher import DeviceClock
 
@@ -52,6 +55,7 @@ class StreamReceiver:
         self._deliver_incomplete = deliver_incomplete
         self._assembler = BlockAssembler(plan, self._take_buffer, packet_size)
         self._pool = BufferPool(self._assembler.buffer_size)
+        self._reader = PayloadReader()
         self._statistics = StreamStatistics()
         self._meter = RateMeter()
         self._last_id: int | None = None
@@ -167,13 +171,11 @@ class StreamReceiver:
         leader, trailer = block.leader, block.trailer
         assert leader is not None and trailer is not None
         valid = min(trailer.valid_payload_size, len(block.buffer))
-        # A payload without geometry (chunks only, GenDC) goes on as one line of bytes of no known format.
-        width, height = valid, 1
-        if leader.has_geometry:
-            # Line-scan cameras and those with a variable height tell it at the end.
-            width, height = leader.size_x, leader.size_y if trailer.size_y is None else trailer.size_y
+        width, height = leader.size_x, leader.size_y
+        if leader.has_geometry and trailer.size_y is not None:
+            height = trailer.size_y  # line-scan cameras and those with a variable height know it at the end
         captured_ns = self._clock.host_time(leader.timestamp, time.monotonic_ns())
-        return Frame(
+        frame = Frame(
             payload=block.buffer[:valid],
             width=width,
             height=height,
@@ -188,3 +190,16 @@ class StreamReceiver:
             offset_y=leader.offset_y,
             padding_x=leader.padding_x,
         )
+        return frame if leader.has_geometry else self._contents(leader, frame.payload).frame(frame)
+
+    def _contents(self, leader: Leader, payload: NDArray[np.uint8]) -> Contents:
+        """Read a payload that is not one image. An unknown kind is handed on as raw data."""
+        if leader.payload_type == U3vPayloadType.GENDC_CONTAINER:
+            return self._reader.container(payload)
+        if leader.payload_type == U3vPayloadType.CHUNK:
+            return self._reader.plain(PayloadType.CHUNK, payload)
+        self._reader.warn_once(
+            f"the camera sends an unknown kind of data (payload type 0x{leader.payload_type:04X}), handed on"
+            " as raw data; let the camera send images, by ComponentEnable or GenDCStreamingMode"
+        )
+        return self._reader.plain(PayloadType.RAW_DATA, payload)

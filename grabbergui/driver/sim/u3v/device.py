@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from grabbergui.core.buffers import BufferPool
+from grabbergui.core.component import PayloadType as FrameContent
 from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
@@ -319,7 +320,9 @@ class SimulatedU3vDevice:
         self, frame: FramePlan, payload: memoryview, plan: TransferPlan, number: int
     ) -> list[bytes | memoryview]:
         settings = frame.settings
-        kind = PayloadType.IMAGE_EXTENDED_CHUNK if frame.chunk_values else PayloadType.IMAGE
+        kind = _PAYLOAD_TYPES.get(settings.payload_type, PayloadType.IMAGE)
+        if kind is PayloadType.IMAGE and frame.chunk_values:
+            kind = PayloadType.IMAGE_EXTENDED_CHUNK
         leader = Leader(
             frame.frame_id - 1,
             kind,
@@ -344,6 +347,13 @@ class SimulatedU3vDevice:
             *cut(payload, plan.payload_sizes),
             trailer.encode(kind, self._leader_space),
         ]
+
+
+_PAYLOAD_TYPES = {
+    FrameContent.CHUNK: PayloadType.CHUNK,
+    FrameContent.GENDC: PayloadType.GENDC_CONTAINER,
+}
+"Other kinds than one image that USB3 Vision knows."
 
 
 def cut(payload: memoryview, sizes: list[int]) -> list[bytes | memoryview]:
