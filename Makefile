@@ -18,7 +18,7 @@ $(STAMP): pyproject.toml scripts/system-packages
 # ROS 2 and our interface package, from ROS's own wheels; everything else works without.
 setup-ros2: setup
 	scripts/system-packages ros2
-	scripts/setup-ros2 $(VENV)
+	$(BIN)/python -m grabbergui setup ros2 $(addprefix --also ,$(wildcard tests/servo/interfaces/*))
 
 # TIAGo's kinematics and description, for servoing with it.
 setup-servo: setup
@@ -77,7 +77,7 @@ translations: setup
 # The manual as a site, in build/site; warnings are errors.
 docs: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check --editable '.[docs]'
-	$(BIN)/python -m grabbergui.cli.reference docs
+	$(BIN)/python -m grabbergui.cli.reference
 	$(BIN)/mkdocs build --quiet
 
 bench: setup

@@ -8,6 +8,7 @@ from setuptools import find_namespace_packages, setup
 # Folders of data are named too: setuptools warns at length of each that it finds by itself.
 ours = find_namespace_packages(include=["grabbergui*"], exclude=["*__pycache__*"])
 resources = [f"grabbergui.resources.{name}" for name in find_namespace_packages("resources")]
+manual = [f"grabbergui.manual.{name}" for name in find_namespace_packages("docs")]
 
 
 def description() -> str:
@@ -18,7 +19,7 @@ def description() -> str:
 
 
 setup(
-    packages=[*ours, "grabbergui.resources", *resources, "grabbergui.manual", "grabbergui.manual.images"],
+    packages=[*ours, "grabbergui.resources", *resources, "grabbergui.manual", *manual],
     package_dir={"grabbergui.resources": "resources", "grabbergui.manual": "docs"},
     long_description=description(),
     long_description_content_type="text/markdown",

@@ -12,14 +12,14 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.sim import source as simulated
 from grabbergui.sources import SourceKind
 
-DOCS = Path(__file__).parents[1] / "docs"
+ROOT = Path(__file__).parents[1]
 KINDS = list(SourceKind)
 
 
-@pytest.mark.parametrize("name", list(reference.pages()))
-def test_the_pages_are_current(name):
-    written = (DOCS / name).read_text("utf-8")
-    assert written == reference.pages()[name], "run `python -m grabbergui.cli.reference docs`"
+@pytest.mark.parametrize("file", list(reference.files()), ids=lambda file: file.name)
+def test_what_is_made_from_the_program_is_current(file):
+    assert file.is_relative_to(ROOT)
+    assert file.read_text("utf-8") == reference.files()[file], "run `python -m grabbergui.cli.reference`"
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=str)

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from grabbergui import __version__
+from grabbergui.cli.parsing import CommandParser, wrapped
 from grabbergui.cli.process import (
     LOG_FORMATS,
     Terminated,
@@ -43,7 +44,7 @@ EXIT_CODES = {
 
 _FAMILIES = (
     "gui", "machine", "features", "events", "frames", "serve", "simulate",
-    "gige", "calibrate", "servo", "yarp_server",
+    "gige", "calibrate", "servo", "yarp_server", "setup",
 )  # fmt: skip
 """Modules here. Imported within `main`: what they need takes long enough for a Ctrl-C."""
 
@@ -126,10 +127,17 @@ def _give_up_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def command_parsers() -> dict[str, tuple[str, argparse.ArgumentParser]]:
+def shared_options() -> list[argparse.Action]:
+    """Return the options that every command has, as `grabbergui --help` explains them."""
+    parser = argparse.ArgumentParser(prog="grabbergui", add_help=False)
+    _add_shared_options(parser)
+    return parser._actions
+
+
+def command_parsers() -> dict[str, tuple[str, CommandParser]]:
     """Return the one-line help and the parser of every command, in the order of `--help`."""
     parser = argparse.ArgumentParser(prog="grabbergui")
-    commands = parser.add_subparsers()
+    commands = parser.add_subparsers(parser_class=CommandParser)
     for name in _FAMILIES:
         importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
     summaries = {action.dest: action.help or "" for action in commands._choices_actions}
@@ -149,32 +157,41 @@ class _Parser(argparse.ArgumentParser):
 def _parser() -> tuple[argparse.ArgumentParser, frozenset[str]]:
     parser = _Parser(
         prog="grabbergui",
-        description="Tune GenICam cameras live. Without a command: the window on SOURCE.",
+        description=wrapped("Tune GenICam cameras live. Without a command: the window on SOURCE.")
+        + "\n"
+        + wrapped("`grabbergui COMMAND --help` explains a command."),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action="version", version=f"grabbergui {__version__}")
-    _add_log_options(parser)
-    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=argparse.ArgumentParser)
+    _add_shared_options(parser)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=CommandParser)
     for name in _FAMILIES:
         importlib.import_module(f"grabbergui.cli.{name}").add_commands(commands)
     for command in commands.choices.values():
-        # Also after the command, where people look for it; there it must not undo what stood before.
-        _add_log_options(command, argument_default=argparse.SUPPRESS)
+        # Also after the command, where it must not undo what stood before; `grabbergui --help` explains them.
+        _add_log_options(command, argument_default=argparse.SUPPRESS, explained=False)
     return parser, frozenset(commands.choices)
 
 
-def _add_log_options(parser: argparse.ArgumentParser, argument_default: str = "") -> None:
+def _add_shared_options(parser: argparse.ArgumentParser) -> None:
+    version = f"grabbergui {__version__}"
+    parser.add_argument("--version", action="version", version=version, help="print the version and exit")
+    _add_log_options(parser)
+
+
+def _add_log_options(
+    parser: argparse.ArgumentParser, argument_default: str = "", *, explained: bool = True
+) -> None:
     parser.add_argument(
         "--log-level",
         choices=("debug", "info", "warning", "error"),
         default=argument_default or "warning",
-        help="how much to tell on stderr (warning)",
+        help="log to stderr from this level on (warning)" if explained else argparse.SUPPRESS,
     )
     parser.add_argument(
         "--log-format",
         choices=LOG_FORMATS,
         default=argument_default or "text",
-        help="lines for people, or a JSON object a line (text)",
+        help="log lines of text, or a JSON object a line (text)" if explained else argparse.SUPPRESS,
     )
 
 

@@ -28,17 +28,25 @@ def add_commands(commands: Any) -> None:
         "calibrate",
         help="calibrate a camera with a printed board; writes a camera_info file",
         description="Hold the board still, then elsewhere: near and far, in every corner, tilted.",
+        example="grabbergui calibrate gige: --window --out camera.yaml",
     )
-    parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera: sim:board to try it …")
+    parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; sim:board to try it")
     parser.add_argument("--window", action="store_true", help="with a window that shows what is missing")
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )
-    parser.add_argument("--theme", choices=("auto", "light", "dark"), default="auto", help="of the window")
+    parser.add_argument(
+        "--theme",
+        choices=("auto", "light", "dark"),
+        default="auto",
+        help="colours of the window (the desktop's)",
+    )
     parser.add_argument(
         "--print", type=Path, metavar="FILE", dest="sheet", help="only save the board, as .pdf or .png"
     )
-    parser.add_argument("--board", choices=("charuco", "chessboard"), default="charuco", help="(charuco)")
+    parser.add_argument(
+        "--board", choices=("charuco", "chessboard"), default="charuco", help="pattern on the board (charuco)"
+    )
     parser.add_argument("--columns", type=int, default=8, help="fields across (8)")
     parser.add_argument("--rows", type=int, default=6, help="fields down (6)")
     parser.add_argument("--square", type=float, default=0.03, metavar="M", help="edge of a field (0.03)")
@@ -46,7 +54,13 @@ def add_commands(commands: Any) -> None:
     parser.add_argument("--dictionary", default="5X5_100", metavar="NAME", help="of the markers (5X5_100)")
     parser.add_argument("--views", type=count, default=20, help="how many different views (20)")
     parser.add_argument("--seconds", type=positive, default=180.0, metavar="S", help="give up after (180)")
-    parser.add_argument("--out", type=Path, default=Path("camera.yaml"), metavar="FILE", help="(camera.yaml)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("camera.yaml"),
+        metavar="FILE",
+        help="the result (camera.yaml)",
+    )
     parser.add_argument("--name", default="camera", help="the camera's name in the file (camera)")
     parser.set_defaults(run=_run)
 

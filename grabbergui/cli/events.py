@@ -26,9 +26,13 @@ MOST_WAITING = 1000
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
-    parser = commands.add_parser("events", help="print what a camera tells by itself, or which events it has")
+    parser = commands.add_parser(
+        "events",
+        help="print the events of a camera as they come, or which ones it has",
+        example="grabbergui events gige: ExposureEnd --start",
+    )
     add_source(parser)
-    parser.add_argument("names", metavar="NAME", nargs="*", help="e.g. ExposureEnd; without: list them")
+    parser.add_argument("names", metavar="NAME", nargs="*", help="as ExposureEnd; without any: list them")
     parser.add_argument("-n", "--count", type=count, help="end after so many events")
     parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument("--start", action="store_true", help="let the camera take pictures meanwhile")

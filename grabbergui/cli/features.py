@@ -11,13 +11,13 @@ from typing import Any
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.core.errors import FeatureAccessError, GrabberError, UsageError
-from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, format_value
+from grabbergui.core.features import AccessMode, Category, Feature, FeatureKind, FeatureValue, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.models.features.text import typed_value
 from grabbergui.models.settings import files
 from grabbergui.models.settings.feature_set import FeatureSet, capture, compare
-from grabbergui.models.settings.loading import SETTLED, load_onto, roll_back
+from grabbergui.models.settings.loading import SETTLED, LoadReport, load_onto, roll_back
 
 
 def add_commands(commands: Any) -> None:
@@ -27,24 +27,42 @@ def add_commands(commands: Any) -> None:
 
 
 def _add_features(commands: Any) -> None:
-    tree = commands.add_parser("features", help="show the feature tree with values and ranges")
+    tree = commands.add_parser(
+        "features", help="show the feature tree with values and ranges", example="grabbergui features gige:"
+    )
     add_source(tree)
     tree.add_argument("--json", action="store_true", help="print one JSON array")
     tree.set_defaults(run=_features)
 
-    getting = commands.add_parser("get", help="print NAME = VALUE UNIT, a line each")
+    getting = commands.add_parser(
+        "get",
+        help="print NAME = VALUE UNIT, a line each",
+        example="grabbergui get gige: ExposureTime 'BalanceRatio[BalanceRatioSelector=Red]'",
+    )
     add_source(getting)
-    getting.add_argument("names", metavar="NAME", nargs="+")
+    getting.add_argument(
+        "names", metavar="NAME", nargs="+", help="a feature, with its selectors in brackets if it has some"
+    )
+    getting.add_argument("--json", action="store_true", help="print one JSON object, values by name")
     getting.set_defaults(run=_get)
 
-    setting = commands.add_parser("set", help="set features in order; print what the camera then reports")
+    setting = commands.add_parser(
+        "set",
+        help="set features in order; print what the camera then reports",
+        example="grabbergui set gige: ExposureAuto=Off ExposureTime=20ms",
+    )
     add_source(setting)
-    setting.add_argument("assignments", metavar="NAME=VALUE", nargs="+")
+    setting.add_argument(
+        "assignments", metavar="NAME=VALUE", nargs="+", help="a feature and its value, perhaps with a unit"
+    )
+    setting.add_argument("--json", action="store_true", help="print one JSON object, values by name")
     setting.set_defaults(run=_set)
 
-    running = commands.add_parser("run", help="run a command of the camera")
+    running = commands.add_parser(
+        "run", help="run a command of the camera", example="grabbergui run gige: TriggerSoftware"
+    )
     add_source(running)
-    running.add_argument("command", metavar="COMMAND", help="e.g. TriggerSoftware")
+    running.add_argument("command", metavar="COMMAND", help="the name of a command feature")
     running.set_defaults(run=_run)
 
 
@@ -78,21 +96,32 @@ def _features(options: argparse.Namespace) -> int:
 
 
 def _get(options: argparse.Namespace) -> int:
+    values: dict[str, FeatureValue] = {}
     with opened(options.source, reading=True) as grabber:
         for name in options.names:
             feature = grabber.read_setting(SettingKey.parse(name))
             if feature.value is None:
                 why = "is a command and has no value" if feature.kind is FeatureKind.COMMAND else None
                 raise FeatureAccessError(f"{name} {why or feature.access_problem()}", name)
-            print(report(feature))
+            values[name] = feature.value
+            if not options.json:
+                print(report(feature))
+    if options.json:
+        print(json.dumps(values, indent=2))
     return 0
 
 
 def _set(options: argparse.Namespace) -> int:
     assignments = [assignment(text) for text in options.assignments]
+    values: dict[str, FeatureValue | None] = {}
     with opened(options.source) as grabber:
         for key, text in assignments:
-            print(report(write(grabber, key, text)))
+            feature = write(grabber, key, text)
+            values[str(key)] = feature.value
+            if not options.json:
+                print(report(feature))
+    if options.json:
+        print(json.dumps(values, indent=2))
     return 0
 
 
@@ -152,23 +181,38 @@ EXIT_DIFFERENT = 1
 
 
 def _add_settings(commands: Any) -> None:
-    saving = commands.add_parser("save", help="save all settings to a file (.yaml, or GenICam's own format)")
+    saving = commands.add_parser(
+        "save",
+        help="save all settings to a file (.yaml, or GenICam's own format)",
+        example="grabbergui save gige: camera.yaml",
+    )
     add_source(saving)
-    saving.add_argument("file", metavar="FILE", type=Path)
+    saving.add_argument(
+        "file", metavar="FILE", type=Path, help="where to; .yaml and .yml are YAML, else GenICam's format"
+    )
+    saving.add_argument("--json", action="store_true", help="print one JSON object")
     saving.set_defaults(run=_save)
 
-    loading = commands.add_parser("load", help="load settings from a file; say what became of each")
+    loading = commands.add_parser(
+        "load",
+        help="load settings from a file; say what became of each",
+        example="grabbergui load gige: camera.yaml --dry-run",
+    )
     add_source(loading)
-    loading.add_argument("file", metavar="FILE", type=Path)
+    loading.add_argument("file", metavar="FILE", type=Path, help="settings that `save` or a viewer wrote")
+    loading.add_argument("--json", action="store_true", help="print one JSON object")
     loading.add_argument("--dry-run", action="store_true", help="only say what would be written")
     loading.add_argument("--all-or-nothing", action="store_true", help="roll back if any setting is refused")
     loading.set_defaults(run=_load)
 
     differing = commands.add_parser(
-        "diff", help="compare a camera or a file with a file; exit code 1 if unlike"
+        "diff",
+        help="compare a camera or a file with a file; exit code 1 if unlike",
+        example="grabbergui diff gige: camera.yaml",
     )
-    differing.add_argument("first", metavar="SOURCE|FILE")
-    differing.add_argument("second", metavar="FILE", type=Path)
+    differing.add_argument("first", metavar="SOURCE|FILE", help="a camera as it is set now, or a file")
+    differing.add_argument("second", metavar="FILE", type=Path, help="the file to compare with")
+    differing.add_argument("--json", action="store_true", help="print one JSON array")
     differing.set_defaults(run=_diff)
 
 
@@ -176,6 +220,10 @@ def _save(options: argparse.Namespace) -> int:
     with opened(options.source, reading=True) as grabber:
         features = capture(grabber)
     files.save(features, options.file)
+    if options.json:
+        saved = {"file": str(options.file), "saved": len(features), "left_out": list(features.left_out)}
+        print(json.dumps(saved, indent=2))
+        return 0
     for text in features.left_out:
         print(f"left out {text}")
     print(f"saved {len(features)} settings to {options.file}")
@@ -186,9 +234,15 @@ def _load(options: argparse.Namespace) -> int:
     with opened(options.source) as grabber, stop_on_signals() as cancelled:
         features = files.load(options.file, grabber.selectors.of)
         report = load_onto(grabber, features, dry_run=options.dry_run, cancelled=cancelled)
-        print("\n".join(report.lines()))
+        rolled_back = None
+        if not options.json:
+            print("\n".join(report.lines()))
         if options.all_or_nothing and not report.settled and not options.dry_run:
-            print(f"rolled back: {roll_back(grabber, report).summary()}")
+            rolled_back = roll_back(grabber, report).summary()
+            if not options.json:
+                print(f"rolled back: {rolled_back}")
+    if options.json:
+        print(json.dumps({**_loaded(report), "rolled_back": rolled_back}, indent=2))
     unsettled = [setting for setting in report.settings if setting.outcome not in SETTLED]
     if not report.settled:
         raise GrabberError(
@@ -198,13 +252,29 @@ def _load(options: argparse.Namespace) -> int:
     return 0
 
 
+def _loaded(report: LoadReport) -> dict[str, Any]:
+    settings = [
+        {
+            "name": str(each.key),
+            "outcome": each.outcome.value,
+            "before": each.before,
+            "wanted": each.wanted,
+            "reason": each.reason,
+        }
+        for each in report.settings
+    ]
+    return {"settings": settings, "lost_lines": list(report.lost_lines), "problem": report.problem}
+
+
 def _diff(options: argparse.Namespace) -> int:
     first, second = _two_sets(options.first, options.second)
-    for line in (*first.lost_lines, *second.lost_lines):
-        print(line)
     differences = compare(first, second)
-    for difference in differences:
-        print(difference)
+    if options.json:
+        rows = [{"name": str(each.key), "first": each.first, "second": each.second} for each in differences]
+        print(json.dumps(rows, indent=2))
+    else:
+        for line in (*first.lost_lines, *second.lost_lines, *map(str, differences)):
+            print(line)
     return EXIT_DIFFERENT if differences else 0
 
 

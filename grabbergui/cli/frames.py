@@ -32,7 +32,12 @@ def add_options(parser: argparse.ArgumentParser, *, awaited: str) -> None:
     """SOURCE, and how its frames are had; `awaited` is what `--timeout` is for."""
     add_source(parser)
     parser.add_argument(
-        "--set", action="append", default=[], metavar="NAME=VALUE", dest="assignments", help="set it first"
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        dest="assignments",
+        help="write a feature first; repeatable",
     )
     parser.add_argument(
         "--timeout", type=positive, default=5.0, metavar="S", help=f"longest wait for {awaited} (5)"
@@ -103,10 +108,12 @@ def add_commands(commands: Any) -> None:
 
 
 def _add_grab(commands: Any) -> None:
-    parser = commands.add_parser("grab", help="grab frames; count them, save them")
+    parser = commands.add_parser(
+        "grab", help="grab frames; count them, save them", example="grabbergui grab gige: -n 100 --out frames"
+    )
     add_options(parser, awaited="a frame")
-    parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many (1)")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame there")
+    parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many frames (1)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame in this folder")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_grab)
 
@@ -163,7 +170,11 @@ _POLL = 0.1
 
 
 def _add_record(commands: Any) -> None:
-    parser = commands.add_parser("record", help="record frames; play them back with file:PATH")
+    parser = commands.add_parser(
+        "record",
+        help="record frames; play them back with file:PATH",
+        example="grabbergui record gige: --out scene.mcap -t 10",
+    )
     add_options(parser, awaited="the first frame")
     parser.add_argument(
         "--out",

@@ -24,31 +24,47 @@ PTP_SETTLED = ("Slave", "Master")
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
-    parser = commands.add_parser("force-ip", help="give a GigE Vision camera an address until it restarts")
-    parser.add_argument("mac", metavar="MAC", help="as `grabbergui list` or the camera's label has it")
-    parser.add_argument("ip", metavar="IP")
-    parser.add_argument("mask", metavar="MASK", nargs="?", default="255.255.255.0")
-    parser.add_argument("gateway", metavar="GATEWAY", nargs="?", default="0.0.0.0")
+    parser = commands.add_parser(
+        "force-ip",
+        help="give a GigE Vision camera an address until it restarts",
+        example="grabbergui force-ip 00:30:53:12:34:56 192.168.0.10",
+    )
+    parser.add_argument(
+        "mac", metavar="MAC", help="MAC address, from `grabbergui list` or the camera's label"
+    )
+    parser.add_argument("ip", metavar="IP", help="the address that it gets")
+    _add_subnet(parser)
     parser.set_defaults(run=_force_ip)
 
     parser = commands.add_parser(
-        "persistent-ip", help="show how a GigE Vision camera gets its address, or write the one it shall keep"
+        "persistent-ip",
+        help="show how a GigE Vision camera gets its address, or write the one it shall keep",
+        example="grabbergui persistent-ip gige:GV01 192.168.0.10",
     )
     parser.add_argument("source", metavar="SOURCE", help="gige:, gige:192.168.0.10, gige:SERIAL …")
-    parser.add_argument("ip", metavar="IP", nargs="?", default="")
-    parser.add_argument("mask", metavar="MASK", nargs="?", default="255.255.255.0")
-    parser.add_argument("gateway", metavar="GATEWAY", nargs="?", default="0.0.0.0")
+    parser.add_argument("ip", metavar="IP", nargs="?", default="", help="the address to keep; without: show")
+    _add_subnet(parser)
     parser.add_argument(
         "--forget", action="store_true", help="ask DHCP, or take a link-local address, from the next start on"
     )
     parser.set_defaults(run=_persistent_ip)
 
-    parser = commands.add_parser("trigger-group", help="expose several GigE Vision cameras at one moment")
-    parser.add_argument("group_key", metavar="GROUP_KEY", type=key, help="of the action, e.g. 1 or 0x10")
-    parser.add_argument("sources", metavar="SOURCE", nargs="+", help="gige: sources; all take part")
+    parser = commands.add_parser(
+        "trigger-group",
+        help="expose several GigE Vision cameras at one moment",
+        example="grabbergui trigger-group 1 gige:GV01 gige:GV02 -n 10",
+    )
+    parser.add_argument(
+        "group_key", metavar="GROUP_KEY", type=key, help="the action's group key, as 1 or 0x10"
+    )
+    parser.add_argument("sources", metavar="SOURCE", nargs="+", help="the cameras, all of them gige: sources")
     parser.add_argument("-n", "--frames", type=count, default=1, help="how many actions (1)")
-    parser.add_argument("--device-key", type=key, default=1, metavar="KEY", help="(1)")
-    parser.add_argument("--group-mask", type=key, default=1, metavar="MASK", help="(1)")
+    parser.add_argument(
+        "--device-key", type=key, default=1, metavar="KEY", help="the action's device key (1)"
+    )
+    parser.add_argument(
+        "--group-mask", type=key, default=1, metavar="MASK", help="the action's group mask (1)"
+    )
     parser.add_argument(
         "--ahead", type=not_negative, default=0.2, metavar="S", help="schedule so far ahead (0.2)"
     )
@@ -58,6 +74,15 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_trigger_group)
+
+
+def _add_subnet(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "mask", metavar="MASK", nargs="?", default="255.255.255.0", help="the subnet mask (255.255.255.0)"
+    )
+    parser.add_argument(
+        "gateway", metavar="GATEWAY", nargs="?", default="0.0.0.0", help="the gateway (0.0.0.0: none)"
+    )
 
 
 def _force_ip(options: argparse.Namespace) -> int:

@@ -20,9 +20,13 @@ def add_commands(commands: Any) -> None:
 
 
 def _add_gui(commands: Any) -> None:
-    parser = commands.add_parser("gui", help="open the window (what no command at all does)")
+    parser = commands.add_parser(
+        "gui",
+        help="open the window (what no command at all does)",
+        example="grabbergui gui gige:GV01",
+    )
     parser.add_argument(
-        "source", metavar="SOURCE", nargs="?", help="what to open (the last one, at first sim:colour)"
+        "source", metavar="SOURCE", nargs="?", help="what to open (the one opened last; at first sim:colour)"
     )
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
     parser.add_argument("--duration", type=positive, metavar="S", help="close the window after S seconds")
@@ -31,9 +35,12 @@ def _add_gui(commands: Any) -> None:
         "--script", type=Path, metavar="FILE", help="run a Python file with the window; its exit code is ours"
     )
     parser.add_argument(
-        "--theme", choices=("auto", "light", "dark"), default="auto", help="colours (the desktop's)"
+        "--theme",
+        choices=("auto", "light", "dark"),
+        default="auto",
+        help="colours (the desktop's)",
     )
-    parser.add_argument("--language", metavar="CODE", help="of the window: en, es (the desktop's)")
+    parser.add_argument("--language", metavar="CODE", help="language of the window: en, es (the desktop's)")
     parser.set_defaults(run=_gui)
 
 
@@ -62,7 +69,11 @@ EXIT_REFUSED = 1
 
 
 def _add_terminal(commands: Any) -> None:
-    parser = commands.add_parser("terminal", help="type commands to a camera; `help` there lists them")
+    parser = commands.add_parser(
+        "terminal",
+        help="type commands to a camera; `help` there lists them",
+        example="grabbergui terminal gige:",
+    )
     add_source(parser)
     parser.set_defaults(run=_terminal)
 

@@ -12,12 +12,14 @@ from contextlib import contextmanager
 from grabbergui import sources
 from grabbergui.cli.numbers import positive
 from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
+from grabbergui.core.features import Category
 from grabbergui.core.grabber import Access, ConnectionState, FrameGrabber
+from grabbergui.setup.seen import Seen, somebody_types
 
 
 def add_source(parser: argparse.ArgumentParser) -> None:
     """The SOURCE argument."""
-    parser.add_argument("source", metavar="SOURCE", help="sim:, gige:, gige:192.168.0.10, gige:SERIAL …")
+    parser.add_argument("source", metavar="SOURCE", help="the camera or recording, as gige: or gige:SERIAL")
 
 
 def add_monitor(parser: argparse.ArgumentParser) -> None:
@@ -41,10 +43,20 @@ def opened(uri: str, *, reading: bool = False, monitor: bool | None = None) -> I
         grabber.open(Access.MONITOR)
     else:
         _take_control(grabber, reading=reading, hint="" if monitor is None else ", or look on with --monitor")
+    if somebody_types():
+        Seen().keep_features(uri, sorted(_feature_names(grabber.feature_tree())))
     try:
         yield grabber
     finally:
         grabber.close()
+
+
+def _feature_names(category: Category) -> Iterator[str]:
+    for member in category.members:
+        if isinstance(member, Category):
+            yield from _feature_names(member)
+        else:
+            yield member.name
 
 
 def _take_control(grabber: FrameGrabber, *, reading: bool, hint: str) -> None:

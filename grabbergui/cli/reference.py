@@ -1,21 +1,26 @@
 """The reference of commands, options, exit codes and source URIs, made from the program itself.
 
-`python -m grabbergui.cli.reference docs` writes `command-line.md` and `source-uris.md` there; a test holds
-that they are current. `sources_help` is the end of `grabbergui --help`.
+`python -m grabbergui.cli.reference` writes two pages of the manual, the man page and the commands for
+completion; a test holds that they are current. `sources_help` is the end of `grabbergui --help`.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
+import json
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from grabbergui.cli import EXIT_CODES, command_parsers
+from grabbergui import __version__
+from grabbergui.cli import EXIT_CODES, command_parsers, shared_options
+from grabbergui.cli.parsing import wrapped
+from grabbergui.config.shipped_files import MANUAL, RESOURCES
 from grabbergui.core.source_options import option_rows
+from grabbergui.setup.words import TABLE
 from grabbergui.sources import SourceKind
 
-_MADE = "<!-- Made by `python -m grabbergui.cli.reference docs`; change the program instead. -->"
+_MADE = "<!-- Made by `python -m grabbergui.cli.reference`; change the program instead. -->"
 _COMMANDS = f"""{_MADE}
 # Command line
 
@@ -31,9 +36,14 @@ bad value is an error before anything is opened. `grabbergui list` shows the sou
 """
 
 
-def pages() -> dict[str, str]:
-    """Return the text of every page by its file name."""
-    return {"command-line.md": command_line_page(), "source-uris.md": source_uris_page()}
+def files() -> dict[Path, str]:
+    """Return the text of every file that is made from the program."""
+    return {
+        MANUAL / "command-line.md": command_line_page(),
+        MANUAL / "source-uris.md": source_uris_page(),
+        RESOURCES / "man" / "grabbergui.1": man_page(),
+        TABLE: json.dumps(completion_table(), indent=1, ensure_ascii=False) + "\n",
+    }
 
 
 def command_line_page() -> str:
@@ -41,6 +51,7 @@ def command_line_page() -> str:
     parts = [_COMMANDS]
     for name, (summary, parser) in command_parsers().items():
         parts += [f"## grabbergui {name}\n", _sentence(parser.description or summary), ""]
+        parts += ["```sh", parser.example, "```", ""]
         parts += _table(("argument", "meaning"), _arguments(parser))
         parts.append("")
     parts += ["## Exit codes\n", *_table(("code", "meaning"), _rows(EXIT_CODES.items())), ""]
@@ -66,27 +77,148 @@ def source_uris_page() -> str:
 
 
 def sources_help() -> str:
-    """Return the kinds of source and their options as plain text for `--help`."""
+    """Return the kinds of source and their options as plain text for `--help`, as wide as the terminal."""
     forms = [form for kind in SourceKind for form in kind.forms]
-    width = max(len(uri) for uri, _ in forms)
-    lines = ["sources (`grabbergui list` shows those in reach):"]
-    lines += [f"  {uri:{width}}  {meaning.replace('`', '')}" for uri, meaning in forms]
-    lines.append("\noptions of a source, behind a question mark and joined by &:")
+    width = max(len(uri) for uri, _ in forms) + 4
+    lines = [wrapped("sources (`grabbergui list` shows those in reach):")]
+    lines += [
+        wrapped(meaning.replace("`", ""), " " * width, f"  {uri:{width - 2}}") for uri, meaning in forms
+    ]
+    lines += ["", wrapped("options of a source, behind a question mark and joined by &:")]
     for kind in SourceKind:
         options = [f"{row.name}={row.form}" for row in option_rows(kind.options)]
         if options:
-            lines.append(f"  {kind.value + ':':6} {' '.join(options)}")
+            lines.append(wrapped(" ".join(options), " " * 9, f"  {kind.value + ':':7}"))
     return "\n".join(lines)
 
 
-def _arguments(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
-    """Yield each argument of a parser with its help; those that every command has are left out."""
+# -- man page --------------------------------------------------------------------------------------
+def man_page() -> str:
+    """Return the man page in section 1, as man(7) macros."""
+    parts = [
+        '.\\" Made by `python -m grabbergui.cli.reference`; change the program instead.',
+        f'.TH GRABBERGUI 1 "" "grabbergui {__version__}" "User Commands"',
+        ".SH NAME",
+        r"grabbergui \- tune GenICam cameras live, and share them on YARP and ROS 2 networks",
+        ".SH SYNOPSIS",
+        ".B grabbergui\n.RI [ SOURCE ]",
+        '.br\n.B grabbergui\n.IR COMMAND " [" ARGUMENT " ...]"',
+        ".SH DESCRIPTION",
+        _roff("Without a command it opens the window on SOURCE, or on the source that was open last."),
+        ".SH OPTIONS",
+        _roff("They belong to every command, and may precede or follow it."),
+    ]
+    for action in shared_options():
+        parts += [".TP", *_man_argument(action)]
+    parts.append(".SH COMMANDS")
+    for name, (summary, parser) in command_parsers().items():
+        parts += [f'.SS "grabbergui {name}"', _roff(_sentence(summary))]
+        if parser.description:
+            parts.append(_roff(_sentence(parser.description)))
+        for action in _explained(parser):
+            parts += [".TP", *_man_argument(action, parser)]
+        parts += [".PP", "Example:", ".PP", ".RS", ".nf", _roff(parser.example), ".fi", ".RE"]
+    parts.append(".SH SOURCES")
+    for kind in SourceKind:
+        for uri, meaning in kind.forms:
+            parts += [".TP", f".B {_roff(uri)}", _roff(_sentence(meaning.replace("`", "")))]
+    parts += [".PP", _roff("Options of a source follow a question mark and are joined by &.")]
+    for kind in SourceKind:
+        for row in option_rows(kind.options):
+            default = f" ({row.default})" if row.default else ""
+            meaning = row.meaning.replace("`", "") + default
+            parts += [".TP", f".B {_roff(f'{kind.value}: {row.name}={row.form}')}", _roff(_sentence(meaning))]
+    parts.append(".SH EXIT STATUS")
+    for code, meaning in EXIT_CODES.items():
+        parts += [".TP", f".B {code}", _roff(_sentence(meaning.replace("`", "")))]
+    parts += [
+        ".SH ENVIRONMENT",
+        ".TP\n.B GRABBERGUI_INTERFACES",
+        _roff(
+            "Network interfaces on which cameras are searched, separated by commas; none searches nowhere."
+        ),
+        ".TP\n.B NO_COLOR",
+        _roff("Print without colours."),
+        ".SH SEE ALSO",
+        _roff("`grabbergui paths manual` prints where the manual's pages are."),
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _man_argument(action: argparse.Action, parser: argparse.ArgumentParser | None = None) -> list[str]:
+    names = [f"{name} {_value(action)}".strip() for name in action.option_strings] or [_value(action)]
+    return [f".B {_roff(', '.join(names))}", _roff(_sentence(_meaning(action, parser)))]
+
+
+def _roff(text: str) -> str:
+    """Escape a line of text for roff; ASCII alone is sure to survive every device."""
+    text = text.replace("\\", r"\e").replace("-", r"\-").replace("'", r"\(aq").replace("`", r"\(ga")
+    text = "".join(sign if sign.isascii() else rf"\[u{ord(sign):04X}]" for sign in text)
+    return rf"\&{text}" if text.startswith(".") else text
+
+
+# -- completion ------------------------------------------------------------------------------------
+def completion_table() -> dict[str, Any]:
+    """Return the commands with their arguments, as `grabbergui.setup.words` reads them."""
+    return {
+        "shared": [_completed(action) for action in shared_options()],
+        "sources": {
+            uri: meaning.replace("`", "")
+            for kind in SourceKind
+            for uri, meaning in kind.forms
+            if uri == uri.lower() and not any(sign.isdigit() for sign in uri.partition(":")[2])
+        }
+        | {f"{kind.value}:": kind.forms[0][1] for kind in SourceKind},
+        "commands": {
+            name: {
+                "summary": summary,
+                "positionals": [_completed(each) for each in _explained(parser) if not each.option_strings],
+                "options": [_completed(each) for each in _explained(parser) if each.option_strings],
+            }
+            for name, (summary, parser) in command_parsers().items()
+        },
+    }
+
+
+_FILES = frozenset({"FILE", "FOLDER", "PATH"})
+
+
+def _completed(action: argparse.Action) -> dict[str, Any]:
+    """Return what completion needs to know of one argument."""
+    value = str(action.metavar or action.dest)
+    described: dict[str, Any] = {"names": list(action.option_strings), "help": _meaning(action)}
+    if action.nargs == 0:
+        return {**described, "kind": "flag"}
+    if action.choices is not None:
+        described["choices"] = [str(choice) for choice in action.choices]
+    kinds = {"SOURCE": "source", "SOURCE|FILE": "source or file", "NAME=VALUE": "assignment"}
+    if action.choices is not None:
+        kind = "choice"
+    elif action.dest in ("names", "command"):
+        kind = "feature"
+    else:
+        kind = kinds.get(value, "file" if value in _FILES else "text")
+    return {**described, "kind": kind, "many": action.nargs in ("*", "+")}
+
+
+# -- arguments -------------------------------------------------------------------------------------
+def _explained(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Yield the arguments of a parser that have help; those that every command has are left out."""
     for action in parser._actions:
-        if action.dest in ("help", "log_level", "log_format") or action.help == argparse.SUPPRESS:
-            continue
+        if action.dest != "help" and action.help != argparse.SUPPRESS:
+            yield action
+
+
+def _meaning(action: argparse.Action, parser: argparse.ArgumentParser | None = None) -> str:
+    return (action.help or "") % {**vars(action), "prog": parser.prog if parser else "grabbergui"}
+
+
+def _arguments(parser: argparse.ArgumentParser) -> Iterator[tuple[str, str]]:
+    """Yield the names of each argument of a parser, and its help."""
+    for action in _explained(parser):
         value = _value(action)
         names = [f"`{f'{name} {value}'.strip()}`" for name in action.option_strings] or [f"`{value}`"]
-        yield ", ".join(names), (action.help or "") % {**vars(action), "prog": parser.prog}
+        yield ", ".join(names), _meaning(action, parser)
 
 
 def _value(action: argparse.Action) -> str:
@@ -116,5 +248,6 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 
 
 if __name__ == "__main__":
-    for name, text in pages().items():
-        (Path(sys.argv[1]) / name).write_text(text, "utf-8")
+    for path, text in files().items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, "utf-8")

@@ -47,13 +47,14 @@ def add_commands(commands: Any) -> None:
     parser = commands.add_parser(
         "serve",
         help="share a camera on YARP and ROS 2",
+        example="grabbergui serve gige: --yarp /grabber --ros2 /camera",
         # What is not given is not set, so that a file can say it.
         argument_default=argparse.SUPPRESS,
     )
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; any source, remote ones too")
     parser.add_argument("--from", dest="file", metavar="FILE", help="read options from a .ini file")
     parser.add_argument("--context", metavar="NAME", help="the context that YARP's search for FILE begins in")
-    parser.add_argument("--fake", action="store_true", help="the simulated camera")
+    parser.add_argument("--fake", action="store_true", help="serve the simulated camera")
     parser.add_argument(
         "--index", type=int, metavar="N", help="which camera found, where no SOURCE is named (0)"
     )
@@ -99,11 +100,11 @@ def add_commands(commands: Any) -> None:
 
     ros2 = parser.add_argument_group("ROS 2")
     ros2.add_argument("--ros2", metavar="/NAME", help="the node and prefix of its topics")
-    ros2.add_argument("--frame-id", metavar="FRAME", help="of the images' headers (camera)")
+    ros2.add_argument("--frame-id", metavar="FRAME", help="frame_id of the images' headers (camera)")
     ros2.add_argument(
         "--qos",
         choices=("reliable", "sensor_data"),
-        help="of the images (reliable); sensor_data: best effort",
+        help="quality of service of the images (reliable); sensor_data: best effort",
     )
     ros2.add_argument(
         "--ros-args",

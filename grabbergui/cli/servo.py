@@ -42,6 +42,7 @@ def add_commands(commands: Any) -> None:
         "servo",
         help="a robot's head follows what the camera sees, its arm reaches for a marker",
         description="While it runs: Enter is the emergency stop, r resumes, q ends.",
+        example="grabbergui servo --robot sim-teo --headless --seconds 40 --report out",
     )
     servo_robots.add_arguments(parser)
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
@@ -50,7 +51,12 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )
-    parser.add_argument("--theme", choices=("auto", "light", "dark"), default="auto", help="of the window")
+    parser.add_argument(
+        "--theme",
+        choices=("auto", "light", "dark"),
+        default="auto",
+        help="colours of the window (the desktop's)",
+    )
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
     parser.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20)")

@@ -26,7 +26,11 @@ def add_commands(commands: Any) -> None:
 
 
 def _add_camera(commands: Any) -> None:
-    parser = commands.add_parser("simulate", help="serve the simulated camera to any GenICam software")
+    parser = commands.add_parser(
+        "simulate",
+        help="serve the simulated camera to any GenICam software",
+        example="grabbergui simulate --gige --loss 1% --delay 5ms",
+    )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument(
         "--gige",
@@ -145,6 +149,7 @@ def _add_teo(commands: Any) -> None:
         "simulate-teo",
         help="serve a simulated TEO on YARP: head, right arm and the camera on its head",
         description="Ports NAME/head, NAME/rightArm/CartesianControl and NAME/camera, until Ctrl-C.",
+        example="grabbergui simulate-teo --with-name-server",
     )
     parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="what its ports begin with")
     add_name_server_options(parser)
@@ -187,6 +192,7 @@ def _add_tiago(commands: Any) -> None:
         "simulate-tiago",
         help="serve a simulated TIAGo on ROS 2: controllers of head and arm, and the camera on its head",
         description="Controllers, /joint_states and the camera as nodes, until Ctrl-C.",
+        example="grabbergui simulate-tiago --ros2 /camera",
     )
     parser.add_argument("--ros2", default="/camera", metavar="/NAME", help="the camera's node (/camera)")
     parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")

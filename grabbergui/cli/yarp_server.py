@@ -15,11 +15,13 @@ from grabbergui.core.errors import UsageError
 
 def add_commands(commands: Any) -> None:
     """Add the parsers of this family."""
-    parser = commands.add_parser("yarp-server", help="run a small YARP name server")
+    parser = commands.add_parser(
+        "yarp-server", help="run a small YARP name server", example="grabbergui yarp-server --host 0.0.0.0"
+    )
     parser.add_argument(
         "--host", default="127.0.0.1", help="where to listen; 0.0.0.0 for everybody (127.0.0.1)"
     )
-    parser.add_argument("--port", type=port, default=10000, help="0 takes a free one (10000)")
+    parser.add_argument("--port", type=port, default=10000, help="its TCP port; 0 takes a free one (10000)")
     parser.add_argument("--namespace", default="/root", help="the server's own name (/root)")
     parser.add_argument(
         "--allow",

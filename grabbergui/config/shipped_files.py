@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 
 from grabbergui.core.errors import MissingFileError
+
+_PACKAGE = Path(__file__).parents[1]
+_CHECKOUT = (_PACKAGE.parent / "pyproject.toml").is_file()
+
+RESOURCES = _PACKAGE.parent / "resources" if _CHECKOUT else _PACKAGE / "resources"
+"""The folder of the files that come with the program, in a checkout or installed."""
+MANUAL = _PACKAGE.parent / "docs" if _CHECKOUT else _PACKAGE / "manual"
+"""The folder of the manual's pages."""
 
 
 def find_file(path: Path, what: str = "file") -> Path:
@@ -17,8 +24,7 @@ def find_file(path: Path, what: str = "file") -> Path:
         return path
     parts = path.parts[1:] if path.parts[:1] == ("resources",) else path.parts
     if not path.is_absolute() and parts and ".." not in parts:
-        root = Path(str(resources.files("grabbergui.resources")))
-        found = [root.joinpath(*parts)] if len(parts) > 1 else sorted(root.rglob(parts[0]))
+        found = [RESOURCES.joinpath(*parts)] if len(parts) > 1 else sorted(RESOURCES.rglob(parts[0]))
         for shipped in found:
             if shipped.is_file():
                 return shipped

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grabbergui.core.errors import AccessDeniedError
+from grabbergui.core.invocation import shell_command, sudo_command
 from grabbergui.doctor.finding import Finding, good, note
 
 FOLDER = Path("/dev/shm")
@@ -49,7 +50,7 @@ def shared_memory(folder: Path) -> Iterator[Finding]:
         yield note(
             f"killed ROS 2 programs left {megabytes(found)} in {folder}: {len(found)} segments and ports "
             "of Fast DDS that no process uses",
-            "grabbergui doctor --clear-shared-memory",
+            shell_command("doctor", "--clear-shared-memory"),
         )
     elif folder.is_dir():
         yield good(f"no killed ROS 2 program left shared memory in {folder}")
@@ -102,7 +103,8 @@ def _remove(leftover: Leftover) -> None:
             path.unlink(missing_ok=True)
         except PermissionError as error:
             raise AccessDeniedError(
-                f"{path} cannot be removed by this user; run: sudo grabbergui doctor --clear-shared-memory"
+                f"{path} cannot be removed by this user; run: "
+                + sudo_command("doctor", "--clear-shared-memory")
             ) from error
 
 

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping
 
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.invocation import shell_command
 from grabbergui.doctor.finding import Finding, good, note
 
 
@@ -23,7 +24,7 @@ def display(environment: Mapping[str, str], platform: str) -> Iterator[Finding]:
     if not platform.startswith("linux") or environment.get("DISPLAY") or environment.get("WAYLAND_DISPLAY"):
         yield good("there is a display for the window")
     else:
-        yield note("there is no display", "grabbergui gui --offscreen --screenshot window.png")
+        yield note("there is no display", shell_command("gui", "--offscreen", "--screenshot", "window.png"))
 
 
 def yarp() -> Iterator[Finding]:
@@ -34,7 +35,7 @@ def yarp() -> Iterator[Finding]:
         names = NameClient.find()
         ports = names.list()
     except GrabberError as error:
-        yield note(f"no YARP network: {error}", "grabbergui yarp-server runs a name server")
+        yield note(f"no YARP network: {error}", f"{shell_command('yarp-server')} runs a name server")
     else:
         yield good(
             f"the YARP name server at {names.server.host}:{names.server.port} knows {len(ports)} ports"
@@ -44,6 +45,9 @@ def yarp() -> Iterator[Finding]:
 def ros2() -> Iterator[Finding]:
     """Whether rclpy can be imported."""
     if importlib.util.find_spec("rclpy") is None:
-        yield note("ROS 2 is not installed here", "make setup-ros2, or source the system's setup.bash first")
+        yield note(
+            "ROS 2 is not installed here",
+            f"{shell_command('setup', 'ros2')}, or source the system's setup.bash first",
+        )
     else:
         yield good("ROS 2 is installed")

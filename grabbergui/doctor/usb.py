@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import os
-import shutil
-import subprocess
 from collections.abc import Iterator
-from importlib import resources
 from pathlib import Path
 
-from grabbergui.core.errors import AccessDeniedError, GrabberError
+from grabbergui.core.errors import GrabberError
+from grabbergui.core.invocation import sudo_command
 from grabbergui.doctor.finding import Finding, good, note, problem
+from grabbergui.setup import udev
 
-RULE_NAME = "70-grabbergui-u3v.rules"
-RULES = Path("/etc/udev/rules.d")
 USBFS_MEMORY = Path("/sys/module/usbcore/parameters/usbfs_memory_mb")
 WANTED_USBFS_MB = 256
 """Eight frames of 32 MB in flight."""
@@ -21,17 +18,18 @@ WANTED_USBFS_MB = 256
 
 def check() -> Iterator[Finding]:
     """All checks of this kind."""
-    yield from udev_rule(RULES)
+    yield from udev_rule(udev.RULES)
     yield from transfer_memory(USBFS_MEMORY)
     yield from cameras()
 
 
 def udev_rule(folder: Path) -> Iterator[Finding]:
     """Whether users may open cameras."""
-    if (folder / RULE_NAME).is_file():
-        yield good(f"the udev rule {folder / RULE_NAME} lets users open USB3 Vision cameras")
+    rule = udev.installed_rule(folder)
+    if rule is not None:
+        yield good(f"the udev rule {rule} lets users open USB3 Vision cameras")
     elif os.name == "posix" and folder.parent.is_dir():
-        yield note("no udev rule lets users open USB3 Vision cameras", "sudo grabbergui doctor --fix-udev")
+        yield note("no udev rule lets users open USB3 Vision cameras", sudo_command("setup", "udev"))
 
 
 def transfer_memory(place: Path) -> Iterator[Finding]:
@@ -65,22 +63,3 @@ def cameras() -> Iterator[Finding]:
             yield good(f"{info.title} on USB ({info.address})")
     if not found:
         yield note("no USB3 Vision camera is plugged in")
-
-
-def install_udev_rule(folder: Path = RULES) -> Path:
-    """Write the rule and let udev read it. Raises AccessDeniedError for who may not."""
-    rule = (resources.files("grabbergui.resources") / "udev" / RULE_NAME).read_text("utf-8")
-    target = folder / RULE_NAME
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        target.write_text(rule, "utf-8")
-    except PermissionError as error:
-        raise AccessDeniedError(
-            f"{target} cannot be written by this user; run: sudo grabbergui doctor --fix-udev"
-        ) from error
-    udevadm = shutil.which("udevadm")
-    if udevadm is not None:
-        for arguments in (["control", "--reload"], ["trigger", "--subsystem-match=usb"]):
-            # A container has no udev to tell; the rule is in place all the same.
-            subprocess.run([udevadm, *arguments], check=False, capture_output=True, timeout=10)
-    return target

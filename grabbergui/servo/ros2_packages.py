@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 
 from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.invocation import shell_command
 from grabbergui.net.ros2.runtime import require_ros2
 
 ROBOT = ("geometry_msgs.msg", "sensor_msgs.msg", "trajectory_msgs.msg")
@@ -20,5 +21,6 @@ def require_packages(*modules: str) -> None:
         except ImportError as error:
             package = module.partition(".")[0]
             raise SourceUnavailableError(
-                f"the ROS 2 package {package} is not installed: run `make setup-ros2` ({error})"
+                f"the ROS 2 package {package} is not installed: run "
+                f"`{shell_command('setup', 'ros2')}` ({error})"
             ) from error

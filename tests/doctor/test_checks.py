@@ -7,6 +7,7 @@ from grabbergui.core.errors import AccessDeniedError
 from grabbergui.doctor import network, software, usb
 from grabbergui.doctor.finding import Level
 from grabbergui.driver.gige.discovery.interfaces import Interface
+from grabbergui.setup import udev
 
 
 def only(findings):
@@ -63,9 +64,9 @@ def test_no_camera_names_the_port():
 def test_the_udev_rule_is_installed_once(tmp_path):
     folder = tmp_path / "udev" / "rules.d"
     folder.parent.mkdir()
-    assert "--fix-udev" in only(usb.udev_rule(folder)).remedy
+    assert "setup udev" in only(usb.udev_rule(folder)).remedy
 
-    target = usb.install_udev_rule(folder)
+    target = udev.install(folder)
 
     assert 'SUBSYSTEM=="usb"' in target.read_text() or "usb" in target.read_text()
     assert only(usb.udev_rule(folder)).level is Level.GOOD
@@ -77,8 +78,8 @@ def test_who_may_not_install_it_is_told_how(tmp_path, monkeypatch):
 
     monkeypatch.setattr("pathlib.Path.write_text", refuse)
 
-    with pytest.raises(AccessDeniedError, match="sudo grabbergui doctor --fix-udev"):
-        usb.install_udev_rule(tmp_path)
+    with pytest.raises(AccessDeniedError, match=r"sudo /.* setup udev"):
+        udev.install(tmp_path)
 
 
 def test_usb_memory(tmp_path):

@@ -204,7 +204,7 @@ def test_without_ros_every_way_to_it_says_what_to_do(model, monkeypatch):
         Ros2Publisher(None).open,
         lambda: TiagoTopics(SimRobot(model)),
     ):
-        with pytest.raises(SourceUnavailableError, match="make setup-ros2"):
+        with pytest.raises(SourceUnavailableError, match="setup ros2"):
             opened()
 
 

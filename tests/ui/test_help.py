@@ -6,9 +6,10 @@ from PyQt5.QtCore import QEvent, QPoint
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QWhatsThis
 
+from grabbergui.config.shipped_files import MANUAL
 from grabbergui.doctor import network, software, usb
 from grabbergui.doctor.finding import good, problem
-from grabbergui.ui.controllers.help import HelpController, manual_folder
+from grabbergui.ui.controllers.help import HelpController
 
 
 def test_the_manual_opens_and_its_links_lead_to_other_pages(window_desk):
@@ -16,7 +17,7 @@ def test_the_manual_opens_and_its_links_lead_to_other_pages(window_desk):
     manual = window_desk.program.help.manual
     assert "Find a camera" in manual.text.toPlainText()
     manual.text.anchorClicked.emit(manual.text.source().resolved(type(manual.text.source())("tuning.md")))
-    assert (manual_folder() / "tuning.md").read_text("utf-8").splitlines()[0].lstrip("# ") in (
+    assert (MANUAL / "tuning.md").read_text("utf-8").splitlines()[0].lstrip("# ") in (
         manual.text.toPlainText()
     )
     manual.close()

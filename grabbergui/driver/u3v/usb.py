@@ -18,10 +18,9 @@ import usb.core
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, TransportError
+from grabbergui.core.invocation import sudo_command
 
 log = logging.getLogger(__name__)
-
-UDEV_RULE_FILE = "resources/udev/70-grabbergui-u3v.rules"
 
 _ENDPOINT_RECIPIENT = 0x02
 _DEVICE_TO_HOST = 0x80
@@ -43,8 +42,7 @@ class UsbTimeoutError(TransportError):
 def permission_denied(name: str) -> AccessDeniedError:
     """What to do when the system refuses us a device."""
     return AccessDeniedError(
-        f"no permission to open {name}: run `grabbergui doctor --fix-udev`, or copy {UDEV_RULE_FILE} to "
-        "/etc/udev/rules.d and run `udevadm control --reload`; then plug the camera in again"
+        f"no permission to open {name}: run `{sudo_command('setup', 'udev')}`, then plug the camera in again"
     )
 
 

@@ -15,10 +15,11 @@ from types import ModuleType
 from typing import Any
 
 from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.invocation import shell_command
 
 log = logging.getLogger(__name__)
 
-HOW_TO_GET_IT = "ROS 2 is not installed: run `make setup-ros2`, or source the system's setup.bash first"
+_OR_SOURCE = "or source the system's setup.bash first"
 QUEUE_DEPTH = 5
 """Pictures that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
@@ -30,7 +31,9 @@ def require_ros2() -> None:
     try:
         import rclpy  # noqa: F401
     except ImportError as error:
-        raise SourceUnavailableError(f"{HOW_TO_GET_IT} ({error})") from error
+        raise SourceUnavailableError(
+            f"ROS 2 is not installed: run `{shell_command('setup', 'ros2')}`, {_OR_SOURCE} ({error})"
+        ) from error
 
 
 def require_interfaces() -> None:
@@ -39,7 +42,7 @@ def require_interfaces() -> None:
         import grabber_interfaces.srv
     except ImportError as error:
         raise SourceUnavailableError(
-            f"the package grabber_interfaces is not built: run `make setup-ros2` ({error})"
+            f"the package grabber_interfaces is not built: run `{shell_command('setup', 'ros2')}` ({error})"
         ) from error
     load_type_support(grabber_interfaces)
 

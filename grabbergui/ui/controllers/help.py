@@ -5,17 +5,16 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from functools import partial
-from importlib import resources
-from pathlib import Path
 
 from PyQt5.QtCore import QEvent, QObject, Qt
 from PyQt5.QtGui import QHelpEvent
 from PyQt5.QtWidgets import QApplication, QMenuBar, QWhatsThis, QWidget
 
+from grabbergui.config.shipped_files import MANUAL
 from grabbergui.models.log_book import LogBook, LogLine
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import HelpActions
-from grabbergui.ui.views.help_views import FIRST_PAGE, DoctorDialog, LogPanel, ManualDialog, ShortcutsDialog
+from grabbergui.ui.views.help_views import DoctorDialog, LogPanel, ManualDialog, ShortcutsDialog
 
 
 class HelpController(QObject):
@@ -60,7 +59,7 @@ class HelpController(QObject):
 
     def show_manual(self) -> None:
         """Open the manual."""
-        self.manual = dialog = ManualDialog(manual_folder(), self._window)
+        self.manual = dialog = ManualDialog(MANUAL, self._window)
         dialog.show()
 
     def show_doctor(self) -> None:
@@ -96,14 +95,6 @@ class HelpController(QObject):
 
     def _on_doctor_finished(self, _: int) -> None:
         self.doctor = None
-
-
-def manual_folder() -> Path:
-    """Return where the manual's pages are: installed with the program, or beside it in its sources."""
-    beside = Path(__file__).parents[3] / "docs"
-    if (beside / FIRST_PAGE).exists():
-        return beside
-    return Path(str(resources.files("grabbergui.manual")))
 
 
 def _explanation(widget: QWidget | None) -> str:

@@ -1,0 +1,150 @@
+"""`setup` adds to this machine and takes away again; `paths` shows where the shipped files are."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from grabbergui.config.shipped_files import MANUAL, RESOURCES
+from grabbergui.core.errors import MissingFileError, UsageError
+from grabbergui.core.invocation import program
+from grabbergui.setup import completion, folders, udev
+from grabbergui.setup.desktop import DesktopEntry
+from grabbergui.setup.words import SHELLS
+
+_PARTS = {
+    "ros2": "ROS 2 and our interface package, into this program's environment",
+    "udev": "the rule that lets users open USB3 Vision cameras (as root)",
+    "desktop": "entry in the menu, icon, types of files and man page, for this user",
+    "completion": "completion of commands, sources and features in your shell",
+}
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parsers of this family."""
+    parser = commands.add_parser(
+        "setup",
+        help="add to this machine: ROS 2, the udev rule, the desktop's entry, the shell's completion",
+        example="grabbergui setup desktop",
+    )
+    parser.add_argument(
+        "part", choices=_PARTS, help="; ".join(f"{part}: {meaning}" for part, meaning in _PARTS.items())
+    )
+    parser.add_argument("--remove", action="store_true", help="take it away again (not ros2)")
+    parser.add_argument(
+        "--shell", choices=SHELLS, help="the shell whose completion is meant (the one that you log in with)"
+    )
+    parser.add_argument(
+        "--also",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FOLDER",
+        help="ros2: build this package of interfaces too, unless there is one of its name; repeatable",
+    )
+    parser.add_argument("--json", action="store_true", help="print the files as a JSON array")
+    parser.set_defaults(run=_setup)
+
+    parser = commands.add_parser(
+        "paths",
+        help="show where the files that come with the program are",
+        example="grabbergui paths systemd",
+    )
+    parser.add_argument("name", nargs="?", choices=list(_paths()), help="print only this one's path")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=_show_paths)
+
+
+def _setup(options: argparse.Namespace) -> int:
+    if options.shell is not None and options.part != "completion":
+        raise UsageError(f"--shell says nothing to `setup {options.part}`, only to `setup completion`")
+    if options.also and options.part != "ros2":
+        raise UsageError(f"--also says nothing to `setup {options.part}`, only to `setup ros2`")
+    done: Callable[[argparse.Namespace], tuple[list[Path], str]] = {
+        "ros2": _ros2,
+        "udev": _udev,
+        "desktop": _desktop,
+        "completion": _completion,
+    }[options.part]
+    files, advice = done(options)
+    if options.json:
+        print(json.dumps([str(file) for file in files], indent=2))
+        return 0
+    for file in files:
+        print(f"{'removed' if options.remove else 'wrote'} {file}")
+    if options.remove and not files:
+        print("there was nothing to remove")
+    if advice:
+        print(advice)
+    return 0
+
+
+def _ros2(options: argparse.Namespace) -> tuple[list[Path], str]:
+    from grabbergui.setup import ros2
+
+    if options.remove:
+        raise UsageError("ROS 2 is removed with the environment that it is in: pip uninstall ros-rclpy …")
+    for folder in options.also:
+        if not (folder / "package.xml").is_file():
+            raise MissingFileError(f"{folder} has no package.xml, so it is no ROS 2 package")
+    ros2.install(lambda step: print(step, file=sys.stderr, flush=True), also=options.also)
+    return [], "ROS 2 is ready: rclpy and grabber_interfaces"
+
+
+def _udev(options: argparse.Namespace) -> tuple[list[Path], str]:
+    if options.remove:
+        removed = udev.remove()
+        return ([removed] if removed else []), ""
+    return [udev.install()], "plug the camera in again"
+
+
+def _desktop(options: argparse.Namespace) -> tuple[list[Path], str]:
+    entry = DesktopEntry(folders.data_home())
+    files = entry.remove() if options.remove else entry.install(program())
+    entry.refresh()
+    return files, ""
+
+
+def _completion(options: argparse.Namespace) -> tuple[list[Path], str]:
+    shell = options.shell or completion.login_shell()
+    if options.remove:
+        removed = completion.remove(shell)
+        return ([removed] if removed else []), ""
+    file = completion.install(shell, program())
+    return [file], completion.advice(shell, file)
+
+
+def _paths() -> dict[str, Path]:
+    """Name what users look for, the manual's name first."""
+    return {
+        "resources": RESOURCES,
+        "manual": MANUAL,
+        "udev": udev.RULE,
+        "systemd": RESOURCES / "systemd" / "grabbergui.service",
+        "ros2": RESOURCES / "ros2",
+        "fastdds": RESOURCES / "ros2" / "fastdds.xml",
+        "yarp": RESOURCES / "yarp",
+        "servo": RESOURCES / "servo",
+        "scripts": RESOURCES / "scripts",
+        "cache": folders.cache_home() / "grabbergui",
+        "program": Path(program()[0]),
+    }
+
+
+def _show_paths(options: argparse.Namespace) -> int:
+    paths = _paths()
+    if options.name is not None:
+        paths = {options.name: paths[options.name]}
+    if options.json:
+        print(json.dumps({name: str(path) for name, path in paths.items()}, indent=2))
+    elif options.name is not None:
+        print(paths[options.name])
+    else:
+        width = max(map(len, paths))
+        for name, path in paths.items():
+            print(f"{name:{width}}  {path}")
+    return 0
