@@ -1,4 +1,4 @@
-"""What a camera's bootstrap registers say it is, whichever library carries its registers.
+"""A camera's identity from its bootstrap registers, over whichever library reads them.
 
 GigE Vision 2.x, section 28 (registers 0x0000 to 0x00F7); GenCP 1.3, section 4 (ABRM).
 """

@@ -39,8 +39,8 @@ _EVENT_SWITCH = "EventNotification"
 class Camera(FrameGrabber):
     """A local camera on whatever transport. Thread-safe; feature calls are serialised.
 
-    A camera that is lost is opened again as soon as it answers. What was set since it was opened is set
-    again and compared, and the stream goes on.
+    A camera that is lost is opened again as soon as it answers. All settings made since it was opened are
+    made again and compared, and the stream goes on.
     """
 
     def __init__(self, device: Device, *, deliver_incomplete: bool = False) -> None:
@@ -58,7 +58,7 @@ class Camera(FrameGrabber):
         self._closed.set()
         self._reconnecting: threading.Thread | None = None
         self._losses = threading.Lock()
-        "Never held while anything waits: a loss is told of by threads that closing the device joins."
+        "Never held while anything waits: losses are reported by threads that closing the device joins."
         self._lost_meanwhile = False
 
     # -- connection ------------------------------------------------------------------------------
@@ -175,7 +175,7 @@ class Camera(FrameGrabber):
     @contextmanager
     @override
     def exclusive(self, selectors: Iterable[str] = ()) -> Iterator[None]:
-        """Readers wait as well: they must not see what is selected for a moment."""
+        """Readers wait as well: they must not see selectors that are moved for a moment."""
         with self._lock, self._opened().exclusive(), super().exclusive(selectors):
             yield
 
@@ -364,7 +364,7 @@ class Camera(FrameGrabber):
             with suppress(FeatureError):
                 self._opened().execute("AcquisitionStop")
             self._acquisition.lock_transport(locked=False)
-        # Setting it again must not change what is remembered.
+        # Restoring the settings must not change the memory of them.
         writer = self._writes()
         remembered, writer.memory = writer.memory, SettingsMemory()
         try:

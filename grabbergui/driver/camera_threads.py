@@ -20,7 +20,7 @@ class EventDelivery:
 
     def __init__(self, deliver: Callable[[int, bytes], None], name: str) -> None:
         self.dropped = 0
-        "Events that came faster than they could be told."
+        "The number of events that were dropped because they came too fast."
         self._deliver = deliver
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._changed = threading.Condition()

@@ -1,4 +1,4 @@
-"""What a transport provides: registers, a description, a stream; and what transports share.
+"""The interface of a transport (registers, description, stream), and code that transports share.
 
 GigE Vision, USB3 Vision, GenTL and the simulated camera each implement `Device`; `driver.camera.Camera`
 combines any of them with a node map into a `FrameGrabber`.
@@ -29,7 +29,7 @@ class DataLayout(Enum):
 
 @dataclass(frozen=True)
 class StreamRequest:
-    """What the stream must be ready for before the camera is told to send."""
+    """The requirements on a stream, set before the camera starts to send."""
 
     payload_size: int
     "Bytes of the largest payload (feature PayloadSize), chunks included."
@@ -93,7 +93,7 @@ class Device(ABC):
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
         """Get ready to receive; `deliver` is called on the receiving thread and returns at once.
 
-        Called before AcquisitionStart. Counters start anew.
+        Called before AcquisitionStart. Resets the counters.
         """
 
     @abstractmethod
@@ -169,7 +169,7 @@ def unpack(stored: bytes) -> bytes:
                     f"the zipped description is compressed by method {method}; GenICam has only deflate (8)"
                 )
             with archive.open(names[0]) as member:
-                # What the archive says about its sizes may be a lie, so count what comes out.
+                # The sizes in the archive may be false, so count the bytes that come out.
                 xml = member.read(MAX_XML_BYTES + 1)
     # The last three are zipfile's words for versions, encryption and offsets that it cannot follow.
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError) as error:

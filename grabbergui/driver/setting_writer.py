@@ -37,12 +37,12 @@ class SettingsMemory:
 
     @property
     def settings(self) -> Mapping[SettingKey, FeatureValue]:
-        """What is remembered."""
+        """The remembered values."""
         return self._settings
 
     @property
     def regulated_once(self) -> list[str]:
-        """Automatic modes that were told to regulate once, and are off again soon."""
+        """Automatic modes that were set to Once, and will switch themselves off."""
         return [key.name for key, value in self._settings.items() if value == AUTO_ONCE]
 
     def note(self, key: SettingKey, value: FeatureValue) -> None:
@@ -72,7 +72,7 @@ class SettingsMemory:
         self._loaded = command
 
     def restore(self, grabber: FrameGrabber) -> list[str]:
-        """Set everything again and compare; return what is not as it was and why, a sentence each.
+        """Set everything again and compare; return the differences and their reasons, a sentence each.
 
         Raises TransportError when the camera goes away again.
         """
@@ -84,7 +84,7 @@ class SettingsMemory:
                 problems.append(str(error))
         hidden = {key: value for key, value in self._settings.items() if key.name in self._hidden}
         for key, value in hidden.items():
-            # What hides it is written again with all that can be seen.
+            # The feature that hides it is written again with all that are visible.
             hider = self._hidden[key.name]
             if hider.before is not None:
                 problems += settle(grabber, {hider.key: hider.before, key: value}).values()
@@ -151,7 +151,7 @@ class SettingWriter:
                 yield from names
 
     def notice_regulated_once(self) -> None:
-        """Remember what a mode found that was told to regulate once, and has gone off by itself."""
+        """Remember the values that a mode found which was set to Once and has switched itself off."""
         for mode in self.memory.regulated_once:
             self._nodes.invalidate(frozenset({mode}))
             if self._nodes.value(mode) == AUTO_OFF:

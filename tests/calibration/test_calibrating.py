@@ -128,7 +128,7 @@ def test_a_look_that_is_not_to_keep_keeps_nothing():
 
 @pytest.mark.parametrize("kind", ["charuco", "chessboard"])
 @pytest.mark.parametrize(("yaw", "slant"), [(-30, 1), (30, -1)])
-def test_the_nearer_edge_is_told(kind, yaw, slant):
+def test_the_nearer_edge_is_reported(kind, yaw, slant):
     board = CHARUCO if kind == "charuco" else Chessboard(8, 6, 0.03)
     # About the vertical by a positive angle, the edge to the left in the picture comes nearer.
     place = placed(board.find(picture(texture(kind), at(0.45, 0, 0, yaw=yaw))), (WIDTH, HEIGHT))

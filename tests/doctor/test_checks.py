@@ -23,7 +23,7 @@ def sysctl(folder, name, value):
 
 
 @pytest.mark.parametrize(("limit", "level"), [(212992, Level.NOTE), (network.WANTED_RMEM, Level.GOOD)])
-def test_a_small_socket_buffer_is_told(tmp_path, limit, level):
+def test_a_small_socket_buffer_is_reported(tmp_path, limit, level):
     finding = only(network.receive_buffer(sysctl(tmp_path, "core/rmem_max", limit)))
 
     assert finding.level is level

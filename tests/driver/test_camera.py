@@ -136,7 +136,7 @@ def test_a_refused_format_leaves_the_stream_on(camera):
     assert queue.get(PATIENCE).pixel_format.name == "Mono8"
 
 
-def test_a_value_under_its_automatic_mode_is_told(camera):
+def test_a_value_under_its_automatic_mode_is_reported(camera):
     told = set()
     seen = threading.Event()
 

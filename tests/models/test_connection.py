@@ -328,7 +328,7 @@ def test_a_camera_that_another_program_controls_is_opened_for_reading(bench):
     assert source.access is Access.TAKE_OVER, "on purpose, so that it may be taken from one who offers it"
 
 
-def test_where_reading_is_refused_too_the_first_refusal_is_told(bench):
+def test_where_reading_is_refused_too_the_first_refusal_is_reported(bench):
     bench.source = Held(monitored=False)
     bench.link.connect_to("fake:")
     bench.until(S.CLOSED)

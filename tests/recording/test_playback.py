@@ -118,7 +118,7 @@ def test_wound_to_a_place_by_hand_it_goes_on_from_there(player):
     assert [queue.get(PATIENCE).frame_id for _ in range(4)] == [3, 4, 5, 0]
 
 
-def test_that_it_came_to_its_end_is_told(player):
+def test_that_it_came_to_its_end_is_reported(player):
     player.write_feature("PlaybackLoop", False)
     player.write_feature("PlaybackSpeed", 20)
     ended = threading.Event()
@@ -267,7 +267,7 @@ def test_names_that_no_system_has_are_refused_like_any_other(name):
         playback.create(SourceUri("file", name)).open()
 
 
-def test_a_folder_that_cannot_be_listed_is_told(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_listed_is_reported(tmp_path, monkeypatch):
     def closed(path):
         raise PermissionError(13, "Permission denied")
 

@@ -83,7 +83,7 @@ def test_a_raw_file_that_exists_keeps_its_json(tmp_path):
     assert len(list(tmp_path.glob("*.json"))) == 2
 
 
-def test_a_folder_that_cannot_be_written_is_told(tmp_path):
+def test_a_folder_that_cannot_be_written_is_reported(tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     with pytest.raises(GrabberError, match="choose another folder"):

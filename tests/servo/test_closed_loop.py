@@ -89,7 +89,7 @@ def test_the_simulated_robot_forgets_a_command_after_a_while():
     assert robot.speed < 1e-4
 
 
-def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_told():
+def test_the_simulated_robot_keeps_to_its_limits_whatever_it_is_commanded():
     clock, random = Clock(), np.random.default_rng(7)
     robot = SimRobot(teo.MODEL, clock)
     for _ in range(400):
@@ -112,7 +112,7 @@ def test_the_simulated_robot_rests_on_what_is_no_command(bad):
     assert np.allclose(robot.state().arm, teo.HOME)
 
 
-def test_the_simulated_hand_moves_as_it_is_told():
+def test_the_simulated_hand_moves_as_it_is_commanded():
     clock = Clock()
     robot = SimRobot(teo.MODEL, clock)
     start = robot.state().hand

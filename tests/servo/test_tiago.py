@@ -117,7 +117,7 @@ def test_angles_that_are_none_are_refused(model, angles):
 
 
 # -- the simulated robot -------------------------------------------------------------------------
-def test_it_keeps_to_its_limits_whatever_it_is_told(model):
+def test_it_keeps_to_its_limits_whatever_it_is_commanded(model):
     now, random = 0.0, np.random.default_rng(7)
     robot = SimRobot(model, lambda: now)
     for _ in range(300):

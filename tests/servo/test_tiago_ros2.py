@@ -177,10 +177,10 @@ def test_head_and_hand_move_as_told_and_stop(robot, simulated):
             until(lambda: simulated.robot.speed < 1e-3)
 
 
-def test_the_head_moves_as_fast_as_it_is_told(robot):
+def test_the_head_moves_as_fast_as_it_is_commanded(robot):
     directions = itertools.cycle((0.4, -0.4))
 
-    def as_told():
+    def as_commanded():
         speed = next(directions)
         began, start = time.monotonic(), robot.state().head[0]
         while time.monotonic() - began < 1.0:
@@ -190,7 +190,7 @@ def test_the_head_moves_as_fast_as_it_is_told(robot):
         # It starts from what was read a moment ago, so it lags by that much at each command.
         return (moved.head[0] - start) / (moved.time - began) == pytest.approx(speed, rel=0.35)
 
-    until(as_told)
+    until(as_commanded)
 
 
 def test_a_head_that_is_told_nothing_more_rests_by_itself(robot, simulated):

@@ -89,7 +89,7 @@ def lagging(seconds, velocity, period=0.02, lag=0.1):
     return angles
 
 
-def test_a_drive_that_lags_is_as_fast_as_it_is_told():
+def test_a_drive_that_lags_is_as_fast_as_it_is_commanded():
     angles = lagging(1.0, lambda now: 0.4)
     assert (angles[-1] - angles[499]) / 0.5 == pytest.approx(0.4, rel=0.02)
 

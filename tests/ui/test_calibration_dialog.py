@@ -133,7 +133,7 @@ def test_a_board_goes_in_without_coming_out_and_comes_out_when_set_by_hand(dialo
         (Step.VIEWS, Verdict.KNOWN, "this view is there already"),
     ],
 )
-def test_what_hinders_is_told(dialog, step, verdict, text):
+def test_what_hinders_is_reported(dialog, step, verdict, text):
     dialog.setStep(step)
     dialog.setLook(look(verdict), 20)
     assert dialog.verdictLabel.text() == f"● {text}"

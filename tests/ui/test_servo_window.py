@@ -87,7 +87,7 @@ def test_starting_is_offered_only_when_stopped(window, qtbot):
 
 
 # -- setters ---------------------------------------------------------------------------------------
-def test_the_state_is_lit_and_told(window):
+def test_the_state_is_lit_and_reported(window):
     window.setState(State.WAITING, "centred; no marker yet")
     assert window.states.state is State.WAITING
     assert window.reasonLabel.text() == "centred; no marker yet"

@@ -138,13 +138,13 @@ class Failure:
     """Where a function leaves its GError: pass `place`, then ask for the `error`."""
 
     def __init__(self, what: str) -> None:
-        """`what` was tried, for people."""
+        """`what` names the attempted operation in the message."""
         self._what = what
         self._pointer = POINTER(_GError)()
         self.place = byref(self._pointer)
 
     def error(self) -> GrabberError | None:
-        """What went wrong; None where nothing did. Once."""
+        """Return the error and free it; None if there is none."""
         if not self._pointer:
             return None
         code, text = self._pointer.contents.code, self._pointer.contents.message or b""
@@ -184,7 +184,7 @@ class FoundCamera:
 
     @property
     def address_or_id(self) -> str:
-        """What leads to this camera alone: the address of one on the network, which may share its id."""
+        """An id that only this camera has: its address on a network, where several may share an id."""
         return self.address if self.protocol == "GigEVision" and self.address else self.id
 
     def answers_to(self, name: str) -> bool:

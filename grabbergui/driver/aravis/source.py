@@ -24,7 +24,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """What Aravis sees, where the user wants it (`SEARCH`); takes its own second whatever `timeout` says."""
+    """Return the cameras that Aravis finds, if `SEARCH` is set. Takes a second, whatever the `timeout`."""
     if os.environ.get(SEARCH, "") in ("", "0"):
         return []
     return [camera.info() for camera in find_cameras()]

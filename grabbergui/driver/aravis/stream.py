@@ -83,7 +83,7 @@ class AravisStream:
         with self._lock:
             self._count()
             stream, self._stream = self._stream, None
-        # Ends Aravis's thread and lets go of the buffers it holds; only then may their memory go.
+        # Ends Aravis's thread and releases the buffers it holds; only then may their memory be freed.
         self._library.g_object_unref(stream)
         self._lent.clear()
 
@@ -153,7 +153,7 @@ class AravisStream:
         if self._last_id is not None and frame_id > self._last_id + 1:
             statistics.lost += frame_id - self._last_id - 1
         self._last_id = frame_id
-        # Of what is incomplete Aravis tells neither size nor format; it is in the counters.
+        # Aravis reports neither size nor format of an incomplete frame; the counters contain it.
         if not complete:
             return None
         statistics.frames += 1

@@ -39,7 +39,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Known:
-    """What was kept of one description."""
+    """The cached results for one description."""
 
     text: str
     "The description as GenApi parsed it, vetted and with a comment of its own."
@@ -50,7 +50,7 @@ class Known:
 
 @contextlib.contextmanager
 def known(xml: str) -> Iterator[Known | None]:
-    """Give what is kept of a description; None where nothing is, or nothing that can be trusted.
+    """Return the cached results for a description; None if there are none that can be trusted.
 
     For the length of the block no other program has it, so that GenApi's semaphore of this text can only be
     taken by a process that is gone.
@@ -66,7 +66,7 @@ def known(xml: str) -> Iterator[Known | None]:
         except FileNotFoundError:
             pass
         except (OSError, ValueError) as error:
-            log.info("what is kept of this description is not used: %s", error)
+            log.info("the cached results for this description are not used: %s", error)
         yield found
 
 
@@ -94,7 +94,7 @@ def keep(xml: str, made: Known) -> None:
 
 
 def forget(xml: str) -> None:
-    """Remove what is kept of a description: GenApi could not load it."""
+    """Remove the cached results for a description: GenApi could not load it."""
     shutil.rmtree(_folder() / _key(xml), ignore_errors=True)
 
 

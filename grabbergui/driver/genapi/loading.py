@@ -58,7 +58,7 @@ _SWAPPED = re.compile(r"(<Description>[^<]*</Description>)(\s*)(<ToolTip>[^<]*</
 
 
 def clean_xml(data: bytes) -> str:
-    """The XML text alone. Raises RemoteProtocolError for what is no GenICam description.
+    """Return the XML text alone. Raises RemoteProtocolError for anything but a GenICam description.
 
     Document type declarations are refused: GenICam has none, and entities can read files or explode.
     """

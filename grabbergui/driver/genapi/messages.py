@@ -26,7 +26,7 @@ from grabbergui.driver.genapi.loading import clean_xml
 log = logging.getLogger(__name__)
 
 SWITCHES = frozenset({"ChunkModeActive", "ChunkSelector", "ChunkEnable"})
-"""What turns chunks on and off, as opposed to what they carry."""
+"""Features that switch chunks on and off; other features of the category are values that chunks carry."""
 MOST_CHUNKS = 256
 LARGEST_CHUNK = 65536
 """Bytes; a longer one is the picture itself, which nobody reads as a feature."""
@@ -54,7 +54,7 @@ class ChunkReader:
             and description.name not in SWITCHES
             and description.kind is not FeatureKind.COMMAND
         ]
-        self._told = False
+        self._reported = False
 
     def read(self, payload: NDArray[np.uint8]) -> dict[str, FeatureValue]:
         """The values behind a picture; empty where there are none or they are malformed. Never raises."""
@@ -68,8 +68,8 @@ class ChunkReader:
             finally:
                 self._adapter.detach_buffer()
         except (genapi.GenericException, RuntimeError) as error:
-            if not self._told:
-                self._told = True
+            if not self._reported:
+                self._reported = True
                 log.warning("chunk data cannot be read: %s", node_features.reason_of(error))
             return {}
 
@@ -124,18 +124,18 @@ class EventReader:
         except (genapi.GenericException, RuntimeError) as error:
             raise RemoteProtocolError(f"event message: {node_features.reason_of(error)}") from error
 
-    def event(self, event_id: int, told: Mapping[str, Feature]) -> DeviceEvent:
+    def event(self, event_id: int, changed: Mapping[str, Feature]) -> DeviceEvent:
         """The event behind the nodes that a message changed."""
-        values = {name: feature.value for name, feature in told.items() if feature.value is not None}
-        return DeviceEvent(self._name_of(told) or f"0x{event_id:04X}", event_id, values)
+        values = {name: feature.value for name, feature in changed.items() if feature.value is not None}
+        return DeviceEvent(self._name_of(changed) or f"0x{event_id:04X}", event_id, values)
 
     def close(self) -> None:
-        """Let go of the node map."""
+        """Release the node map."""
         self._adapter.detach_node_map()
 
-    def _name_of(self, told: Mapping[str, Feature]) -> str:
+    def _name_of(self, changed: Mapping[str, Feature]) -> str:
         # SFNC: the features of event X are called EventX, EventXTimestamp, EventXFrameID …
-        fitting = [name for name in self._names if any(node.startswith(f"Event{name}") for node in told)]
+        fitting = [name for name in self._names if any(node.startswith(f"Event{name}") for node in changed)]
         return max(fitting, key=len, default="")
 
 

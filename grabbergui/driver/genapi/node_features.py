@@ -58,7 +58,7 @@ _LARGEST_FLOAT = 3.4028234663852886e38
 
 _WHERE_THROWN = re.compile(r"\s*: \w+Exception thrown\b.*", re.DOTALL)
 _ALARM = re.compile(r"(?:(?:Fatal error|ERROR|WARNING) ?:|SWIG director method error\.)\s*")
-"""What stands before and behind what GenApi has to say."""
+"""The parts of GenApi's messages before and after the reason."""
 
 
 def _representation(value: Any, *, of_quantity: bool) -> Representation:
@@ -73,7 +73,7 @@ def is_category(value: Any) -> bool:
 
 
 def describe(node: Any, category: str) -> FeatureDescription | None:
-    """What never changes about a node; None for kinds that people cannot use (raw registers, ports)."""
+    """Return the properties of a node that never change; None for raw registers and ports."""
     kind = _KINDS.get(node.principal_interface_type)
     if kind is None:
         return None
@@ -96,12 +96,12 @@ def visibility_of(node: Any) -> Visibility:
 
 
 def access_of(value: Any) -> AccessMode:
-    """A node's access mode just now; may read registers."""
+    """Return a node's access mode at the moment. May read registers."""
     return _ACCESS.get(value.get_access_mode(), AccessMode.NOT_AVAILABLE)
 
 
 class NodeFeature:
-    """A node as a feature. What its description fixes (unit, entries) is read once; one thread at a time."""
+    """A node as a feature. Properties that the description fixes are read once. One thread at a time."""
 
     def __init__(self, value: Any, description: FeatureDescription, auto: str | None) -> None:
         self._value = value
@@ -173,7 +173,7 @@ class NodeFeature:
 
 
 def reason_of(error: BaseException) -> str:
-    """What GenApi says without where in its sources it says it."""
+    """Return GenApi's message without the position in its sources."""
     text = _WHERE_THROWN.sub("", _ALARM.sub("", str(error), count=1))
     return " ".join(text.replace(" : ", ": ").split()).rstrip(".")
 
@@ -190,9 +190,10 @@ def read_value(value: Any, kind: FeatureKind) -> FeatureValue:
 
 
 def _standing(value: Any, kind: FeatureKind, access: AccessMode) -> FeatureValue | None:
-    """What a readable node holds; None where that means nothing and something else can be written.
+    """Return the value of a readable node; None if the value is meaningless and another can be written.
 
-    So does the number of no entry, or text that is no UTF-8. What our port raises is no GenericException.
+    The same holds for a number without an entry, or text that is no UTF-8. Errors of our port are no
+    GenericException.
     """
     try:
         return read_value(value, kind)

@@ -48,7 +48,7 @@ COMMAND_TIMEOUT = 5.0
 class CameraNodeMap:
     """The features of one open device. Any thread; calls are serialised.
 
-    GenApi locks its map in C++ while it calls our port, and the binding does not let go of the GIL there:
+    GenApi locks its map in C++ while it calls our port, and the binding does not release the GIL there:
     two threads inside would wait for each other for ever. So each use holds `_lock`, which is Python's.
 
     `on_change` is called with the names of features whose value, range or access may have changed, outside
@@ -109,7 +109,7 @@ class CameraNodeMap:
         """Return the feature for validating a value that is to be written next.
 
         A number that the last snapshot takes needs no new one: GenApi checks access and range again, and its
-        refusal is described by what is true then. A dragged slider saves half of its time so.
+        refusal is described by the state at that moment. This saves a dragged slider half of its time.
         """
         last = self._nodes[name].last if name in self._nodes else None
         if last is not None and last.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
@@ -231,8 +231,8 @@ class CameraNodeMap:
                 return None
             self._events.deliver(message)
             # The event's own nodes; what else it made stale is read when somebody looks.
-            told = sorted(name for name in self._changed if name.startswith("Event"))
-            return self._events.event(event_id, {name: self.feature(name) for name in told})
+            changed = sorted(name for name in self._changed if name.startswith("Event"))
+            return self._events.event(event_id, {name: self.feature(name) for name in changed})
 
     def close(self) -> None:
         """Drop the callbacks; the map must not be used any more."""
@@ -334,7 +334,7 @@ class CameraNodeMap:
         return replace(root, members=branches)
 
     def _unlisted(self) -> Iterator[FeatureDescription]:
-        """What operators look for and the camera has, though no category lists it: a frame rate, say."""
+        """Give features that operators look for and no category lists: a frame rate, for instance."""
         for role in Role:
             name = role.find(lambda name: bool(self._map.has_node(name)))
             if name is None or role.find(self.has) is not None:
@@ -369,7 +369,8 @@ class CameraNodeMap:
         try:
             return node_features.access_of(value) is not AccessMode.NOT_IMPLEMENTED
         except (genapi.GenericException, RuntimeError):
-            # A register that fails says nothing about whether the feature is there; its row will tell.
+            # A register that fails does not show whether the feature is there; its row in the panel shows the
+            # error.
             return True
 
     def _listen(self) -> None:

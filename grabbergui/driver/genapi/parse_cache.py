@@ -168,7 +168,7 @@ def _own_folder() -> Iterator[bool]:
 
 
 class _Parser:
-    """The other process. It imports GenApi while nothing is said to it, and ends with the block."""
+    """The other process, which ends with the block. It imports GenApi while it waits for its first request."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None

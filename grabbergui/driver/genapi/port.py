@@ -26,7 +26,7 @@ LONGEST = 16 << 20
 class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library has no types
     """Reads and writes registers of a `Device` for GenApi.
 
-    What the device raises does not survive its way through C++, so it is kept in `failure` for whoever
+    An exception of the device does not survive its way through C++, so it is kept in `failure` for whoever
     made the call; what nobody foresaw becomes a TransportError, since GenApi would end the process.
     """
 
@@ -65,7 +65,7 @@ class RegisterPort(genapi.AbstractPort):  # type: ignore[misc]  # the library ha
         return int(genapi.EInterfaceType.intfIPort)
 
     def _kept(self, error: Exception) -> RuntimeError:
-        """What GenApi takes; the reason waits for `take_failure`."""
+        """Return the exception that GenApi accepts; `take_failure` returns the reason."""
         if not isinstance(error, GrabberError):
             error = TransportError(f"{type(error).__name__}: {error}")
         self.failure = error

@@ -1,4 +1,4 @@
-"""What GenApi must not see, kept away from it: a camera's description is text from a stranger.
+"""Checks a camera's description before GenApi parses it, because it is untrusted text.
 
 GenApi computes in this process and holds the GIL meanwhile. So before it sees a description, this module
 bounds what loading it and reading a feature can cost, and rewrites what would end the program: divisions of
@@ -87,7 +87,7 @@ class _Element:
 
 
 class _Reader:
-    """One pass over the XML: the graph of its nodes, and what is to be replaced in the text."""
+    """One pass over the XML: the graph of its nodes, and the replacements in the text."""
 
     def __init__(self, data: bytes) -> None:
         self.nodes: dict[str, _Node] = {}

@@ -56,9 +56,9 @@ class GentlDevice(Device):
         self._writable = False
         self._met = False
         "Whether `info` is what a camera said of itself."
-        self._told_lost = False
+        self._loss_reported = False
         self._telling = threading.Lock()
-        "Of `_told_lost`: the stream and a register may notice at once."
+        "Of `_loss_reported`: the stream and a register may notice at once."
 
     # -- connection ------------------------------------------------------------------------------
     @override
@@ -75,7 +75,7 @@ class GentlDevice(Device):
             raise
         self._producer, self._device = producer, device
         self._writable = access is Access.CONTROL
-        self._told_lost = False
+        self._loss_reported = False
         try:
             info = self._identify(device, found)
         except BaseException:
@@ -185,7 +185,7 @@ class GentlDevice(Device):
 
     @contextmanager
     def _watched(self) -> Iterator[None]:
-        """A camera that went away is told of once, by whoever notices."""
+        """Report a lost camera once, on the thread that notices."""
         try:
             yield
         except DeviceLostError as error:
@@ -194,8 +194,8 @@ class GentlDevice(Device):
 
     def _tell_lost(self, reason: str) -> None:
         with self._telling:
-            if self._device is None or self._told_lost:
+            if self._device is None or self._loss_reported:
                 return
-            self._told_lost = True
+            self._loss_reported = True
         if self.on_lost is not None:
             self.on_lost(reason)

@@ -27,7 +27,7 @@ from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.uri import SourceUri
 
 GONE = (gentl.IoException, gentl.InvalidHandleException, gentl.ClosedException, gentl.NotInitializedException)
-"""What producers answer once the camera behind a handle is away."""
+"""Exceptions that producers raise for a handle whose camera is gone."""
 
 _CODE = re.compile(r"\(ID: (-?\d+)\)")
 _MESSAGE = re.compile(r"Message from the source: (.*?)\)? \(ID:", re.DOTALL)
@@ -196,7 +196,7 @@ def installed_producers() -> list[Path]:
         path = Path(entry)
         if not entry:
             continue
-        # A folder may be closed to us, or what is written there no path at all.
+        # A folder may not be readable, or the entry may be no path at all.
         with contextlib.suppress(OSError, ValueError):
             candidates = sorted(path.glob("*.cti")) if path.is_dir() else [path]
             found += [file for file in candidates if file.suffix == ".cti" and file.is_file()]

@@ -47,8 +47,8 @@ class GentlStream:
     ) -> None:
         """`device`: a gentl.Device. Both functions are called on the receiving thread and return at once.
 
-        `on_gone` is told why the stream ended by itself. Raises TransportError, DeviceStatusError,
-        DeviceLostError.
+        `on_gone` is called with the reason if the stream ends by itself. Raises TransportError,
+        DeviceStatusError, DeviceLostError.
         """
         self._deliver = deliver
         self._on_gone = on_gone

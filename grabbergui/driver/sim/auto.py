@@ -72,13 +72,13 @@ def share_light(
     light = factor * exposure_us * 10 ** (gain_db / 20)
     exposure = exposures.clip(light / 10 ** (gains.low / 20))
     gain = gains.clip(20 * float(np.log10(max(light, 1e-9) / exposure)))
-    # What gain could not take (it is at its limit) goes back to the exposure.
+    # The part beyond the limit of gain goes back to the exposure.
     exposure = exposures.clip(light / 10 ** (gain / 20))
     return exposure, gain
 
 
 def balance(values: NDArray[Any], settings: FrameSettings) -> tuple[float, float] | None:
-    """By what red and blue have to be multiplied so that grey is grey; None where nothing can be told.
+    """Return the factors of red and blue that make grey neutral; None if the image does not allow it.
 
     The median of the pixels' ratios is grey's as long as half of the picture is; saturated and dark
     pixels have no say.

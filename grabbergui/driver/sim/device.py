@@ -60,10 +60,10 @@ class SimulatedDevice(Device):
         self._reader = PayloadReader()
 
     def open(self, access: Access) -> Access:
-        """Connect; nobody else can hold it, so what is asked for is granted."""
+        """Connect. Every access is granted, as no other program can hold this camera."""
         self._open = True
         self._granted = access
-        self.model.on_event = self._tell_event
+        self.model.on_event = self._send_event
         return access
 
     def close(self) -> None:
@@ -191,8 +191,8 @@ class SimulatedDevice(Device):
         )
         return Contents(kind, payload, parts)
 
-    def _tell_event(self, event: Event, frame_id: int, timestamp: int) -> None:
+    def _send_event(self, event: Event, frame_id: int, timestamp: int) -> None:
         if self.on_event:
             event_id = EVENT_ID_BASE + event
-            told = Message(event_id, frame_id, timestamp, data=_EVENT_DATA.pack(frame_id, timestamp))
-            self.on_event(event_id, told.encode(1, ack_required=False))
+            message = Message(event_id, frame_id, timestamp, data=_EVENT_DATA.pack(frame_id, timestamp))
+            self.on_event(event_id, message.encode(1, ack_required=False))

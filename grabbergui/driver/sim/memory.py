@@ -24,7 +24,7 @@ class Refusal(Enum):
     WRITE_PROTECT = "the register is read-only"
     BAD_ALIGNMENT = "not a whole register"
     INVALID_PARAMETER = "the value is not allowed"
-    ACCESS_DENIED = "the register is locked just now"
+    ACCESS_DENIED = "the register is locked at the moment"
 
 
 class RegisterRefusedError(GrabberError):
@@ -78,7 +78,7 @@ class Register:
     def encode(self, value: RegisterValue) -> bytes:
         """A value to the register's bytes."""
         if self.kind is Kind.STRING:
-            # No letter is cut in two: what is left of it no host could read.
+            # Cut between characters: a host could not decode half of one.
             whole = str(value).encode()[: self.length].decode("utf-8", "ignore")
             return whole.encode().ljust(self.length, b"\0")
         number = float(value) if self.kind is Kind.FLOAT64 else int(value)
@@ -141,7 +141,7 @@ class RegisterMemory:
         return float(self.get(register))
 
     def stored(self, register: Register) -> RegisterValue:
-        """What was last stored, past any `on_read`."""
+        """Return the stored content, without calling `on_read`."""
         return register.decode(self._bytes[register.address])
 
     def set(self, register: Register, value: RegisterValue) -> None:

@@ -42,7 +42,7 @@ class FramePlan:
     """A frame that has been exposed and waits to be rendered."""
 
     frame_id: int
-    "From 1, anew with each acquisition."
+    "Counts from 1 in each acquisition."
     timestamp_ns: int
     "Start of the exposure on the device's clock."
     settings: FrameSettings

@@ -210,7 +210,7 @@ _POWER_ON: dict[str, PowerOn] = {
     "ComponentEnable": (1, 0, 0),
     "PtpStatus": PtpStatus.DISABLED,
 }
-"""What registers hold after power-on, by feature; with a selector, for each of its entries. Others hold 0."""
+"""Contents of registers after power-on, by feature and, with a selector, by entry. Others hold 0."""
 _LARGEST = {
     "Width": SENSOR_WIDTH,
     "Height": SENSOR_HEIGHT,

@@ -1,4 +1,4 @@
-"""What the simulated camera looks at.
+"""The scene in front of the simulated camera.
 
 A scene gives linear radiance: `UNIT` is the light that fills a pixel to white in `UNIT_EXPOSURE_US` at 0 dB.
 Any picture can be a scene; the default one is drawn here: a grey gradient that wanders, with things in it
@@ -28,7 +28,7 @@ ILLUMINANT = (1 / 1.6, 1.0, 1 / 1.3)
 
 @dataclass(frozen=True)
 class SceneView:
-    """What the sensor sees at one moment: a window on a picture."""
+    """The view of the sensor at one moment: a window on an image."""
 
     picture: NDArray[np.uint16]
     "(rows, columns, 3) radiance in red, green, blue. The same object as long as it did not change."
@@ -42,7 +42,7 @@ class Scene(ABC):
 
     @abstractmethod
     def view(self, time_ns: int) -> SceneView:
-        """What is seen at a time on the device's clock; at least a sensor's size from (x, y) on."""
+        """Return the view at a time on the device's clock; at least a sensor's size from (x, y) on."""
 
     def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16] | None:
         """Exactly what one frame shows: (height, width, 3) radiance, binned, mirrored and cut out.

@@ -111,7 +111,7 @@ class Sensor:
 
 
 def _kind(pixel_format: PixelFormat) -> str:
-    """What decides how a picture is prepared: the mosaic's order, or the family."""
+    """Return the preparation that an image needs: the mosaic's order, or the family."""
     if pixel_format.family is Family.YUV:
         return Family.RGB.value
     return pixel_format.order if pixel_format.family is Family.BAYER else pixel_format.family.value
@@ -138,7 +138,7 @@ class _Prepared:
         self._picture: NDArray[np.uint16] = np.empty((0, 0), np.uint16)
 
     def window(self, view: SceneView, settings: FrameSettings) -> NDArray[np.uint16]:
-        """What the frame's region of the sensor sees."""
+        """Return the view of the frame's region of the sensor."""
         optics, kind = settings.optics, _kind(settings.pixel_format)
         key = (optics, kind)
         if view.picture is not self._scene_picture or key != self._key:
@@ -184,7 +184,7 @@ def _prepare(picture: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[
 class _Noise:
     """Read noise from a store of random numbers, entered at a place that depends on the frame.
 
-    Kept as what is added and what is taken away, both unsigned, so that saturating 8-bit arithmetic does it.
+    Stored as an addend and a subtrahend, both unsigned, so that saturating 8-bit arithmetic can be used.
     """
 
     def __init__(self, seed: int) -> None:
@@ -278,7 +278,7 @@ _CHANNEL_AT = {
 
 
 def mosaic(rgb: NDArray[Any], order: str) -> NDArray[Any]:
-    """What a sensor behind a Bayer filter sees of a picture (rows, columns, 3): (rows, columns)."""
+    """Return the mosaic (rows, columns) that a Bayer sensor sees of an image (rows, columns, 3)."""
     raw = np.empty(rgb.shape[:2], rgb.dtype)
     for row, channels in enumerate(_CHANNEL_AT[order]):
         for column, channel in enumerate(channels):

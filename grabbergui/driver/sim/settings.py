@@ -20,7 +20,7 @@ from grabbergui.driver.sim.registers import BinningMode, Chunk, TestPattern
 
 
 class Optics(NamedTuple):
-    """What happens between scene and pixel apart from exposure; a picture of it can be kept."""
+    """The processing between scene and pixel apart from exposure; the key of cached images."""
 
     binning_horizontal: int = 1
     binning_vertical: int = 1
@@ -69,7 +69,7 @@ class FrameSettings:
 
 
 def settings_of(memory: RegisterMemory) -> FrameSettings:
-    """What the registers say just now. The caller holds the lock."""
+    """Return the settings in the registers at the moment. The caller holds the lock."""
     pixel_format = by_code(memory.integer(reg.PIXEL_FORMAT))
     red, green, blue = (memory.number(ratio) for ratio in reg.BALANCE_RATIO)
     optics = Optics(
@@ -139,7 +139,7 @@ DECIDING = (
     reg.GENDC_STREAMING_MODE,
     reg.PAYLOAD_TYPE,
 )
-"What decides the payload's size, locked while streaming."
+"Features that decide the payload's size, locked while streaming."
 
 _AXES = (
     (reg.SENSOR_WIDTH, reg.BINNING_HORIZONTAL, reg.WIDTH_MAX, reg.WIDTH, reg.OFFSET_X),
@@ -167,7 +167,7 @@ def update_geometry(memory: RegisterMemory) -> None:
 
 
 def active_chunks(memory: RegisterMemory) -> tuple[Chunk, ...]:
-    """The chunks that follow a picture just now."""
+    """Return the chunks that are enabled at the moment."""
     alone = memory.integer(reg.PAYLOAD_TYPE) == reg.FrameContent.CHUNK_ONLY
     if not memory.integer(reg.CHUNK_MODE_ACTIVE) and not alone:
         return ()
@@ -187,7 +187,7 @@ def fastest_rate(memory: RegisterMemory) -> float:
 
 
 class UserSets:
-    """What UserSetSave stored, by set. Kept as long as the camera lives, resets included."""
+    """The user sets that UserSetSave stored, by name. They survive resets."""
 
     def __init__(self, memory: RegisterMemory) -> None:
         self._memory = memory

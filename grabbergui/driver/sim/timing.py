@@ -67,7 +67,7 @@ _LATE_PERIODS = 4
 
 
 class Timing(NamedTuple):
-    """What decides the cadence just now."""
+    """The settings that decide the cadence at the moment."""
 
     period_ns: int
     "From one exposure's start to the next one's."

@@ -139,7 +139,7 @@ def test_closing_gives_control_back_at_once(simulated: GigeCamera) -> None:
         assert not simulated.control.controlled
 
 
-def test_what_the_camera_refuses_is_told(opened: FrameGrabber) -> None:
+def test_what_the_camera_refuses_is_reported(opened: FrameGrabber) -> None:
     device: Any = opened.device  # type: ignore[attr-defined]
     with pytest.raises(DeviceStatusError, match="reading 4 bytes at 0x1FFFF0"):
         device.read(0x1FFFF0, 4)
@@ -154,7 +154,7 @@ def test_after_closing_nothing_crashes(opened: FrameGrabber) -> None:
     assert device.stream_statistics().frame_rate == 0
 
 
-def test_control_that_went_elsewhere_is_told(opened: FrameGrabber, simulated: GigeCamera) -> None:
+def test_control_that_went_elsewhere_is_reported(opened: FrameGrabber, simulated: GigeCamera) -> None:
     states: queue.Queue[ConnectionState] = queue.Queue()
     opened.connection_changed.connect(lambda state, why: states.put(state))
     simulated.control.release()

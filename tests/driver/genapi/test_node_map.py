@@ -181,7 +181,7 @@ def test_out_of_range_names_the_range(nodes):
         nodes.write("Width", 9999)
 
 
-def test_the_cameras_own_refusal_is_told(nodes, memory):
+def test_the_cameras_own_refusal_is_reported(nodes, memory):
     memory.refuse_writes = True
 
     with pytest.raises(FeatureError, match=r"Width=644: the camera answered: .*WRITE_PROTECT"):

@@ -209,10 +209,10 @@ def test_entries_of_the_search_path_that_are_no_paths_hinder_no_other(monkeypatc
 
 
 def test_a_producer_need_not_say_whether_frames_are_complete(grabber, monkeypatch):
-    def not_told(buffer):
+    def not_reported(buffer):
         raise stream.gentl.GenericException("not available (ID: -1014)")
 
-    monkeypatch.setattr(stream.gentl.Buffer, "is_complete", not_told)
+    monkeypatch.setattr(stream.gentl.Buffer, "is_complete", not_reported)
     queue = grabber.open_queue(1)
     grabber.start()
     for _ in range(2 * BUFFERS):

@@ -327,10 +327,10 @@ def test_a_scheduled_action_waits_and_a_late_one_says_so(armed):
 
 
 def test_an_event_is_repeated_until_it_is_acknowledged(controlled):
-    assert controlled.channel.tell_event(0x9003, 7, 123, controlled.now) == []
+    assert controlled.channel.send_event(0x9003, 7, 123, controlled.now) == []
     controlled.write(0xB10, 0x7F000001)
     controlled.write(0xB00, 6000)
-    (out,) = controlled.channel.tell_event(0x9003, 7, 123, controlled.now)
+    (out,) = controlled.channel.send_event(0x9003, 7, 123, controlled.now)
     assert out.to == ("127.0.0.1", 6000)
     header, payload = out.datagram[:8], out.datagram[8:]
     (event,) = Event.decode_all(CommandCode.EVENTDATA, payload, header[1])
@@ -346,7 +346,7 @@ def test_an_event_is_repeated_until_it_is_acknowledged(controlled):
 
 def test_an_event_that_nobody_hears_is_given_up(controlled):
     controlled.write(0xB00, 6000)
-    controlled.channel.tell_event(0x9003, 7, 123, controlled.now)
+    controlled.channel.send_event(0x9003, 7, 123, controlled.now)
     controlled.write(0x938, 60_000)
     repeats = sum(len(controlled.channel.poll(controlled.now + second)) for second in range(1, 20))
     assert repeats == 3

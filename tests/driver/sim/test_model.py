@@ -367,7 +367,7 @@ def test_events_are_told_when_they_are_on(make_bench):
     assert heard[-1][0] is Event.TEST
 
 
-def test_a_trigger_that_comes_too_early_is_told(bench):
+def test_a_trigger_that_comes_too_early_is_reported(bench):
     heard = []
     bench.model.on_event = lambda *event: heard.append(event)
     bench.set(reg.EVENT_NOTIFICATION[Event.FRAME_TRIGGER_MISSED], 1)

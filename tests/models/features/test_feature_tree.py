@@ -148,7 +148,7 @@ def test_what_was_still_to_be_read_when_unwatched_is_read_when_watched_again(sta
     assert s.values("A")[-1] == 9.0
 
 
-def test_a_notification_that_changed_nothing_is_not_told(stage):
+def test_a_notification_that_changed_nothing_is_not_reported(stage):
     s = stage(number("A"))
     s.model.watch(["A"])
     s.settle()
@@ -235,7 +235,7 @@ def test_writes_keep_their_order_among_features_and_commands(stage):
     assert order == ["Gain", "Gain", "Other", "UserSetSave"]
 
 
-def test_a_refused_write_fails_and_the_cameras_truth_is_told(stage):
+def test_a_refused_write_fails_and_the_cameras_truth_is_reported(stage):
     s = stage(number("Gain", 7.0))
     s.model.write("Gain", 1000.0)
     s.settle()
@@ -244,7 +244,7 @@ def test_a_refused_write_fails_and_the_cameras_truth_is_told(stage):
     assert s.values("Gain") == [7.0]
 
 
-def test_what_the_camera_made_of_the_value_is_told(stage):
+def test_what_the_camera_made_of_the_value_is_reported(stage):
     s = stage(number("Gain"))
     s.grabber.on_write = lambda name, value: round(value)
     s.model.write("Gain", 2.7)
@@ -268,7 +268,7 @@ def test_a_held_feature_waits_and_is_told_on_release(stage):
     assert s.values("Gain") == [1.0, 8.0]
 
 
-def test_a_command_runs_and_errors_of_it_are_told(stage):
+def test_a_command_runs_and_errors_of_it_are_reported(stage):
     command = Feature(name="TriggerSoftware", kind=FeatureKind.COMMAND, access=AccessMode.WRITE_ONLY)
     s = stage(command, number("Gain"))
     s.model.execute("TriggerSoftware")

@@ -154,7 +154,7 @@ def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
     remote.execute("TimestampLatch")
 
 
-def test_others_changes_are_told(remote, camera):
+def test_others_changes_are_reported(remote, camera):
     told = queue.Queue()
     remote.features_changed.connect(told.put)
 
@@ -501,7 +501,7 @@ def test_images_that_contradict_themselves_are_refused(driver, opened, notices):
     until(said(notices, "contradicts itself"))
 
 
-def test_a_changed_size_is_told(driver, opened, notices):
+def test_a_changed_size_is_reported(driver, opened, notices):
     remote = opened("ros2:/other")
     frames = remote.open_queue()
     remote.start()
@@ -527,7 +527,7 @@ def test_a_clock_that_jumps_back_is_told_and_times_of_arrival_are_used(driver, o
     assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
 
 
-def test_two_publishers_of_one_topic_are_told(driver, opened, notices):
+def test_two_publishers_of_one_topic_are_reported(driver, opened, notices):
     remote = opened("ros2:/other")
     remote.start()
     second = Ros2Node("second_driver")

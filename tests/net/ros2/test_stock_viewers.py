@@ -173,7 +173,7 @@ def test_what_vanishes_is_told_as_deleted_and_what_comes_back_as_changed(scripte
 @pytest.mark.parametrize(
     "feature", [integer("Big", 0, 2**63 - 1), number("Big", -INFINITE, INFINITE, 0.0)], ids=["int", "float"]
 )
-def test_a_number_that_ends_viewers_is_not_told(scripted, events_of, feature):
+def test_a_number_that_ends_viewers_is_not_reported(scripted, events_of, feature):
     grabber, probe = scripted(integer("Marker", 0, 9), feature)
     events = events_of(probe, grabber)
 

@@ -45,7 +45,7 @@ class MessageInbox:
             return b"", ()
         wanted = header.flags & FLAG_ACK_REQUIRED
         ack = Ack(Status.SUCCESS, header.command + 1, header.req_id).encode() if wanted else b""
-        # Only what is acknowledged is ever repeated.
+        # A camera repeats only messages that it wants acknowledged.
         if wanted and header.req_id in self._received:
             self.repeated += 1
             return ack, ()

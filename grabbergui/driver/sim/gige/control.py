@@ -67,7 +67,7 @@ class _UnheardEvent:
 
 
 class Refused(Exception):  # noqa: N818 - never an error of ours: the answer to a command
-    """What a command is answered with instead of success."""
+    """Ends the handling of a command; its status replaces success in the answer."""
 
     def __init__(self, status: int, payload: bytes = b"") -> None:
         super().__init__(status)
@@ -159,7 +159,7 @@ class ControlChannel:
             repeated.append(Outgoing(now, event.datagram, event.to))
         return repeated
 
-    def tell_event(self, event_id: int, frame_id: int, timestamp: int, now: float) -> list[Outgoing]:
+    def send_event(self, event_id: int, frame_id: int, timestamp: int, now: float) -> list[Outgoing]:
         """An event as a message, if the host has opened the message channel."""
         port = self.memory.integer(gev.MCP) & bootstrap.PORT_MASK
         if not port:

@@ -74,7 +74,7 @@ class Block:
     height_in_trailer: bool = False
     "As a line-scan camera does, which knows the number of lines only at the end."
     sent: int = 0
-    "Packets that left already, or were lost on purpose: what is after them cannot be sent again yet."
+    "Packets that were sent already, or lost on purpose; later ones cannot be sent again yet."
 
     @property
     def block_id(self) -> int:

@@ -71,7 +71,7 @@ PERSISTENT_IP = _register("persistent IP", _R.PERSISTENT_IP, writable=True)
 PERSISTENT_MASK = _register("persistent subnet mask", _R.PERSISTENT_SUBNET_MASK, writable=True)
 PERSISTENT_GATEWAY = _register("persistent gateway", _R.PERSISTENT_GATEWAY, writable=True)
 IN_FLASH = (IP_CONFIGURATION, PERSISTENT_IP, PERSISTENT_MASK, PERSISTENT_GATEWAY)
-"What outlives the power."
+"Registers that keep their values without power."
 LINK_SPEED = _register("link speed", _R.LINK_SPEED, 10_000)
 MAC_HIGH = _register("MAC high", _R.MAC_HIGH)
 MAC_LOW = _register("MAC low", _R.MAC_LOW)

@@ -136,7 +136,7 @@ class GigeCamera:
             on_stream_changed=self._configure_stream,
             on_force_ip=self._move,
         )
-        self.model.on_event = self._tell_event
+        self.model.on_event = self._send_event
         self.model.on_reset = lambda: self.control.after_ack(self.control.release)
         self._stream.start()
 
@@ -206,7 +206,7 @@ class GigeCamera:
         self._switch_off()
 
     def _turn(self, selector: selectors.BaseSelector) -> None:
-        """Receive what is there, send what is due."""
+        """Receive the waiting datagrams, and send those that are due."""
         wait = _TICK_S
         if self._queue:
             wait = min(wait, max(self._queue[0][0] - time.monotonic(), 0))
@@ -245,11 +245,13 @@ class GigeCamera:
             # A broadcast from a network that this camera is not in.
             log.debug("camera %s cannot answer %s: %s", self.address, out.to, error)
 
-    def _tell_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
+    def _send_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
         # Comes from either thread; the repeats are the control thread's.
         with self._channel:
-            told = self.control.tell_event(reg.EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic())
-        for out in told:
+            messages = self.control.send_event(
+                reg.EVENT_ID_BASE + event, frame_id, timestamp, time.monotonic()
+            )
+        for out in messages:
             self._transmit(out)
 
     def _configure_stream(self) -> None:

@@ -39,7 +39,7 @@ class Faults:
     delay: float = 0.0
     "Seconds that every datagram takes longer."
     stall_after: int = 0
-    "Frames after which the stream falls silent, until it is started anew; 0 means never."
+    "Frames after which the stream falls silent until it is started again; 0 means never."
     reboot_after: float = 0.0
     "Seconds after which the camera vanishes for `REBOOT_S` and comes back as after power-on; 0 means never."
     height_in_trailer: bool = False

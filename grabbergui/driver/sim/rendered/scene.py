@@ -74,7 +74,7 @@ def pinhole(settings: FrameSettings) -> Matrix:
 
 @dataclass(frozen=True)
 class Marker:
-    """What is printed on the board."""
+    """The pattern that is printed on the board."""
 
     dictionary: int = cv2.aruco.DICT_4X4_50
     marker_id: int = 20
@@ -192,7 +192,7 @@ MOVE_S, REST_S = 0.5, 0.9
 _CAMERA = np.array([[0, 0, 1.0, 0.1], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.75], [0, 0, 0, 1.0]])
 "It looks straight ahead."
 _HALF_X, _HALF_Y = 0.625, 0.525
-"What half of the picture spans at a metre's distance, with the sensor's middle as after power-on."
+"Half of the image's width and height at a metre's distance, with the sensor's region as after power-on."
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Flat things in space, how a pinhole camera sees them, and what is painted on them.
+"""Flat things in space, their projection by a pinhole camera, and their textures.
 
 A `Panel` is a textured rectangle: x to its right, y up, z out of its face. Poses are (4, 4) matrices to the
 world's coordinates (x forward, y left, z up, metres). Textures are (rows, columns, 4) float32: red, green,
@@ -122,7 +122,7 @@ class _Drawing:
         return opacity
 
     def paint(self, opacity: NDArray[np.float32], colour: Colour) -> None:
-        """Lay a colour over what is there."""
+        """Blend a colour over the texture."""
         weight = opacity[..., None]
         self.rgb = self.rgb * (1 - weight) + weight * np.array(colour, np.float32)
 
@@ -154,7 +154,7 @@ class Panel:
         return world
 
     def distance_from(self, eye: Matrix) -> float:
-        """Metres from a point to the plane it lies in, by which what hides what is decided.
+        """Return the distance in metres from a point to its plane, which decides which panel hides another.
 
         Not to its middle: of two that hang one behind the other the lower is nearer to a low eye.
         """
@@ -233,7 +233,7 @@ def _to_camera(panel: Panel, view: Matrix, texture: NDArray[np.uint16]) -> Matri
 
 
 def _level(panel: Panel, outline: Matrix, samples: int) -> NDArray[np.uint16]:
-    """The level of the texture whose texels are about as large as what is sampled."""
+    """Return the level of the texture whose texels are about as large as the sampled area."""
     levels = _pyramid(panel.texture)
     area = abs(float(cv2.contourArea(outline.astype(np.float32)))) * samples**2
     texels = panel.texture.shape[0] * panel.texture.shape[1]

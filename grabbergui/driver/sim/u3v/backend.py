@@ -104,7 +104,7 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         return object()
 
     def close_device(self, dev_handle: object) -> None:
-        """Let go; what the handle had claimed is free again."""
+        """Close the handle and release the interfaces that it had claimed."""
         self._claimed = {number: owner for number, owner in self._claimed.items() if owner is not dev_handle}
         self.opened -= 1
 
@@ -157,7 +157,7 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         return len(data)
 
     def bulk_read(self, dev_handle: object, ep: int, intf: int, buff: Any, timeout: int) -> int:
-        """What the endpoint's pipe has, within `timeout` milliseconds."""
+        """Return the data of the endpoint's pipe within `timeout` milliseconds."""
         self._require_plugged()
         if self._claimed.get(intf) is not dev_handle:
             raise _error(errno.ENOENT)

@@ -58,14 +58,14 @@ _IDENTITY = (
 
 @dataclass
 class U3vFaults:
-    """What goes wrong on request; 0 means never."""
+    """Faults on request; 0 means never."""
 
     stall_every: int = 0
     "Frames after which the stream endpoint halts in the middle of one."
     short_every: int = 0
     "Frames of which one is sent with half its payload and the status of discarded data."
     early_every: int = 0
-    "Frames of which one ends early and says so, as compressed ones do."
+    "One frame in so many ends early and reports its size in the trailer, as compressed ones do."
     unplug_after_frames: int = 0
     unplug_after_commands: int = 0
     ignore_every: int = 0
@@ -149,7 +149,7 @@ class SimulatedU3vDevice:
             self.on_unplug()
 
     def plug_in(self) -> None:
-        """Put the cable back; features keep their values, counters of faults begin anew."""
+        """Plug the cable in again. Features keep their values; counters of faults are reset."""
         with self._lock:
             self.frames_sent = self.commands_seen = 0
             for pipe in self.pipes.values():
@@ -157,7 +157,7 @@ class SimulatedU3vDevice:
             self.plugged = True
 
     def reset(self) -> None:
-        """What a USB reset or the host's going away does: streams and events off."""
+        """Switch streams and events off, as a USB reset or a leaving host does."""
         self.model.stop()
         self.registers.stream_enabled = self.registers.events_enabled = False
         for pipe in self.pipes.values():

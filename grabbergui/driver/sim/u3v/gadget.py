@@ -51,7 +51,7 @@ _GUID_STRING = 5
 
 
 def function_descriptors() -> bytes:
-    """What is written to ep0: interfaces event, stream, control, for each of three speeds.
+    """Return the descriptors for ep0: interfaces event, stream, control, for each of three speeds.
 
     Aravis before 0.9.2 takes the control endpoints to have the same number in both directions. In this order
     (with a spare event endpoint) a controller that numbers by order of appearance, as dummy_hcd, gives them
@@ -64,7 +64,7 @@ def function_descriptors() -> bytes:
 
 
 def function_strings(guid: str) -> bytes:
-    """What is written to ep0 next: the GUID, in English."""
+    """Return the strings for ep0, which follow the descriptors: the GUID, in English."""
     body = struct.pack("<IIH", 1, 1, 0x0409) + guid.encode() + b"\0"
     return struct.pack("<II", _STRINGS_MAGIC, 8 + len(body)) + body
 
@@ -284,7 +284,7 @@ class Gadget:
                     self._stall(descriptor, towards_host=bool(setup[0] & 0x80))
 
     def _stall(self, descriptor: int, *, towards_host: bool) -> None:
-        # Input or output in the wrong direction is how FunctionFS is told to stall.
+        # Reading or writing in the wrong direction makes FunctionFS stall the endpoint.
         with contextlib.suppress(OSError):
             if towards_host:
                 self._files.read(descriptor, 0)

@@ -35,7 +35,7 @@ class PipeOverflowError(PipeError):
 
 
 class InPipe:
-    """What the device wants to send. Any thread.
+    """The queue of data that the device sends. Any thread.
 
     A transfer is cut into packets; a request ends when it is full or with a short packet. A transfer whose
     last packet is full does not end a request that wants more, unless an empty packet follows it.

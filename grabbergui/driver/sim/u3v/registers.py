@@ -61,7 +61,7 @@ class U3vRegisters:
     ) -> None:
         self.model = model
         self.plan = TransferPlan(0, 0, 0, 0, 0, 0)
-        "What the host wrote into the stream's registers."
+        "The transfer sizes that the host wrote into the stream's registers."
         self.stream_enabled = False
         self.events_enabled = False
         self.on_stream_control: Callable[[bool], None] = lambda enable: None
@@ -75,7 +75,7 @@ class U3vRegisters:
         self._xml = zipped_description()
 
     def requirements(self) -> StreamRequirements:
-        """What the stream needs for the camera's present settings."""
+        """Return the sizes that the stream needs with the camera's present settings."""
         payload = self.model.memory.integer(reg.PAYLOAD_SIZE)
         return StreamRequirements(
             self._alignment, self.stream_enabled, payload, self._leader_size, self._trailer_size

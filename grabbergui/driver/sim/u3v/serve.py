@@ -16,7 +16,7 @@ GADGET_LEADER_SPACE = 72
 
 
 class Via(Enum):
-    """What carries the camera's USB."""
+    """The way that connects the camera's USB to a host."""
 
     VHCI = "vhci"
     "This machine's virtual host controller, by USB/IP; the camera appears on this machine."
@@ -49,7 +49,7 @@ def serve(
     stop: threading.Event | None = None,
     ready: Callable[[str], None] = print,
 ) -> None:
-    """Run the camera until `stop` is set or a fault unplugs it. `ready` is told, for people, where it is.
+    """Run the camera until `stop` is set or a fault unplugs it. `ready` gets its location as display text.
 
     `host` and `port` are for TCP; `udc` names the device controller of a gadget, by default the first.
     Raises UsageError, SourceUnavailableError.

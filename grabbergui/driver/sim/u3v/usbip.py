@@ -286,7 +286,7 @@ class UsbIpServer:
         """Begin to listen; port 0 takes a free one. Raises SourceUnavailableError."""
         self._camera = camera
         self._host: socket.socket | None = None
-        "The connection of the host that is served just now."
+        "The connection of the host that is being served."
         self._closed = False
         self._lock = threading.Lock()
         try:
@@ -329,7 +329,7 @@ class UsbIpServer:
         with self._lock:
             self._closed = True
             if self._host is not None:
-                # Whatever it is told just then, the thread that serves it finds the line dead.
+                # The thread that serves it finds the connection closed.
                 with contextlib.suppress(OSError):
                     self._host.shutdown(socket.SHUT_RDWR)
         with contextlib.suppress(OSError):
