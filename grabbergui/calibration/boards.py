@@ -59,7 +59,7 @@ class Board(Protocol):
 
     @property
     def title(self) -> str:
-        """What it is, to be printed below it."""
+        """The description that is printed below the board."""
         ...
 
     def find(self, grey: Grey) -> View | None:

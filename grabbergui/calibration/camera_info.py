@@ -88,7 +88,7 @@ def dump(calibration: Calibration) -> str:
 
 
 def parse(text: str, where: str = "calibration") -> Calibration:
-    """Read a camera_info file's text. Raises UsageError naming `where` and what is wrong."""
+    """Read a camera_info file's text. Raises UsageError naming `where` and the fault."""
     values = read(text, where)
     model = _text(values, "distortion_model", "plumb_bob")
     if model not in DISTORTION_LENGTH:

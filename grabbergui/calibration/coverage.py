@@ -1,4 +1,4 @@
-"""What a set of views of a board covers: parts of the picture, tilts, distances."""
+"""The coverage of a set of views of a board: parts of the image, tilts, distances."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from grabbergui.core.sfnc import Role
 log = logging.getLogger(__name__)
 
 _FULL_SIZE = ("WidthMax", "HeightMax")
-"""What the camera could send with its present binning and its largest region (SFNC, image format control)."""
+"""The largest image with the camera's present binning (SFNC, Image Format Control)."""
 _OFFSET = ("OffsetX", "OffsetY")
 
 _NONE = "the camera has no calibration; serve it with --calibration FILE"

@@ -40,7 +40,7 @@ EXIT_CODES = {
     EXIT_INTERRUPTED: "Ctrl-C before it was done; the camera is released first",
     EXIT_TERMINATED: "SIGTERM before it was done; the camera is released first",
 }
-"""What the shell learns."""
+"""Exit codes."""
 
 _FAMILIES = (
     "gui", "machine", "features", "events", "frames", "serve", "simulate",
@@ -90,7 +90,7 @@ def _run(arguments: list[str]) -> int:
         set_up_log(options.log_level, options.log_format)
         return int(options.run(options))
     finally:
-        # What cannot be written is told by `main`; at exit it would be a traceback.
+        # `main` reports output that cannot be written; at exit it would be a traceback.
         if sys.stdout is not None:
             sys.stdout.flush()
 

@@ -31,7 +31,9 @@ def add_commands(commands: Any) -> None:
         example="grabbergui calibrate gige: --window --out camera.yaml",
     )
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; sim:board to try it")
-    parser.add_argument("--window", action="store_true", help="with a window that shows what is missing")
+    parser.add_argument(
+        "--window", action="store_true", help="open a window that shows the views still missing"
+    )
     parser.add_argument(
         "--screenshot", type=Path, metavar="FILE", help="save the window's own picture after --seconds"
     )

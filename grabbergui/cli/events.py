@@ -1,4 +1,4 @@
-"""`grabbergui events`: what a camera tells by itself, as it tells it."""
+"""`grabbergui events`: prints the event messages of a camera as they arrive."""
 
 from __future__ import annotations
 
@@ -59,15 +59,15 @@ def _run(options: argparse.Namespace) -> int:
             if options.start:
                 grabber.start()
             deadline = time.monotonic() + options.duration if options.duration else float("inf")
-            told = 0
+            printed = 0
             while not stop.is_set() and time.monotonic() < deadline:
                 try:
                     event = waiting.get(timeout=LOOK_PERIOD)
                 except queue.Empty:
                     continue
                 print(_line(event, as_json=options.json), flush=True)
-                told += 1
-                if told == options.count:
+                printed += 1
+                if printed == options.count:
                     break
             if options.start:
                 grabber.stop()
@@ -76,7 +76,7 @@ def _run(options: argparse.Namespace) -> int:
 
 def _known(grabber: FrameGrabber) -> list[str]:
     if not grabber.has_feature(SELECTOR) or not grabber.has_feature(SWITCH):
-        raise FeatureError(f"{grabber.info.title} has no {SELECTOR}, so it tells nothing by itself", SELECTOR)
+        raise FeatureError(f"{grabber.info.title} has no {SELECTOR}, so it sends no events", SELECTOR)
     return [entry.name for entry in grabber.feature(SELECTOR).entries if entry.available]
 
 

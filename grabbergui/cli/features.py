@@ -147,7 +147,7 @@ def _feature_line(feature: Feature) -> str:
     if feature.kind is FeatureKind.COMMAND:
         return f"{feature.name} (command)"
     if feature.access is AccessMode.NOT_AVAILABLE:
-        return f"{feature.name} (not available just now)"
+        return f"{feature.name} (not available at the moment)"
     if feature.access is AccessMode.READ_ONLY:
         return f"{report(feature)} (read-only)"
     if feature.kind in (FeatureKind.STRING, FeatureKind.BOOLEAN):
@@ -279,7 +279,7 @@ def _diff(options: argparse.Namespace) -> int:
 
 
 def _two_sets(first: str, second: Path) -> tuple[FeatureSet, FeatureSet]:
-    """A camera and a file, or two files; the one that knows what selectors select tells the other."""
+    """A camera and a file, or two files; the one with a description provides the selectors."""
     if ":" in first and not Path(first).is_file():
         with opened(first, reading=True) as grabber:
             return capture(grabber), files.load(second, grabber.selectors.of)

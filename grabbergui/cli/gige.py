@@ -225,7 +225,7 @@ def _clock_of(camera: FrameGrabber) -> int:
     camera.execute("TimestampLatch")
     now = camera.feature("TimestampLatchValue").value
     if not isinstance(now, int):
-        raise FeatureError(f"{camera.info.title} does not tell its time", "TimestampLatchValue")
+        raise FeatureError(f"{camera.info.title} does not report its time", "TimestampLatchValue")
     return now
 
 

@@ -1,4 +1,4 @@
-"""Commands for people at a keyboard: the window, and a terminal."""
+"""Interactive commands: the window, and a terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands about this machine: `list` shows the sources in reach, `doctor` what is wrong with it."""
+"""Commands about this machine: `list` shows the sources in reach, `doctor` checks its configuration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers on the command line: read as argparse's `type`, which refuses nonsense at once, and told."""
+"""Numbers on the command line: argparse types, which refuse nonsense at once, and formatting."""
 
 from __future__ import annotations
 

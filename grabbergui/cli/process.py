@@ -82,7 +82,7 @@ _MUST_NOT_BE_LEFT = "grabbergui.driver.genapi"
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM, told as Ctrl-C is: what is open gets closed on the way out."""
+    """SIGTERM, raised like Ctrl-C, so that everything open is closed on the way out."""
 
 
 @contextmanager

@@ -39,7 +39,7 @@ _NETWORKS = {
 }
 """Options that mean nothing without the network."""
 _RENAMED = re.compile(r"__(ns|node|name):=")
-"""What gives the ROS 2 node another name than --ros2 does."""
+"""ROS arguments that give the node another name than --ros2 does."""
 
 
 def add_commands(commands: Any) -> None:
@@ -48,7 +48,7 @@ def add_commands(commands: Any) -> None:
         "serve",
         help="share a camera on YARP and ROS 2",
         example="grabbergui serve gige: --yarp /grabber --ros2 /camera",
-        # What is not given is not set, so that a file can say it.
+        # Options that are not given stay unset, so that a file can set them.
         argument_default=argparse.SUPPRESS,
     )
     parser.add_argument("source", metavar="SOURCE", nargs="?", help="the camera; any source, remote ones too")
@@ -193,7 +193,7 @@ def _options(arguments: argparse.Namespace) -> ServeOptions:
 
 @contextmanager
 def _read_only(grabber: FrameGrabber) -> Iterator[FrameGrabber]:
-    """What the networks see of a camera that they may not change; whoever sits here still may."""
+    """Return the grabber for networks that may not change it; users of this machine still may."""
     from grabbergui.core.read_only import ReadOnlyGrabber
 
     shown = ReadOnlyGrabber(grabber)

@@ -161,7 +161,7 @@ def _window(options: argparse.Namespace, stop: threading.Event) -> Callable[[Run
 
 
 class _Outcome:
-    """What happened, told as it happens."""
+    """Print the events of a run as they happen."""
 
     def __init__(self) -> None:
         self.reached = False

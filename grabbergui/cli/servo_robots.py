@@ -1,4 +1,4 @@
-"""Which robot `grabbergui servo` moves, by which camera, and where both tell what they do."""
+"""Options of `grabbergui servo`: the robot, the camera, and the networks that they are published on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from grabbergui.servo.runner import Runner
 
 Truth = Callable[[], dict[str, float]]
-"What is true at the moment, where all is simulated; for the report."
+"The true state in a simulation, for the report."
 
 BOARD_SHOWN_S = 4.0
 "Seconds after which the simulated person shows the marker, so that the waiting can be seen."
@@ -49,7 +49,7 @@ class Scene:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What names the robot and its camera."""
+    """Options that name the robot and its camera."""
     parser.add_argument(
         "--robot",
         choices=tuple(_ROBOTS),
@@ -83,10 +83,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_tiago(parser: argparse.ArgumentParser) -> None:
-    """What a TIAGo is made of and where it listens, for both ends."""
+    """Options of a TIAGo, for both ends: its URDF and frames, and the topics of its controllers."""
     group = parser.add_argument_group("TIAGo on ROS 2")
     group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's (example-robot-data's)")
-    group.add_argument("--hand-frame", metavar="FRAME", help="what is to reach (hand_grasping_frame)")
+    group.add_argument(
+        "--hand-frame", metavar="FRAME", help="frame of the end effector (hand_grasping_frame)"
+    )
     group.add_argument("--camera-frame", metavar="FRAME", help="of the pictures (xtion_rgb_optical_frame)")
     group.add_argument("--arm-topic", metavar="/TOPIC", help="its twists (/servo_node/delta_twist_cmds)")
     group.add_argument(
@@ -216,7 +218,7 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
 
 
 def _guardian(robot: Robot, config: Config, stack: ExitStack) -> GuardianLink:
-    """A guardian for a robot that is not open yet: both get ready together, and it is let go last."""
+    """A guardian for a robot that is not open yet: both start together, and it is closed last."""
     from grabbergui.servo.guardian_link import GuardianLink
 
     guardian = GuardianLink(robot.stop_channels(), config.safety.guardian_timeout)

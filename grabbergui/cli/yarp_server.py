@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from grabbergui.net.yarp.os.name_client import NameClient
 
 DEFAULT = "127.0.0.1:10000"
-"""Where one of ours listens unless told otherwise."""
+"""The default address of our name server."""
 
 
 def add_name_server_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:

@@ -1,4 +1,4 @@
-"""What `grabbergui serve` can be told, on the command line or in a file.
+"""Options of `grabbergui serve`, on the command line or in a file.
 
 Keys are those of the reference device (`index`, `fake`, `pixelFormat`, `introspection`, `terminal`) and ours;
 the command line wins over the file.

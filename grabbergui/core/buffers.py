@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MEMORY = 512 << 20
-"""Bytes that one stream's buffers may take where nothing else is said."""
+"""Default limit of the memory for one stream's buffers, in bytes."""
 FEWEST, MOST = 8, 1024
 """Buffers, however large or small they are."""
 

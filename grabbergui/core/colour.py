@@ -17,8 +17,8 @@ from grabbergui.core.pfnc import Family, PixelFormat
 
 Bytes = NDArray[np.uint8]
 
-# OpenCV's older names (COLOR_BayerBG2RGB) tell the colours of the second line's second and third pixel;
-# these tell those of the first two lines.
+# OpenCV's older names (COLOR_BayerBG2RGB) give the colours of the second line's second and third pixel;
+# these give those of the first two lines.
 _BAYER_TO_RGB = {
     "GR": cv2.COLOR_BayerGRBG2RGB,
     "RG": cv2.COLOR_BayerRGGB2RGB,

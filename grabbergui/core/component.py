@@ -17,7 +17,7 @@ from grabbergui.core.pfnc import PixelFormat
 
 
 class PayloadType(Enum):
-    """What a frame carries, in the words of GigE Vision and GenTL."""
+    """The kind of a frame's payload, in the words of GigE Vision and GenTL."""
 
     IMAGE = "image"
     CHUNK = "chunk data"
@@ -31,7 +31,7 @@ class PayloadType(Enum):
 
 
 class ComponentKind(IntEnum):
-    """What a component measures: SFNC's ComponentIDValue, which GenDC calls TypeId."""
+    """The quantity that a component measures: SFNC's ComponentIDValue, which GenDC calls TypeId."""
 
     UNDEFINED = 0
     INTENSITY = 1

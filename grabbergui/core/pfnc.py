@@ -25,7 +25,7 @@ class Layout(Enum):
 
 
 class Family(Enum):
-    """What the components mean."""
+    """The meaning of the components."""
 
     MONO = "mono"
     BAYER = "bayer"

@@ -1,1 +1,1 @@
-"""What usually goes wrong between a camera and a window, and how to mend it."""
+"""Checks for the usual problems between a camera and the window, with their remedies."""

@@ -1,4 +1,4 @@
-"""What Fast DDS, ROS 2's middleware, leaves in shared memory when a program is killed.
+"""Shared memory that Fast DDS, ROS 2's middleware, leaves behind when a program is killed.
 
 Each participant has segments (`fastdds_<16 hex digits>`) and ports (`fastdds_port<number>`) in /dev/shm. The
 owner holds a lock (flock) on a file `…_el` beside it, readers of a shared port one on `…_sl`; the kernel ends
@@ -23,7 +23,7 @@ from grabbergui.doctor.finding import Finding, good, note
 FOLDER = Path("/dev/shm")
 PROCESSES = Path("/proc")
 YOUNGEST = 10.0
-"""Seconds; what is younger may still be in the making, and not locked yet."""
+"""Seconds; a younger segment may not be complete and locked yet."""
 _FILE = re.compile(r"(?:sem\.)?(?P<thing>fastdds_(?:[0-9a-f]{16}|port\d+))(?P<part>_el|_sl|_mutex)?")
 
 
@@ -57,7 +57,7 @@ def shared_memory(folder: Path) -> Iterator[Finding]:
 
 
 def leftovers(folder: Path, *, youngest: float = YOUNGEST) -> list[Leftover]:
-    """What no process uses and this user may remove, in order of names. `youngest` is in seconds."""
+    """Return segments that no process uses and this user may remove, by name. `youngest` is in seconds."""
     if sys.platform == "win32":
         return []
     things: dict[str, list[Path]] = {}

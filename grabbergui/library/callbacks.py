@@ -1,4 +1,4 @@
-"""What happens to a camera, handed to callbacks that may use the camera."""
+"""Events of a camera, passed to callbacks that may use the camera."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ def _close(value: FeatureValue | None, wanted: FeatureValue) -> bool:
 
 
 class Effects:
-    """Prepares a camera so that the effect of settings can be told: its chunk data, or its latency."""
+    """Prepares a camera so that the effect of settings can be seen: its chunk data, or its latency."""
 
     def __init__(self, grabber: FrameGrabber, start: Callable[[], None]) -> None:
         self.latency = 0

@@ -85,7 +85,7 @@ class NotebookPanel:
         self._status = widgets.Label()
         sliders = [self._slider(widgets, role) for role in (Role.EXPOSURE, Role.GAIN)]
         self.widget = widgets.VBox([self._picture, *filter(None, sliders), self._status])
-        "The panel itself, for a layout of one's own."
+        "The panel itself, for the caller's own layout."
         camera.start()
         self._closed = threading.Event()
         self._sink = FrameSink(

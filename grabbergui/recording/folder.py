@@ -148,7 +148,7 @@ class FolderWriter(RecordingWriter):
 
     @override
     def write(self, frame: Frame) -> None:
-        """What no picture file holds (YUV, unknown formats) is kept as its bytes."""
+        """Save formats that no image file holds (YUV, unknown ones) as their bytes."""
         self._work.add(partial(self._keep, self._count, frame))
         self._count += 1
 

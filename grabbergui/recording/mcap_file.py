@@ -36,7 +36,7 @@ MAGIC = b"\x89MCAP0\r\n"
 DEVICE_TIME = "/device_time"
 "End of the topic with the camera's own clock, beside the images' topic."
 PIXEL_FORMAT_KEY = "pixel_format"
-"Of a channel's metadata: PFNC's name, which ROS's encoding does not tell (Mono12 is mono16)."
+"Of a channel's metadata: PFNC's name, which ROS's encoding does not contain (Mono12 is mono16)."
 MAX_CHUNK = 1 << 30
 MOST_MESSAGES = 10_000_000
 "Of all topics; compressed, a small file could hold any number."

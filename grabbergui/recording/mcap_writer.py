@@ -31,7 +31,7 @@ class McapWriter(RecordingWriter):
         self.path = path
         self._source = info.title
         self._file: BufferedWriter = path.open("xb")
-        # A chunk ends behind each image: what is on the disk is readable, and nothing is copied twice.
+        # A chunk ends after each image: the file on the disk is readable, and nothing is copied twice.
         self._writer = Writer(self._file, chunk_size=1, compression=CompressionType.NONE)
         self._writer.start(profile="ros2", library="grabbergui")
         self._writer.add_metadata("grabbergui", info.as_dict())
@@ -114,5 +114,5 @@ class McapWriter(RecordingWriter):
         """Take away the half of a frame that did not fit any more."""
         self._broken = True
         with contextlib.suppress(OSError):
-            self._file.close()  # tries to write what is left once more
+            self._file.close()  # tries to write the rest once more
         os.truncate(self.path, size)

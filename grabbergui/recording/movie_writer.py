@@ -1,8 +1,8 @@
 """Movies, written by FFmpeg's libraries (PyAV).
 
 While a movie is written, its MP4 file consists of fragments of half a second that have an index each (ISO/IEC
-14496-12, 8.8): after a crash, or on a full disk, what is in the file can be played. Closing the file adds an
-index of the whole. Times are in microseconds; the notes beside it (`movie.frames.jsonl`) have those of the
+14496-12, 8.8): after a crash, or on a full disk, the content of the file can be played. Closing the file adds
+an index of the whole. Times are in microseconds; the notes beside it (`movie.frames.jsonl`) have those of the
 camera.
 """
 
@@ -109,7 +109,7 @@ class MovieFile:
         self._path = path
         self._last = -1
         self._failure: RecordingError | OSError | None = None
-        "What ended the movie early; every further call fails with it."
+        "The error that ended the movie early; every further call raises it."
         height, width = shape[:2]
         self._format = self._format_for(width, height, colour=len(shape) == 3, deep=dtype == np.uint16)
         name = "libx264rgb" if self._format == "rgb24" else self._encoder.name
@@ -290,7 +290,7 @@ class MovieWriter(RecordingWriter):
         return self.path.stat().st_size if self.path.exists() else 0
 
     def _pixels(self, frame: Frame) -> tuple[NDArray[Any], str]:
-        """Return what is encoded of a frame, and PFNC's name of it."""
+        """Return the pixels of a frame to encode, and PFNC's name of their format."""
         if frame.pixel_format.family is not Family.MONO:
             return frame.rgb(), "RGB8"
         if _ENCODERS[self._kind].deep and frame.raw().dtype == np.uint16:

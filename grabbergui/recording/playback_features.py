@@ -31,7 +31,7 @@ _FORMAT = "ImageFormatControl"
 
 @dataclass
 class PlaybackState:
-    """What the features show."""
+    """The values of the features."""
 
     frames: int
     duration: float

@@ -1,4 +1,4 @@
-"""A recording: frames with times, and a note of what is known of each besides its pixels.
+"""A recording: frames with times, and a note with the metadata of each.
 
 Pixels are kept as `Frame.raw` gives them: packed formats in words of 16 bits, a Bayer pattern as it is, so
 that playback shows what the sensor saw. A note is one line of JSON.
@@ -36,7 +36,7 @@ class RecordingError(GrabberError):
 
 
 class DiskFullError(RecordingError):
-    """A recording ended because its disk is full. What was written before is kept."""
+    """A recording ended because its disk is full. The frames written before are kept."""
 
     def __init__(self, path: Path, free: int) -> None:
         super().__init__(f"the disk of {path} is full ({free >> 20} MiB left)")
@@ -128,7 +128,7 @@ def _opened(path: Path) -> Recording:
 
 @dataclass(frozen=True, kw_only=True)
 class FrameNote:
-    """What is known of a recorded frame besides its pixels."""
+    """The metadata of a recorded frame."""
 
     file: str = ""
     "Its file in the recording's folder; empty where pixels are elsewhere."

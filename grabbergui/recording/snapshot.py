@@ -1,4 +1,4 @@
-"""Saves one frame at full resolution, from the sensor's data and not from what is painted."""
+"""Saves one frame at full resolution, from the sensor's data and not from the painted image."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class SnapshotError(GrabberError):
 def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = None) -> Path:
     """Write a frame into a folder, which is made if need be, and return the file's path.
 
-    8-bit formats become PNG (Bayer and YUV in colour). Deeper ones become TIFF of 16 bits with the
-    sensor's own values in the low bits, a Bayer pattern as it is. What cannot be laid out becomes its
-    payload bytes (`.raw`) with a `.json` beside it that says what they are. No file is overwritten.
-    `moment` is seconds since the epoch; the frame's own by default. Raises SnapshotError.
+    8-bit formats become PNG (Bayer and YUV in colour). Deeper ones become TIFF of 16 bits with the sensor's
+    own values in the low bits, a Bayer pattern as it is. A format that cannot be laid out becomes its payload
+    bytes (`.raw`) with a `.json` beside it that says what they are. No file is overwritten. `moment` is
+    seconds since the epoch; the frame's own by default. Raises SnapshotError.
     """
     if moment is None:
         moment = frame.received_ns / 1e9 if frame.received_ns else time.time()

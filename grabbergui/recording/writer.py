@@ -24,7 +24,7 @@ Result = TypeVar("Result")
 
 
 class RecordingKind(Enum):
-    """What a recording is made of."""
+    """The kind of a recording's files."""
 
     PNG = "png"
     "A folder of PNG: compressed without loss, on several threads."

@@ -118,7 +118,7 @@ def _prompted(grabber: FrameGrabber, interpreter: Interpreter, finished: Callabl
 
     while True:
         try:
-            # What others print meanwhile goes above the prompt.
+            # Output of other threads goes above the prompt.
             with patch_stdout():
                 yield console.prompt(
                     "camera> ",
@@ -130,7 +130,7 @@ def _prompted(grabber: FrameGrabber, interpreter: Interpreter, finished: Callabl
 
 
 def _hint(grabber: FrameGrabber, console: PromptSession[str]) -> str:
-    """What the feature being typed allows."""
+    """Return the allowed values of the feature that is being typed."""
     words = console.default_buffer.text.split()
     if len(words) < 2 or not grabber.has_feature(words[1]):
         return "Tab completes; help lists the commands"

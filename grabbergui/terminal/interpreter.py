@@ -62,7 +62,7 @@ class Interpreter:
         remote: bool = False,
         cancelled: Callable[[], bool] = lambda: False,
     ) -> None:
-        """`cancelled` tells commands that wait for the camera to give up."""
+        """Setting `cancelled` ends commands that wait for the camera."""
         self._grabber = grabber
         self._cancelled = cancelled
         self._folder = folder or Path.cwd()

@@ -168,7 +168,7 @@ def _own_folder() -> Iterator[bool]:
 
 
 class _Parser:
-    """The other process, which ends with the block. It imports GenApi while it waits for its first request."""
+    """The other process, which ends with the block. It imports GenApi before its first request."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
