@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import select
 import struct
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -25,6 +26,9 @@ from grabbergui.driver.device import Device, StreamRequest, StreamSlot
 from grabbergui.driver.v4l2 import description as layout
 from grabbergui.driver.v4l2.description import COMPRESSED, PFNC_NAMES, REGISTERS, TEXT_BYTES, TEXTS, Layout
 from grabbergui.driver.v4l2.video import ControlKind, CurrentFormat, Filled, VideoDevice, find
+
+if sys.platform != "linux":
+    raise ImportError("Video4Linux is a part of Linux")
 
 log = logging.getLogger(__name__)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -16,6 +17,9 @@ from linuxpy.video import raw
 
 from grabbergui.core.errors import AccessDeniedError, DeviceLostError, DeviceStatusError, TransportError
 from grabbergui.core.grabber import DeviceInfo
+
+if sys.platform != "linux":
+    raise ImportError("Video4Linux is a part of Linux")
 
 CAPTURE = v4l2.BufferType.VIDEO_CAPTURE
 _GONE = (errno.ENODEV, errno.ENXIO, errno.EIO, errno.ESHUTDOWN)
@@ -232,9 +236,9 @@ class VideoDevice:
         with suppress(OSError):
             v4l2.stream_off(self._fd, CAPTURE)
         for each in maps:
-            mapped = each.obj
+            mapped: Any = each.obj
             each.release()
-            mapped.close()  # type: ignore[attr-defined]
+            mapped.close()
         with suppress(OSError):
             v4l2.free_buffers(self._fd, CAPTURE, v4l2.Memory.MMAP)
 
