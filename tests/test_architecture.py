@@ -15,7 +15,12 @@ HOMES = {
     "usb": ("driver/u3v", "driver/sim/u3v/backend.py"),
     "libusb_package": ("driver/u3v",),
     "rclpy": ("net/ros2", "servo"),
-    "av": ("recording/movie_file.py", "recording/movie_writer.py"),
+    "av": (
+        "recording/movie_file.py",
+        "recording/movie_writer.py",
+        "driver/h264.py",
+        "driver/sim/video.py",
+    ),
     "psutil": ("driver/gige/discovery/interfaces.py",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),

@@ -19,6 +19,7 @@ from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver import gendc
 from grabbergui.driver.sim.payload import append_chunks, chunk_bytes, chunks_alone
 from grabbergui.driver.sim.registers import Chunk
+from grabbergui.driver.sim.video import H264Encoder
 
 if TYPE_CHECKING:
     from grabbergui.driver.sim.settings import FrameSettings
@@ -73,7 +74,7 @@ def payload_bytes(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> int:
         return max(chunks_alone(chunks), 4)
     if kind in (PayloadType.RAW_DATA, PayloadType.FILE):
         return settings.image_bytes
-    reserve = COMPRESSED_RESERVE if kind in _SUFFIX else 0
+    reserve = COMPRESSED_RESERVE if kind in _SUFFIX or kind is PayloadType.H264 else 0
     return settings.image_bytes + reserve + chunk_bytes(chunks)
 
 
@@ -83,6 +84,7 @@ def complete(
     values: NDArray[Any],
     chunk_values: Mapping[Chunk, float],
     out: NDArray[np.uint8],
+    video: H264Encoder,
     *,
     little_endian: bool,
 ) -> int:
@@ -97,6 +99,10 @@ def complete(
         return append_chunks(out, 0, chunk_values, little_endian=little_endian, image=False)
     if kind in (PayloadType.MULTI_PART, PayloadType.GENDC):
         return _write_pieces(settings, frame_id, chunk_values, out, little_endian=little_endian)
+    if kind is PayloadType.H264:
+        data = video.encode(frame_id, _eight_bits(values, settings.pixel_format.depth))
+        out[: len(data)] = data
+        return len(data)
     length = settings.image_bytes
     if kind in _SUFFIX:
         data = _compressed(values, settings.pixel_format.depth, kind, length + COMPRESSED_RESERVE)
@@ -177,7 +183,7 @@ def range_image(settings: FrameSettings, frame_id: int) -> NDArray[np.uint16]:
 
 
 def _compressed(values: NDArray[Any], depth: int, kind: PayloadType, most: int) -> NDArray[np.uint8]:
-    eight = (values >> (depth - 8)).astype(np.uint8) if depth > 8 else values
+    eight = _eight_bits(values, depth)
     image = eight[:, :, ::-1] if eight.ndim == 3 else eight
     jpeg = kind is PayloadType.JPEG
     for quality in (90, 60, 20):
@@ -191,3 +197,7 @@ def _compressed(values: NDArray[Any], depth: int, kind: PayloadType, most: int) 
         if encoded and len(found) <= most:
             return found
     raise ValueError(f"no {kind.value} image of {image.shape} fits {most} bytes")
+
+
+def _eight_bits(values: NDArray[Any], depth: int) -> NDArray[np.uint8]:
+    return (values >> (depth - 8)).astype(np.uint8) if depth > 8 else values

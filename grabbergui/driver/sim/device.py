@@ -19,6 +19,7 @@ from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, DeviceInfo, StreamStatistics
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige.gvcp_messages import Event as Message
+from grabbergui.driver.h264 import H264Stream
 from grabbergui.driver.payload_contents import Contents, PayloadReader
 from grabbergui.driver.sim.contents import FILE_NAME, pieces
 from grabbergui.driver.sim.description import camera_xml
@@ -58,6 +59,7 @@ class SimulatedDevice(Device):
         self._statistics = StreamStatistics()
         self._rate = RateMeter()
         self._reader = PayloadReader()
+        self._decoder = H264Stream()
 
     def open(self, access: Access) -> Access:
         """Connect. Every access is granted, as no other program can hold this camera."""
@@ -175,6 +177,11 @@ class SimulatedDevice(Device):
             return self._reader.container(payload)
         if kind in (PayloadType.JPEG, PayloadType.JPEG2000):
             return self._reader.compressed(kind, payload)
+        if kind is PayloadType.H264:
+            if plan.frame_id == 1:
+                self._decoder = H264Stream()
+            image = self._decoder.add(plan.frame_id, payload)
+            return Contents(kind, payload, () if image is None else (image,))
         if kind is not PayloadType.MULTI_PART:
             return self._reader.plain(kind, payload, FILE_NAME if kind is PayloadType.FILE else "")
         parts = tuple(

@@ -35,6 +35,7 @@ from grabbergui.driver.sim.settings import (
     update_geometry,
 )
 from grabbergui.driver.sim.timing import DeviceClock, Sequencer, Thermometer, Timing
+from grabbergui.driver.sim.video import H264Encoder
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,7 @@ class CameraModel:
         as real time does where `next_frame` waits.
         """
         self.sensor = Sensor(scene)
+        self._video = H264Encoder()
         self._device_clock = clock or DeviceClock()
         self._clock = self._device_clock.monotonic
         self._changed = threading.Condition(threading.RLock())
@@ -160,7 +162,9 @@ class CameraModel:
         with self._changed:
             regulate(self.memory, settings, values)
         little = self.memory.integer(reg.DEVICE_TL_TYPE) == reg.TransportLayer.USB3_VISION
-        return complete(settings, plan.frame_id, values, plan.chunk_values, out, little_endian=little)
+        return complete(
+            settings, plan.frame_id, values, plan.chunk_values, out, self._video, little_endian=little
+        )
 
     def _scratch(self, settings: FrameSettings) -> NDArray[np.uint8]:
         """Return room for an image that is not sent: the automatic modes need it."""

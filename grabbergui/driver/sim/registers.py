@@ -121,6 +121,7 @@ class Compression(IntEnum):
     OFF = 0
     JPEG = 1
     JPEG2000 = 2
+    H264 = 3
 
 
 class FrameContent(IntEnum):

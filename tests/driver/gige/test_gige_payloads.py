@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from dataclasses import replace
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -107,6 +108,20 @@ def test_compressed_images(stage: ExitStack, faults: Faults, kind: PayloadType, 
         expected = cv2.imdecode(component.data, cv2.IMREAD_UNCHANGED)
         assert np.array_equal(frame.raw(), expected)
         assert np.array_equal(component.raw(), expected)
+        assert np.abs(frame.mono().astype(int) - RAMP).mean() < 8
+
+
+@pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
+def test_h264_as_pyav_decodes_it(stage: ExitStack, faults: Faults) -> None:
+    frames = receive(stage, faults, 16, ImageCompressionMode="H264")
+    peer = av.CodecContext.create("h264", "r")
+    decoded = [image for frame in frames for image in peer.decode(av.Packet(frame.parts[0].data.tobytes()))]
+    expected = [image.to_ndarray(format="rgb24") for image in (*decoded, *peer.decode(None))]
+    assert len(expected) == len(frames)
+    for index in (15, 10, 12, 11):  # forwards from key frames, and back
+        frame = frames[index]
+        assert frame.payload_type is PayloadType.H264 and frame.timestamp_ns
+        assert np.array_equal(frame.raw(), expected[index])
         assert np.abs(frame.mono().astype(int) - RAMP).mean() < 8
 
 

@@ -111,6 +111,8 @@ class Block:
         "Lines that the camera sent; set by `extract_payload`."
         self.missing_bytes = 0
         "Bytes of `payload` that did not arrive and are zero; set by `extract_payload`."
+        self.timestamp = 0
+        "Device ticks of an H.264 image, which its leader does not have."
         self._pieces: list[tuple[int, int, int]] = []
         "Packet id, begin and end of the data in packets that carry their position."
 
@@ -146,6 +148,7 @@ class Block:
             self._place_piece(header.packet_id, piece.offset, data)
         elif header.format == PacketFormat.H264:
             # Packets may be short, so each has a slot of its own until all are joined.
+            self.timestamp = int.from_bytes(body[:8], "big")
             self._place_piece(header.packet_id, (header.packet_id - 1) * self.layout.stride, body[8:])
         elif header.format == PacketFormat.ALL_IN:
             self._take_all_in(body)

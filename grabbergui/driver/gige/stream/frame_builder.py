@@ -13,13 +13,13 @@ from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.frame import Frame, FrameStatus, time_of_day
 from grabbergui.driver.gige.gvsp import Leader, Part, PartType, PayloadKind
 from grabbergui.driver.gige.stream.block import Block
+from grabbergui.driver.h264 import H264Stream
 from grabbergui.driver.payload_contents import Contents, PayloadReader, kind_of
 
 _PLAIN = {
     PayloadKind.RAW: PayloadType.RAW_DATA,
     PayloadKind.FILE: PayloadType.FILE,
     PayloadKind.CHUNK: PayloadType.CHUNK,
-    PayloadKind.H264: PayloadType.H264,
 }
 _COMPRESSED: dict[int, PayloadType] = {
     PayloadKind.JPEG: PayloadType.JPEG,
@@ -39,13 +39,14 @@ class FrameBuilder:
         self._clock = ClockMapper()
         self._formats: dict[int, pfnc.PixelFormat] = {}
         self._reader = PayloadReader(big_endian=big_endian)
+        self._video = H264Stream()
 
     def build(self, block: Block) -> Frame:
         """Return a frame whose payload is a view of the block's buffer."""
         leader = block.leader
         assert leader is not None, "every finished block has one"
         arrival_ns = int(block.first_packet_at * 1e9)
-        timestamp_ns = ticks_to_ns(leader.timestamp, self._tick_frequency)
+        timestamp_ns = ticks_to_ns(leader.timestamp or block.timestamp, self._tick_frequency)
         captured_ns = self._clock.map(timestamp_ns, arrival_ns) if timestamp_ns else arrival_ns
         frame = Frame(
             payload=block.payload,
@@ -74,6 +75,9 @@ class FrameBuilder:
             return self._reader.container(payload)
         if kind in (PayloadKind.JPEG, PayloadKind.JPEG2000):
             return self._reader.compressed(_COMPRESSED[kind], payload)
+        if kind is PayloadKind.H264:
+            image = self._video.add(block.block_id, payload, complete=block.complete)
+            return Contents(PayloadType.H264, payload, () if image is None else (image,))
         return self._reader.plain(_PLAIN[kind], payload, leader.file_name)
 
     def _multi_part(self, leader: Leader, payload: NDArray[np.uint8]) -> Contents:

@@ -46,11 +46,17 @@ _KINDS = {
     PayloadType.FILE: PayloadKind.FILE,
     PayloadType.JPEG: PayloadKind.JPEG,
     PayloadType.JPEG2000: PayloadKind.JPEG2000,
+    PayloadType.H264: PayloadKind.H264,
     PayloadType.MULTI_PART: PayloadKind.MULTI_PART,
     PayloadType.GENDC: PayloadKind.GENDC,
 }
-_FORMATS = {PayloadType.MULTI_PART: PacketFormat.MULTI_PART, PayloadType.GENDC: PacketFormat.GENDC}
+_FORMATS = {
+    PayloadType.H264: PacketFormat.H264,
+    PayloadType.MULTI_PART: PacketFormat.MULTI_PART,
+    PayloadType.GENDC: PacketFormat.GENDC,
+}
 _POSITION_BYTES = {
+    PacketFormat.H264: 8,
     PacketFormat.MULTI_PART: PartPosition.SIZE,
     PacketFormat.GENDC: GendcPosition.FORMAT.size,
 }
@@ -191,6 +197,8 @@ class Block:
                 ).encode()
                 for start, size in zip(self.starts, self.sizes, strict=True)
             ]
+        elif self._format is PacketFormat.H264:
+            rows = [self.plan.timestamp_ns.to_bytes(8, "big")] * self.payload_packets
         else:
             return None
         return np.frombuffer(b"".join(rows), np.uint8).reshape(len(rows), -1)
