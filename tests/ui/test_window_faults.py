@@ -3,6 +3,8 @@
 Losses by power and by cable at the real window: tests/day.
 """
 
+from contextlib import ExitStack
+
 import pytest
 from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QAbstractButton
@@ -15,18 +17,23 @@ from grabbergui.models.link_messages import BACK_SECONDS
 from grabbergui.models.messages import ERROR_SECONDS
 from grabbergui.models.open_source import LinkState
 from grabbergui.models.status import Tone
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.net.yarp.server import YarpGrabberServer
 
 SIM = "sim:?width=320&height=240"
 ADDRESS = "127.21.2.1"
+NAME_SERVER_HOST, NAME_SERVER_PORT = "127.21.2.97", 11_997
 SMALL = {reg.WIDTH: 64, reg.HEIGHT: 48, reg.FRAME_RATE: 20.0}
 
 
 class Bench:
-    """A window, and a camera on the network that can be switched off."""
+    """A window, and a camera on the network that can be switched off; what else a fault needs, on a stack."""
 
     def __init__(self, desk, folder):
         self.desk, self.folder = desk, folder
         self._camera = None
+        self.stack = ExitStack()
 
     def switch_on(self):
         self._camera = GigeCamera(ADDRESS, power_on=SMALL)
@@ -51,6 +58,7 @@ def bench(window_desk, tmp_path):
     bench = Bench(window_desk, tmp_path)
     yield bench
     bench.switch_off()
+    bench.stack.close()
 
 
 def power_lost(bench):
@@ -88,6 +96,40 @@ def taken(bench):
     bench.desk.qtbot.mouseClick(messages.findChildren(QAbstractButton, "offerButton")[-1], Qt.LeftButton)
     bench.until_it_streams()
     yield 0
+
+
+def name_server_lost(bench):
+    """YARP's name server ends; then the camera's server does, too, which is found again only by its name."""
+
+    def begin_name_server():
+        name_server = NameServer(NAME_SERVER_HOST, NAME_SERVER_PORT)
+        name_server.open()
+        bench.stack.callback(name_server.close)
+        return name_server
+
+    def serve():
+        server = YarpGrabberServer(camera, "/faults", names=NameClient.find(address))
+        server.start()
+        bench.stack.callback(server.stop)
+        return server
+
+    address = f"{NAME_SERVER_HOST}:{NAME_SERVER_PORT}"
+    camera = sources.create(SIM)
+    camera.open()
+    bench.stack.callback(camera.close)
+    name_server, server = begin_name_server(), serve()
+    bench.desk.connect(f"yarp:/faults?nameserver={address}")
+    bench.desk.watch()
+    name_server.close()
+    bench.desk.watch(10)
+    assert not bench.desk.errors, "nothing is the matter with what is open"
+    server.stop()
+    yield "reconnecting since"
+    begin_name_server()
+    serve()
+    bench.until_it_streams()
+    bench.desk.watch()
+    yield BACK_SECONDS
 
 
 def disk_full(bench):
@@ -134,6 +176,7 @@ FAULTS = {
     "a full disk": disk_full,
     "a broken file": settings_broken,
     "no such camera": opening("gige:127.21.2.99", "127.21.2.99"),
+    "a name server that ends later": name_server_lost,
     "no name server": opening("yarp:/nowhere?nameserver=127.21.2.98:10000", "no YARP name server"),
 }
 
