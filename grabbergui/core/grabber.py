@@ -65,6 +65,11 @@ class DeviceInfo:
         return " ".join(self._names(self.model))
 
     @property
+    def mark(self) -> str:
+        """What alone tells it from others, for the narrowest places: user name, serial number or address."""
+        return self.user_name or self.serial or self.address or self.uri
+
+    @property
     def file_name(self) -> str:
         """The short title as part of a file's name: `left-eye`, `One_40012345`."""
         name = "_".join(self._names(self.model))

@@ -76,9 +76,12 @@ class OpenSource:
         return self.grabber.info.title if self.grabber is not None else str(self.uri)
 
     @property
-    def short_title(self) -> str:
-        """Display name without the vendor, for narrow places."""
-        return self.grabber.info.short_title if self.grabber is not None else str(self.uri)
+    def names(self) -> tuple[str, ...]:
+        """Display names for less and less room: the title, without the vendor, and the mark alone."""
+        if self.grabber is None:
+            return (str(self.uri),)
+        info = self.grabber.info
+        return info.title, info.short_title, info.mark
 
     def is_named(self, uri: SourceUri) -> bool:
         """Return whether a URI is the requested one, or the camera's own."""

@@ -7,12 +7,13 @@ import pytest
 from PyQt5.QtCore import QPoint, QRect, Qt
 from PyQt5.QtWidgets import QApplication, QDockWidget, QToolButton
 
+from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.models.status import Tone
 from grabbergui.ui.theme import Theme, dress
 from grabbergui.ui.views.picture_view import PictureView
-from grabbergui.ui.widgets.labels import TaskStack
+from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
 from grabbergui.ui.widgets.message_stack import MessageBar
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import reading_order
@@ -42,6 +43,36 @@ def test_the_whole_window_fits_800_pixels(window_desk):
     window_desk.until(lambda: window.width() == 800)
     assert window.height() == 600
     assert window.centre.minimumSizeHint().width() < 500
+
+
+def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(window_desk):
+    window = window_desk.window
+    window_desk.connect()
+    window_desk.program.connection.open_additional("sim:colour")
+    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+    window.resize(800, 600)
+    window_desk.until(lambda: window.centre.height() >= window.centre.minimumSizeHint().height() > 0)
+    cards = window.favourites._shown
+    window_desk.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
+    assert all(tile.visibleRegion().boundingRect().bottom() == tile.rect().bottom()
+               for tile in window.gallery.tiles[:1])  # fmt: skip
+    assert window.picture.canvas.height() >= 120
+    window.resize(1280, 800)
+    window_desk.until(lambda: window.gallery.tiles[0].height() > 120)
+
+
+@pytest.mark.parametrize(
+    ("width", "shown"), [(400, "Acme One 40012345"), (110, "One 40012345"), (75, "40012345")]
+)
+def test_a_name_is_shortened_by_whole_words_to_what_tells_cameras_apart(qtbot, width, shown):
+    label = ElidedLabel()
+    qtbot.addWidget(label)
+    info = DeviceInfo("gige:1", vendor="Acme", model="One", serial="40012345")
+    label.setTexts(info.title, info.short_title, info.mark)
+    label.resize(round(width * label.fontMetrics().horizontalAdvance("40012345") / 70), 20)
+    assert (label.shown, label.toolTip()) == (shown, "Acme One 40012345")
+    label.resize(30, 20)
+    assert label.shown != "40012345" and "…" in label.shown
 
 
 def test_the_figures_that_matter_least_make_way(strip):

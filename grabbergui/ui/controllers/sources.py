@@ -193,7 +193,7 @@ class GalleryController(QObject):
                 view = self._shown[tile] = self._view.addTile()
                 view.chosen.connect(partial(self._connection.make_current, tile.source))
                 view.closeRequested.connect(partial(self._close, tile.source))
-            view.setTitle(tile.source.short_title, tile.source.title)
+            view.setNames(*tile.source.names)
             view.setCurrent(tile.source is self._connection.source)
         if tiles and not self._timer.isActive():
             self._timer.start()

@@ -71,7 +71,7 @@ class StatusController(QObject):
         self._status.refresh()
         status = self._status.of(source)
         self._strip.setState(status.text, status.tone)
-        self._strip.setTitle(source.title if source is not None else "")
+        self._strip.setTitle(*(source.names if source is not None else ("",)))
         self._tell_title(source, status)
         self._tell_lock(status)
         if source is not None:

@@ -41,7 +41,7 @@ class StatusView(Protocol):
     def setState(self, text: str, tone: Tone) -> None:
         """Show how the source is doing."""
 
-    def setTitle(self, text: str) -> None:
+    def setTitle(self, title: str, *shorter: str) -> None:
         """Show the name of the source."""
 
     def setMessages(self, messages: Sequence[Message]) -> None:

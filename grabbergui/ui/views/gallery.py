@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PyQt5.QtCore import Qt, pyqtSignal
 from PyQt5.QtGui import QKeyEvent, QMouseEvent
-from PyQt5.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QWidget
+from PyQt5.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.status import Tone
@@ -13,6 +13,13 @@ from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel, restyle
 from grabbergui.ui.widgets.picture_items import Thumbnail
 
+TILE_WIDTH = 204
+TILE_HEIGHT = 156
+COMPACT_HEIGHT = 62
+"Of a tile where the window is low."
+PICTURE = (150, 84)
+COMPACT_PICTURE = (72, 50)
+"Least pixels of a tile's picture."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 
 
@@ -22,6 +29,7 @@ class CameraTile(QFrame):
     chosen = pyqtSignal()
     closeRequested = pyqtSignal()
 
+    verticalLayout: QBoxLayout
     thumbnail: Thumbnail
     recordingLabel: QLabel
     titleLabel: ElidedLabel
@@ -37,12 +45,21 @@ class CameraTile(QFrame):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         icons.apply(self)
 
-    def setTitle(self, short: str, title: str) -> None:
-        """The source's name, without and with its maker's."""
-        self.titleLabel.setText(short)
-        self.titleLabel.setToolTip(title)
+    def setNames(self, title: str, *shorter: str) -> None:
+        """The source's name, and shorter ones for a narrow tile."""
+        self.titleLabel.setTexts(title, *shorter)
         self.setAccessibleName(title)
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
+
+    def setCompact(self, compact: bool) -> None:
+        """Take little height: the picture stands beside the words instead of above them."""
+        self.verticalLayout.setDirection(
+            QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
+        )
+        self.verticalLayout.setSpacing(6 if compact else 1)
+        self.thumbnail.setMinimumSize(*(COMPACT_PICTURE if compact else PICTURE))
+        self.thumbnail.setMaximumWidth(COMPACT_PICTURE[0] if compact else TILE_WIDTH)
+        self.setFixedSize(TILE_WIDTH, COMPACT_HEIGHT if compact else TILE_HEIGHT)
 
     def setState(self, text: str, tone: Tone) -> None:
         """How it is doing, in a word or a figure, and how good that is."""
@@ -85,10 +102,6 @@ class CameraTile(QFrame):
             super().keyPressEvent(event)
 
 
-TILE_WIDTH = 204
-TILE_HEIGHT = 156
-
-
 class Gallery(QWidget):
     """A row of tiles, in the order they were added; not there while it is empty."""
 
@@ -99,9 +112,8 @@ class Gallery(QWidget):
         super().__init__(parent)
         load_form("gallery", self)
         self._tiles: list[CameraTile] = []
-        bar = self.scrollArea.horizontalScrollBar()
-        below = bar.sizeHint().height() if bar is not None else 0
-        self.setFixedHeight(TILE_HEIGHT + 10 + below // 2)
+        self._compact = True
+        self.setCompact(False)
         self.hide()
 
     @property
@@ -109,10 +121,21 @@ class Gallery(QWidget):
         """From left to right."""
         return list(self._tiles)
 
+    def setCompact(self, compact: bool) -> None:
+        """Take little height."""
+        if compact == self._compact:
+            return
+        self._compact = compact
+        for tile in self._tiles:
+            tile.setCompact(compact)
+        bar = self.scrollArea.horizontalScrollBar()
+        below = bar.sizeHint().height() if bar is not None else 0
+        self.setFixedHeight((COMPACT_HEIGHT if compact else TILE_HEIGHT) + 10 + below // 2)
+
     def addTile(self) -> CameraTile:
         """One more, on the right."""
         tile = CameraTile(self)
-        tile.setFixedSize(TILE_WIDTH, TILE_HEIGHT)
+        tile.setCompact(self._compact)
         self.tilesLayout.insertWidget(len(self._tiles), tile)
         self._tiles.append(tile)
         self.show()

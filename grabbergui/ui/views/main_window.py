@@ -45,6 +45,8 @@ FIRST_SHARE = 0.75
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
 
+LOW = 680
+"Pixels of a window's height below which the tiles take less of it."
 SEPARATORS = 4
 "Pixels between panels."
 
@@ -192,6 +194,7 @@ class MainWindow(QMainWindow):
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Give the panels at the sides the width back that a narrow window took from them."""
         super().resizeEvent(event)
+        self.gallery.setCompact(self.height() < LOW)
         self._settled_width = self.width()
         if event is not None and event.size().width() > event.oldSize().width():
             # Once the window has laid itself out.

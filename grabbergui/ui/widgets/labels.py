@@ -36,13 +36,26 @@ class ElidedLabel(QLabel):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
+        self._shorter: tuple[str, ...] = ()
         self.setMinimumWidth(24)
         self.elide_mode = Qt.TextElideMode.ElideRight
 
     def setText(self, text: str | None) -> None:
         """Show a text."""
+        self.setTexts(text or "")
+
+    def setTexts(self, text: str, *shorter: str) -> None:
+        """Show a text; where it does not fit, the first of the shorter ones that does."""
+        self._shorter = shorter
         super().setText(text)
-        self.setToolTip(text or "")
+        self.setToolTip(text)
+
+    @property
+    def shown(self) -> str:
+        """The text that is painted, shortened where even the last has no room."""
+        metrics, texts = self.fontMetrics(), (self.text(), *self._shorter)
+        fitting = (text for text in texts if metrics.horizontalAdvance(text) <= self.width())
+        return next(fitting, metrics.elidedText(texts[-1], self.elide_mode, self.width()))
 
     def sizeHint(self) -> QSize:
         """As wide as there is room."""
@@ -52,13 +65,12 @@ class ElidedLabel(QLabel):
         """Draw as much as fits, with dots where something is missing."""
         painter, option = QPainter(self), QStyleOption()
         option.initFrom(self)
-        text = self.fontMetrics().elidedText(self.text(), self.elide_mode, self.width())
         style = self.style()
         if style is not None:
             enabled = bool(option.state & QStyle.StateFlag.State_Enabled)
             flags = int(Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft)
             style.drawItemText(
-                painter, self.rect(), flags, option.palette, enabled, text, self.foregroundRole()
+                painter, self.rect(), flags, option.palette, enabled, self.shown, self.foregroundRole()
             )
 
 

@@ -57,9 +57,9 @@ class StatusStrip(QWidget):
         self.stateLabel.setText(f"● {text}")
         restyle(self.stateLabel, "tone", tone.value)
 
-    def setTitle(self, text: str) -> None:
-        """The name of what is open; messages take its place."""
-        self.titleLabel.setText(text)
+    def setTitle(self, title: str, *shorter: str) -> None:
+        """The name of what is open, and shorter ones for little room; messages take its place."""
+        self.titleLabel.setTexts(title, *shorter)
 
     def setMessages(self, messages: Sequence[Message]) -> None:
         """Show the first of these in place of the title."""
