@@ -35,16 +35,16 @@ WANTED = 20
 "Views after which the calibration is computed by itself."
 FRAME_WAIT = 0.2
 SILENCE = 2.0
-"Seconds without a picture after which that is said."
+"Seconds without a frame after which that is reported."
 TAKE_WAIT = 0.5
-"Seconds to wait for the window; it may be hidden, then nobody takes what is offered."
+"Seconds to wait for the window; it may be hidden, then nobody takes the offered frame."
 KEPT_SIZE = (960, 720)
 "Pixels in which the pictures of views are remembered."
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What the newest picture showed."""
+    """The result of the newest frame."""
 
     image: DisplayImage | None
     "None where no pictures come."
@@ -57,7 +57,7 @@ class Look:
     views: int
     "Kept so far."
     hint: str
-    "What to do next, as display text."
+    "The next step for the user, as display text."
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ class CalibratingModel:
         return offer
 
     def set_viewport(self, region: Region | None, size: tuple[int, int] | None) -> None:
-        """What the view shows: a region of the picture (None: all of it), in `size` screen pixels."""
+        """Set the viewport: a region of the image (None: all of it), in `size` screen pixels."""
         self._view = region, size
 
     def choose(self, settings: BoardSettings) -> None:
@@ -260,7 +260,7 @@ class CalibratingModel:
 
 
 def verdict_text(verdict: Verdict) -> str:
-    """What came of a look, in the user's language."""
+    """Return the outcome of one detection, in the user's language."""
     return {
         Verdict.NOT_SEEN: translate("Calibrating", "no board is seen"),
         Verdict.MOVING: translate("Calibrating", "hold it still"),
@@ -270,7 +270,7 @@ def verdict_text(verdict: Verdict) -> str:
 
 
 def hint_text(missing: str) -> str:
-    """What to do about what `Coverage.missing` tells, in the user's language."""
+    """Return the next step for what `Coverage.missing` lists, in the user's language."""
     if not missing:
         return translate("Calibrating", "Everything is covered")
     return {

@@ -14,7 +14,7 @@ from grabbergui.models.features.text import quantity_text
 from grabbergui.models.language import translate
 
 PATIENCE = 2.0
-"Seconds without a picture before anything is said."
+"Seconds without a frame before a diagnosis is shown."
 BLACK = 2.0
 "A mean of 8-bit pixels below which a picture looks black."
 
@@ -31,7 +31,7 @@ class Stage(Enum):
 
 @dataclass(frozen=True)
 class CameraFacts:
-    """What the camera's own features say that bears on it; None where it has no such feature."""
+    """The camera's features that matter for the diagnosis; None for those it does not have."""
 
     trigger_source: str | None = None
     "Where the trigger comes from, while TriggerMode is On; None otherwise."
@@ -50,7 +50,7 @@ class CameraFacts:
 
     @classmethod
     def read(cls, grabber: FrameGrabber) -> CameraFacts:
-        """Ask the camera; on the thread that makes its calls. What cannot be read is left out."""
+        """Ask the camera; on the thread that makes its calls. Features that cannot be read are left out."""
         trigger = _value(grabber, "TriggerMode") == "On"
         rate = _of_role(grabber, Role.FRAME_RATE)
         exposure = _of_role(grabber, Role.EXPOSURE)
@@ -73,7 +73,7 @@ class CameraFacts:
 
 @dataclass(frozen=True)
 class Observation:
-    """What was seen of a streaming source."""
+    """The observations of a streaming source."""
 
     source: str
     "Its display name."
@@ -105,7 +105,7 @@ class Diagnosis:
 
 
 def diagnose(seen: Observation) -> Diagnosis | None:
-    """What is wrong, or None where nothing is, or where it is too early to say."""
+    """Return the fault; None if there is none, or if it is too early to know."""
     if seen.problem:
         return Diagnosis(
             Stage.CONVERSION,

@@ -56,7 +56,7 @@ def lost_text(title: str, reason: str) -> str:
 
 
 def returned_text(problems: Sequence[str]) -> str:
-    """How a source came back after it was lost; `problems` are what is not as before, a sentence each."""
+    """How a source came back after it was lost; `problems` are the differences, a sentence each."""
     if not problems:
         return translate("Errors", "set as before")
     shown = "; ".join(map(driver_text, problems[:MOST_PROBLEMS]))

@@ -31,7 +31,7 @@ class LinkMessages:
         return text
 
     def back(self, source: OpenSource, seconds: float, reason: str) -> None:
-        """Post that a source answers again after so many seconds, and what is not set as before."""
+        """Post that a source answers again after so many seconds, and list the settings that differ."""
         text = translate("Connection", "back after {0} s").format(localized(f"{seconds:.{seconds < 1:d}f}"))
         unlike = source.grabber.unlike_before if source.grabber is not None else ()
         if reason:

@@ -40,7 +40,7 @@ class LogBook(logging.Handler):
 
     @property
     def lines(self) -> tuple[LogLine, ...]:
-        """What is kept, the oldest first."""
+        """The stored entries, the oldest first."""
         self.acquire()
         try:
             return tuple(self._lines)
@@ -52,7 +52,7 @@ class LogBook(logging.Handler):
         self._logger = logger = logger or logging.getLogger()
         self._levels_before = [(logger, logger.level), *((h, h.level) for h in logger.handlers)]
         for handler in logger.handlers:
-            # What others print stays what it was, though the logger itself lets more pass.
+            # Other handlers print as much as before, though the logger itself passes more.
             handler.setLevel(max(handler.level, logger.level))
         logger.setLevel(min(logger.level or logging.WARNING, self.level))
         logger.addHandler(self)
@@ -68,7 +68,7 @@ class LogBook(logging.Handler):
         super().close()
 
     def clear(self) -> None:
-        """Forget what is kept."""
+        """Forget all entries."""
         self.acquire()
         try:
             self._lines.clear()

@@ -1,4 +1,4 @@
-"""What the window says: each message with the source it is about, its cause, and its end."""
+"""Messages of the window: each with the source it is about, its cause, and its end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Severity(Enum):
 
 
 class Cause(Enum):
-    """What lasts for a while, is said once meanwhile, and no longer when it is over."""
+    """A cause that lasts: its message is shown once, and removed when the cause ends."""
 
     LINK = "link"
     "The source does not answer, or has just come back."
@@ -97,7 +97,7 @@ class MessageModel:
         "Causes that the user does not want to hear of again while they last."
 
     def shown(self, source: OpenSource | None) -> tuple[Message, ...]:
-        """What is to be seen while `source` is the current one, the newest first."""
+        """Return the messages to show while `source` is the current one, the newest first."""
         now = self._clock()
         return tuple(
             message
@@ -145,13 +145,13 @@ class MessageModel:
             self._keep(lambda message: (message.source, message.cause) != (source, cause))
 
     def forget(self, source: OpenSource) -> None:
-        """A source is closed: nothing more is said of it."""
+        """Remove the messages of a source that was closed."""
         with self._lock:
             self._dismissed = [each for each in self._dismissed if each[0] is not source]
             self._keep(lambda message: message.source is not source)
 
     def dismiss(self, message: Message) -> None:
-        """The user has read it; of a cause that lasts, nothing more is said until it has gone."""
+        """Remove a message that the user has read. A lasting cause stays silent until it has ended."""
         with self._lock:
             if message.cause is not None and message.ends is None:
                 self._dismissed.append((message.source, message.cause))

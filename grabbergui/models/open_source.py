@@ -48,7 +48,7 @@ class OpenSource:
         self.grabber: FrameGrabber | None = None
         "None until it is created, on the worker."
         self.tracked_grabber: ChangeTrackingGrabber | None = None
-        "The operator's handle on the grabber: what is done with it can be looked at and undone."
+        "The operator's handle on the grabber: changes made through it are recorded and can be undone."
         self.features: FeatureTreeModel | None = None
         "None until the grabber is open, and so is `tracked_grabber`."
         self.journal = ChangeJournal()

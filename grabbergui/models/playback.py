@@ -48,7 +48,7 @@ def is_recording(grabber: FrameGrabber) -> bool:
 class PlaybackModel:
     """Follows an open source that is a recording. No call waits; signals come from the source's thread.
 
-    What is set goes to the recording itself and not through the operator's hand: winding back and forth is
+    Values go to the recording itself and not through the change tracking: winding back and forth is
     nothing to be undone.
     """
 

@@ -32,7 +32,7 @@ from grabbergui.servo.state_machine import State
 
 @dataclass(frozen=True)
 class Tuning:
-    """What an operator sets; everything else is the configuration file's."""
+    """The settings of an operator; all others are in the configuration file."""
 
     head_gain: float
     "Rad/s per radian off centre."
@@ -68,7 +68,7 @@ PERIOD = 0.04
 PATIENCE = 0.1
 "Seconds after which a cycle without a picture is shown too."
 TAKE_WAIT = 0.5
-"Seconds to wait for the window; it may be hidden, then nobody takes what is offered."
+"Seconds to wait for the window; it may be hidden, then nobody takes the offered frame."
 CURVE_SECONDS = 20.0
 CURVE_RATE = 50.0
 "Points per second that are kept of the curves."
@@ -109,7 +109,7 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What one moment looks like."""
+    """The view of one moment."""
 
     cycle: ControlCycle
     image: DisplayImage | None
@@ -125,7 +125,7 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class _Newest:
-    """What the loop left here."""
+    """The newest cycle of the loop."""
 
     cycle: ControlCycle
     sighting: Sighting | None
@@ -168,7 +168,7 @@ class ServoModel:
         self._thread.start()
 
     def close(self) -> None:
-        """Let go of the runner; the thread has ended on return. May be called twice."""
+        """Release the runner; the thread has ended on return. May be called twice."""
         self._open = False
         self._runner.cycle_done.disconnect(self._on_cycle, missing_ok=True)
         self._fresh.set()
@@ -191,11 +191,11 @@ class ServoModel:
         return rows
 
     def set_viewport(self, region: Region | None, size: tuple[int, int] | None) -> None:
-        """What the view shows: a region of the picture (None: all of it), in `size` screen pixels."""
+        """Set the viewport: a region of the image (None: all of it), in `size` screen pixels."""
         self._view = region, size
 
     def take(self) -> Shown | None:
-        """What is offered, once; None where nothing is."""
+        """Take the offered view; None if there is no new one."""
         with self._lock:
             offer, self._offer = self._offer, None
         self._taken.set()

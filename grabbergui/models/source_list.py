@@ -62,7 +62,7 @@ class SourceListModel:
         "By what was typed; what the source says of itself, once it was open."
         self._open: dict[str, DeviceInfo] = {}
         self._lost: frozenset[str] = frozenset()
-        "What is open, by what it was asked for as."
+        "Open sources, by the URI with which they were requested."
         self._shown: tuple[ListedSource, ...] = ()
         self._lock = threading.Lock()
         self._wakeup = threading.Event()
@@ -193,7 +193,7 @@ def _line_of(lines: list[ListedSource], info: DeviceInfo) -> tuple[int, ListedSo
 
 
 def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
-    """Whether what was named is what is listed: by URI, or by a name that the listed camera answers to."""
+    """Whether a requested URI means the listed source: by URI, or by a name that the camera answers to."""
     uri, known = SourceUri.parse(named.uri), SourceUri.parse(listed.uri)
     if uri == known:
         return True

@@ -1,6 +1,6 @@
 """How each open source is doing.
 
-Status strip, title, tile and messages derive from what is said here, so that they cannot contradict each
+Status strip, title, tile and messages derive from this state, so that they cannot contradict each
 other.
 """
 
@@ -21,7 +21,7 @@ from grabbergui.models.stream_health import Health, HealthMeter, StreamHealth
 LEAST_RATE = 0.05
 "Frames per second below which a tile shows no rate."
 STALLED = 1.0
-"Seconds without a frame after which it is said."
+"Seconds without a frame after which it is shown."
 STARTING = 2.0
 "Seconds that the first frame may take."
 MOST_STEP = 0.5
@@ -34,7 +34,7 @@ _TELLING = frozenset({"TriggerMode", "TriggerSource", "TriggerSelector", "Playba
 
 
 class Condition(Enum):
-    """What a source is doing."""
+    """The condition of a source."""
 
     CLOSED = "closed"
     CONNECTING = "connecting"
@@ -71,7 +71,7 @@ _TONES = {
 
 @dataclass(frozen=True)
 class Sighting:
-    """What is known of a source at a moment; `condition` is what that means."""
+    """The observations of a source at a moment; `condition` derives from them."""
 
     link: LinkState
     read_only: bool = False
@@ -90,7 +90,7 @@ class Sighting:
 
     @property
     def condition(self) -> Condition:
-        """What the source is doing."""
+        """The condition of the source."""
         if self.link is not LinkState.STREAMING:
             stopped = Condition.READ_ONLY if self.read_only else Condition.STOPPED
             return {
@@ -113,7 +113,7 @@ class Sighting:
 
 @dataclass(frozen=True)
 class SourceStatus:
-    """What is said of a source."""
+    """The display text for a source."""
 
     condition: Condition = Condition.CLOSED
     seconds: float = 0.0
@@ -152,7 +152,7 @@ class SourceStatus:
 
     @property
     def loss_tone(self) -> Tone:
-        """How good it is what is said of losses."""
+        """The severity of the losses."""
         return {Health.WHOLE: Tone.IDLE, Health.RESENT: Tone.BUSY}.get(self.health.health, Tone.BAD)
 
     @property
@@ -218,7 +218,7 @@ class StatusModel:
 
 
 class _Watch:
-    """What is known of one source."""
+    """The observations of one source."""
 
     def __init__(self, source: OpenSource) -> None:
         self._source = source
@@ -254,7 +254,7 @@ class _Watch:
             self._ask(grabber, now)
 
     def status(self, now: float, held: bool, recorded: bool) -> SourceStatus:
-        """What that means."""
+        """The status that follows from them."""
         source, statistics = self._source, self._statistics
         sighting = Sighting(
             source.state,

@@ -16,7 +16,7 @@ NOTABLE = 0.001
 
 
 class Health(Enum):
-    """What the last seconds were like."""
+    """The quality of the stream in the last seconds."""
 
     WHOLE = "whole"
     RESENT = "resent"
@@ -29,7 +29,7 @@ class Health(Enum):
 
 @dataclass(frozen=True)
 class StreamHealth:
-    """What to say of a stream."""
+    """The display text for a stream's quality."""
 
     health: Health = Health.WHOLE
     text: str = ""

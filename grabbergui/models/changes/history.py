@@ -27,7 +27,7 @@ class Origin(Enum):
 
 @dataclass(frozen=True)
 class Change:
-    """What one feature was and became; a command that was run has neither value."""
+    """The values of a feature before and after a change; a command that was run has neither."""
 
     number: int
     "Counts up from 1. A change that goes on, as while a slider is dragged, keeps its number."
@@ -38,7 +38,7 @@ class Change:
     after: FeatureValue | None
     origin: Origin
     cause: str = ""
-    "What it was part of, as display text: `Loaded settings.yaml`; empty for a single control."
+    "The operation it was part of, as display text: `Loaded settings.yaml`; empty for a single control."
     command: bool = False
 
     @property
@@ -105,7 +105,7 @@ class Step:
         return any(change.effective for change in self.changes.values())
 
     def values(self, direction: Direction) -> Values:
-        """What to write to take it back, or to make it once more, in this order."""
+        """Return the writes that undo or redo the step, in order."""
         changes = [change for change in self.changes.values() if change.effective]
         if direction is Direction.REDO:
             return [(change.key, change.after) for change in changes if change.after is not None]

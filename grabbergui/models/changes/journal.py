@@ -28,7 +28,7 @@ class ChangeJournal:
     noted = Signal(Change)
     """A change; one that went on comes again under its number."""
     steps_changed = Signal()
-    """What can be undone or redone is another."""
+    """The next step to undo or redo has changed."""
 
     def __init__(
         self,
@@ -50,13 +50,13 @@ class ChangeJournal:
         self._step: Step | None = None
         self._reverting: Direction | None = None
         self._owed: tuple[Direction, dict[SettingKey, FeatureValue]] = (Direction.UNDO, {})
-        "What the steps reverted last could not bring back."
+        "Values that the last undone or redone steps could not restore."
         self._lock = threading.RLock()
 
     # -- what is known ---------------------------------------------------------------------------
     @property
     def changes(self) -> tuple[Change, ...]:
-        """What is kept, the oldest first."""
+        """The recorded changes, the oldest first."""
         with self._lock:
             return tuple(self._log.values())
 
@@ -130,7 +130,7 @@ class ChangeJournal:
 
     @contextmanager
     def within(self, step: Step) -> Iterator[None]:
-        """What is written in the block, by the source's own thread, belongs to this step."""
+        """Join all writes in the block, on the source's own thread, into one step."""
         with self._lock:
             self._step, outer = step, self._step
         try:

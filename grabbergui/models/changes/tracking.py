@@ -86,7 +86,7 @@ class ChangeTrackingGrabber(SharedGrabber):
     def watch(self, feature: Feature) -> None:
         """A feature was read: note what was not changed here. On the same thread.
 
-        What can only be read is left out, unless an automatic mode makes it so: a temperature moves always.
+        Read-only features, such as a temperature, are left out unless an automatic mode locks them.
         """
         if feature.value is None or not (feature.access.writable or feature.auto):
             return

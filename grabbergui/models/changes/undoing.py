@@ -20,7 +20,7 @@ FEW = 4
 def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
     """Undo or redo the next step; return what could not be brought back, a sentence each.
 
-    On the thread that makes the grabber's calls. What the camera refuses is tried again with the next step:
+    On the thread that makes the grabber's calls. A refused value is tried again with the next step:
     an automatic mode may have moved what limits it, and that mode is undone later. Does nothing where there
     is no step. Raises TransportError when the camera is gone; the step can be tried again then.
     """
@@ -48,7 +48,7 @@ Write = tuple[str, FeatureValue | None]
 
 
 def writes(changes: Iterable[Change]) -> list[Write]:
-    """What is to be written, in order, selectors where they are needed."""
+    """Return the values to write, in order, with selectors where they are needed."""
     found: list[Write] = []
     run: dict[SettingKey, Change] = {}
     standing: dict[str, str] = {}

@@ -1,6 +1,6 @@
 """The part of the sensor that a camera sends: Width, Height, OffsetX and OffsetY (SFNC 4.1).
 
-What cannot be changed while the stream runs is written while it is paused.
+Features that cannot be changed while the stream runs are written while it is paused.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def has_region(grabber: FrameGrabber) -> bool:
 
 
 def apply(grabber: FrameGrabber, region: Region) -> Region:
-    """Send only a region of what is sent now; the stream goes on. Returns what the camera then reports.
+    """Send only a part of the current region; the stream continues. Returns the camera's region afterwards.
 
     `region` is in the pixels of the present frames and is made to fit the camera's increments, never
     smaller than its least size. On the thread that makes the camera's calls. Raises FeatureError,
@@ -67,7 +67,7 @@ def fitted(start: int, length: int, size: Feature, offset: Feature) -> tuple[int
     """New size and offset along one axis, for `length` pixels that begin `start` pixels into the frame.
 
     The size is on its increment and not less than its minimum; the offset is moved down to its increment
-    and so far that the region stays within what is sent now.
+    and so far that the region stays within the current one.
     """
     before, first = _number(size.value), _number(offset.value)
     step, least = max(1, _number(size.increment)), max(1, _number(size.minimum))

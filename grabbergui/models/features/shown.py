@@ -22,7 +22,7 @@ def visible_names(
 ) -> list[str]:
     """Return the features up to a visibility that match the text, in the tree's order, each once.
 
-    A category that is meant for experts hides what is below it, as GenApi has it. Beginners see a feature
+    A category for experts hides everything below it, as GenApi defines it. Beginners see a feature
     once: unless they search for it, they get neither those whose controls stand `elsewhere` in the window nor
     commands that have buttons.
     """

@@ -126,7 +126,7 @@ def can_become_number(text: str, unit: str, shown_in: str) -> bool:
 
 
 def without_shown_unit(text: str, shown_in: str) -> str:
-    """What somebody types without the unit that was shown, once another one is being typed before it."""
+    """Drop the shown unit from a text if the user typed another one before it."""
     typed = text.removesuffix(unit_text(shown_in)).strip()
     another = typed != text.strip() and bool(typed[_begun_number(typed) :].strip())
     return typed if another else text
@@ -139,7 +139,7 @@ def _begun_number(text: str) -> int:
 
 
 def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float:
-    """What somebody typed into a number's field, with or without a unit. Raises ValueError.
+    """Return the number that the user typed, with or without a unit. Raises ValueError.
 
     The unit may be a multiple of the feature's own: `12,5 ms` is 12500 where that is `us`. Without one it is
     the unit `shown_in`, or else the feature's own.
@@ -168,7 +168,8 @@ def parse_number(text: str, feature: Feature, shown_in: str = "") -> int | float
 def typed_value(text: str, feature: Feature) -> FeatureValue:
     """Return what to write for a text from a command line: `20ms` is 20000 where the unit is `us`.
 
-    A text that is no number with a unit is returned as it is; writing it says what is allowed.
+    A text that is no number with a unit is returned unchanged; writing it raises an error with the allowed
+    values.
     """
     is_number = feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT)
     has_unit = is_number and _without_unit(text.strip(), feature.unit)[0] != text.strip()
@@ -241,7 +242,7 @@ def access_text(feature: Feature) -> str:
 
 
 def range_text(feature: Feature) -> str:
-    """What is allowed: `10 … 1000000 µs, step 1`, `one of Off, Once`."""
+    """Return the allowed values: `10 … 1000000 µs, step 1`, `one of Off, Once`."""
     if feature.kind is FeatureKind.ENUMERATION:
         entries = ", ".join(entry.name for entry in feature.entries if entry.available)
         return translate("Features", "one of {0}").format(entries)

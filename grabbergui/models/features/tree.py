@@ -65,12 +65,12 @@ class FeatureTreeModel:
         self._closed = False
         self._features: dict[str, Feature] = {}
         self._wanted: dict[str, bool] = {}
-        "Still to be read, oldest first; whether to tell even if nothing changed."
+        "Features still to be read, oldest first; whether to publish each even if it did not change."
         self._reading = False
         "Whether a reading job is in progress."
         self._watched: frozenset[str] = frozenset()
         self._companions: frozenset[str] = frozenset()
-        "Automatic modes of what is watched."
+        "Automatic modes of the watched features."
         self._stale: set[str] = set()
         "Changed while nobody watched."
         self._held: set[str] = set()
@@ -78,7 +78,7 @@ class FeatureTreeModel:
         "Changed while held."
         self._throttle = WriteThrottle()
         self._values: dict[str, FeatureValue] = {}
-        "What was asked for and is not known to be written yet."
+        "Values whose write was requested and has not been confirmed yet."
         self._writing: int | None = None
         "The thread that writes a feature now: the write itself returns most of what it changes."
         self._changed_by_write: set[str] = set()
@@ -118,13 +118,13 @@ class FeatureTreeModel:
         return self._features.get(name)
 
     def description(self, name: str) -> FeatureDescription | None:
-        """What never changes about a feature; None where the camera's tree has no such name."""
+        """Return the properties of a feature that never change; None if the camera does not have it."""
         return self._descriptions.get(name)
 
     # -- reading ---------------------------------------------------------------------------------
     def request(self, names: Iterable[str]) -> None:
         """Read these; `feature_changed` follows for each, whether it changed or not."""
-        self._want(names, tell=True)
+        self._want(names, always=True)
 
     def watch(self, names: Iterable[str]) -> None:
         """From now on follow these features, and their automatic modes, and no others.
@@ -137,19 +137,22 @@ class FeatureTreeModel:
             self._companions = frozenset(auto for auto in autos if auto)
             # In the tree's order, so that a panel fills from the top.
             followed = [name for name in self._descriptions if self._follows(name)]
-            for name in [name for name, tell in self._wanted.items() if not (tell or self._follows(name))]:
+            dropped = [
+                name for name, always in self._wanted.items() if not always and not self._follows(name)
+            ]
+            for name in dropped:
                 del self._wanted[name]
                 self._stale.add(name)
             self._want(
-                (name for name in followed if name not in self._features or name in self._stale), tell=False
+                (name for name in followed if name not in self._features or name in self._stale), always=False
             )
 
     # -- writing ---------------------------------------------------------------------------------
     def write(self, name: str, value: FeatureValue) -> None:
         """Write at once, but at most 60 times a second a feature: the last value always, features in order.
 
-        What is written is the instance that is shown, whatever others select meanwhile.
-        What the camera then reports follows as `feature_changed`. A refusal is reported by `failed`, and the
+        The write goes to the instance that is shown, whatever others select meanwhile.
+        The camera's value afterwards follows as `feature_changed`. A refusal is reported by `failed`, and the
         feature is read again, so that whoever shows it shows the truth.
         """
         with self._lock:
@@ -173,7 +176,7 @@ class FeatureTreeModel:
         """Do something with the camera on the worker, after the writes asked for before it.
 
         Then `done` with the result or `failed` with the error, on the worker too; without `failed`, the
-        signal of that name tells. False, and nothing happens, once closed.
+        signal of that name is emitted. Returns False and does nothing once closed.
         """
         with self._lock:
             if self._closed:
@@ -251,20 +254,20 @@ class FeatureTreeModel:
 
     def _publish_all(self, written: list[Feature]) -> None:
         for feature in written:
-            self._publish(self._grabber.offered(feature), tell=feature is written[0])
+            self._publish(self._grabber.offered(feature), always=feature is written[0])
 
     def _on_write_refused(self, name: str, error: GrabberError) -> None:
         with self._lock:
             self._forget_asked(name)
         self._fail(error)
-        self._want([name], tell=True)
+        self._want([name], always=True)
 
-    def _want(self, names: Iterable[str], tell: bool) -> None:
+    def _want(self, names: Iterable[str], always: bool) -> None:
         with self._lock:
             if self._closed:
                 return
             for name in names:
-                self._wanted[name] = tell or self._wanted.get(name, False)
+                self._wanted[name] = always or self._wanted.get(name, False)
             if self._wanted and not self._reading:
                 self._reading = self._worker.submit(self._read_some)
 
@@ -275,48 +278,48 @@ class FeatureTreeModel:
                 if not self._wanted:
                     break
                 name = next(iter(self._wanted))
-                tell = self._wanted.pop(name)
-            self._read(name, tell)
+                always = self._wanted.pop(name)
+            self._read(name, always)
             if time.monotonic() >= deadline or self._worker.pressed:
                 break
         with self._lock:
             self._reading = bool(self._wanted) and self._worker.submit(self._read_some)
 
-    def _read(self, name: str, tell: bool) -> None:
+    def _read(self, name: str, always: bool) -> None:
         try:
             feature = self._grabber.feature(name)
-            self._publish(self._grabber.offered(feature), tell)
+            self._publish(self._grabber.offered(feature), always)
             self._witness(feature)
         except TransportError as error:
             if isinstance(error, DeviceLostError):
                 with self._lock:
                     self._wanted.clear()
             self._fail(error)
-            self._publish(self._features.get(name) or self._broken(name, str(error)), tell)
+            self._publish(self._features.get(name) or self._broken(name, str(error)), always)
         except GrabberError as error:
-            self._publish(self._broken(name, str(error)), tell)
+            self._publish(self._broken(name, str(error)), always)
         except Exception as error:
             # One odd node must not take the others with it.
             log.exception("%s could not be read", name)
-            self._publish(self._broken(name, f"{type(error).__name__}: {error}"), tell)
+            self._publish(self._broken(name, f"{type(error).__name__}: {error}"), always)
 
     def _broken(self, name: str, problem: str) -> Feature:
         known = self._descriptions.get(name) or FeatureDescription(name=name, kind=FeatureKind.STRING)
         described = {field.name: getattr(known, field.name) for field in fields(FeatureDescription)}
         return Feature(**described, access=AccessMode.NOT_AVAILABLE, problem=problem)
 
-    def _publish(self, feature: Feature, tell: bool) -> None:
+    def _publish(self, feature: Feature, always: bool) -> None:
         name = feature.name
         with self._lock:
             changed = self._features.get(name) != feature
             self._features[name] = feature
             self._forget_asked(name)
             self._stale.discard(name)
-            if self._closed or not (changed or tell):
+            if self._closed or not (changed or always):
                 return
             if feature.auto and name in self._watched and not self._follows(feature.auto):
                 self._companions |= {feature.auto}
-                self._want([feature.auto], tell=True)
+                self._want([feature.auto], always=True)
             if name in self._held:
                 self._deferred.add(name)
                 return
@@ -345,7 +348,7 @@ class FeatureTreeModel:
         with self._lock:
             followed = {name for name in names if self._follows(name)}
             self._stale |= names - followed
-            self._want(followed, tell=False)
+            self._want(followed, always=False)
 
     def _follows(self, name: str) -> bool:
         return name in self._watched or name in self._companions

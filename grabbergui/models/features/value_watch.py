@@ -104,7 +104,7 @@ class ValueWatch:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is read, in the order in which it was asked for."""
+        """The features that are read, in the order of their request."""
         return self._names
 
     @property

@@ -78,7 +78,7 @@ PERIOD = 0.1
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is to be measured."""
+    """The requested measurements."""
 
     histogram: bool = False
     focus: bool = False
@@ -96,7 +96,7 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What was measured of one frame; None where nobody asked."""
+    """The measurements of one frame; None for those not requested."""
 
     frame: Frame
     histogram: Histogram | None = None
@@ -119,7 +119,7 @@ class MeasuringModel:
 
     @property
     def wanted(self) -> Wanted:
-        """What is measured."""
+        """The current request."""
         return self._wanted
 
     def want(self, wanted: Wanted) -> None:

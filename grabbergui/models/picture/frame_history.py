@@ -31,13 +31,13 @@ class FrameHistory:
 
     @property
     def frames(self) -> tuple[Frame, ...]:
-        """What is kept, the oldest first."""
+        """The stored frames, the oldest first."""
         with self._lock:
             return tuple(self._frames)
 
     @property
     def paused(self) -> bool:
-        """Whether what is kept stays as it is."""
+        """Whether the history is frozen."""
         return self._paused
 
     def pause(self, paused: bool) -> None:

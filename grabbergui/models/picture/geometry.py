@@ -17,7 +17,7 @@ _ROTATIONS = {1: cv2.ROTATE_90_CLOCKWISE, 2: cv2.ROTATE_180, 3: cv2.ROTATE_90_CO
 
 @dataclass(frozen=True)
 class Orientation:
-    """First mirrored, then turned. What is seen is the *view*; both have their origin at the top left."""
+    """First mirrored, then turned. The result is the *view*; both have their origin at the top left."""
 
     quarter_turns: int = 0
     "Clockwise, 0 … 3."
@@ -91,7 +91,7 @@ def undistorted(
     """Return a region of the undistorted view, `size` pixels (width, height) large.
 
     `pixels` is the whole frame, (height, width) or (height, width, 3), possibly reduced; `region` is in the
-    pixels of the frame that the calibration is of. What lies outside of the frame is black.
+    pixels of the frame that the calibration is of. Pixels outside of the frame are black.
     """
     columns, lines = _maps(calibration, region, size, (pixels.shape[1], pixels.shape[0]))
     return np.asarray(cv2.remap(pixels, columns, lines, cv2.INTER_LINEAR), np.uint8)

@@ -42,7 +42,7 @@ class PictureModel:
     """Takes the newest frame of a source, converts what the view shows of it, and offers it for painting.
 
     At most one picture waits to be painted: while the window has not taken it nothing is converted, so a
-    slow screen costs no processor and never delays what is seen. All methods may be called from any
+    slow screen costs no processor and never delays the display. All methods may be called from any
     thread and wait for nothing; signals come from the display thread.
     """
 
@@ -231,7 +231,7 @@ class PictureModel:
             self._report(text.format(frame.frame_id, frame.pixel_format, error))
             return
         self._problem = ""
-        # Every tenth line and column is plenty to tell black from not black.
+        # Every tenth line and column is enough to recognise a black image.
         self.mean = float(image.pixels[::10, ::10].mean())
         self.converted += 1
         with self._lock:

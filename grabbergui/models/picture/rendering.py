@@ -23,9 +23,9 @@ from grabbergui.models.picture.geometry import Orientation, undistorted
 Mask = NDArray[np.uint8]
 
 SATURATED = (255, 60, 60)
-"R G B of what is too bright."
+"R G B of saturated pixels."
 BLACK = (70, 110, 255)
-"R G B of what is too dark."
+"R G B of black pixels."
 
 
 def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
@@ -134,7 +134,7 @@ class Levels:
 
 @dataclass(frozen=True)
 class DisplaySettings:
-    """How a picture is looked at; nothing of it changes the camera or what is saved."""
+    """Display settings of the image. None of them changes the camera or saved frames."""
 
     levels: Levels = Levels()
     colour_map: str = ""
@@ -198,7 +198,7 @@ def _fitting(region: Region, size: tuple[int, int] | None) -> tuple[int, int]:
 
 
 def _measured(frame: Frame) -> Levels:
-    """From the nearest to the farthest distance of a depth image, a few outliers aside.
+    """From the nearest to the farthest distance of a depth image, without a few outliers.
 
     A sample will do; 0 is where nothing was measured.
     """

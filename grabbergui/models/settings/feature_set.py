@@ -34,7 +34,7 @@ class FeatureSet:
     device: str = ""
     "Vendor, model and serial number of their camera, as display text."
     left_out: tuple[str, ...] = ()
-    "What could not be taken along and why, a sentence each."
+    "Settings that could not be saved and why, a sentence each."
     lost_lines: tuple[str, ...] = ()
     "Lines of the file it was read from that make no sense, a sentence each."
 
@@ -49,7 +49,7 @@ class FeatureSet:
         return replace(self, settings=settings)
 
     def selectors_of(self, name: str) -> tuple[str, ...]:
-        """What selects a feature, as far as this set tells."""
+        """Return the selectors of a feature, as far as this set contains them."""
         for key in self.settings:
             if key.name == name:
                 return tuple(selector for selector, _ in key.selected)
@@ -70,7 +70,7 @@ class Difference:
 
 
 def compare(first: FeatureSet, second: FeatureSet) -> list[Difference]:
-    """What differs, in the second set's order; what only the first has comes last."""
+    """Return the differences in the second set's order; settings that only the first has come last."""
     differences = [
         Difference(key, first.settings.get(key), value)
         for key, value in second.settings.items()

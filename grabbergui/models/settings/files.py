@@ -38,7 +38,7 @@ _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII)
 _INTEGER = re.compile(r"[-+]?\d{1,20}", re.ASCII)
 _FLOAT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,3})?", re.ASCII)
 _YAML_WORDS = frozenset(["true", "false", "yes", "no", "on", "off", "null", "y", "n"])
-"What YAML 1.1 does not take for text."
+"Plain scalars that YAML 1.1 does not take for text."
 
 
 class SettingsFileError(GrabberError):
@@ -55,7 +55,7 @@ def save(features: FeatureSet, path: Path) -> None:
         load(path)
     text = to_yaml(features) if path.suffix.lower() in YAML_SUFFIXES else to_persistence(features)
     try:
-        # What is no file (a pipe, /dev/stdout) is written to, never replaced; a link stays a link.
+        # A pipe or /dev/stdout is written to, never replaced; a link stays a link.
         if path.exists() and not path.is_file():
             path.write_text(text, "utf-8")
         else:
@@ -81,12 +81,12 @@ def _replace(path: Path, text: str) -> None:
 
 
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
-    """Read a set of either kind; the content tells which.
+    """Read a set of either kind, which the content shows.
 
     The persistence format does not say what a selector selects: `selectors_of` does, best from the camera
     itself. Without it, what occurs more than once is taken for selected by what changed in between. A line
     that makes no sense costs that line: `lost_lines` names it. Raises SettingsFileError,
-    MissingFileError, and UsageError for what is no file of settings at all.
+    MissingFileError, and UsageError for anything but a settings file.
     """
     try:
         with path.open("rb") as file:
@@ -157,7 +157,7 @@ def _script(text: str, where: str, lost: list[str]) -> Iterator[tuple[str, str]]
 
 
 def _from_script(steps: list[tuple[str, str]], device: str, selectors_of: SelectorsOf | None) -> FeatureSet:
-    """What a script leaves behind on a camera, each selected instance apart."""
+    """Return the settings that a script leaves on a camera, each selected instance apart."""
     selectors_of = selectors_of or _guessed_selectors(steps)
     choosing = {selector for name, _ in steps for selector in selectors_of(name)}
     standing: dict[str, str] = {}

@@ -20,7 +20,7 @@ from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture
 
 
 class Outcome(Enum):
-    """What became of one setting."""
+    """The outcome for one setting."""
 
     WRITTEN = "written"
     EQUAL = "equal"
@@ -43,7 +43,7 @@ PENDING = (Outcome.WOULD_WRITE, Outcome.DEPENDS)
 "Outcomes of looking: these are written."
 
 _THOUSAND = 1000
-"What a whole load counts as, for its progress."
+"The steps of a whole load, for its progress."
 
 SETTLED = frozenset({Outcome.WRITTEN, Outcome.EQUAL, Outcome.WOULD_WRITE, Outcome.LEFT_ALONE})
 "Outcomes that nobody needs to look at."
@@ -71,7 +71,7 @@ class SettingReport:
 
 @dataclass(frozen=True)
 class LoadReport:
-    """What became of a whole set."""
+    """The outcome for a whole set."""
 
     settings: tuple[SettingReport, ...]
     before: FeatureSet
@@ -93,8 +93,8 @@ class LoadReport:
 
     def lines(self) -> list[str]:
         """All that was not equal, a line each, and the summary."""
-        told = [str(report) for report in self.settings if report.outcome is not Outcome.EQUAL]
-        return [*self.lost_lines, *told, *([self.problem] if self.problem else []), self.summary()]
+        lines = [str(report) for report in self.settings if report.outcome is not Outcome.EQUAL]
+        return [*self.lost_lines, *lines, *([self.problem] if self.problem else []), self.summary()]
 
     def summary(self) -> str:
         """Return one line of display text: `3 written, 36 equal, 1 refused`."""
@@ -110,7 +110,7 @@ def load_onto(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> LoadReport:
-    """Set a camera as the set says, and tell of each setting what happened.
+    """Set a camera as the set requires, and report the outcome for each setting.
 
     Nothing that is equal is written; selectors end where they stood. A running stream is stopped while
     anything is written and started again with the triggers as the set has them. With `dry_run` only
@@ -174,7 +174,7 @@ class _Loading:
             progress(done, len(self.features))
 
     def write(self, progress: Progress) -> None:
-        """Write what is pending until the camera has it."""
+        """Write pending settings until the camera has them."""
         done: set[SettingKey] = set()
         left_alone = self._with(Outcome.LEFT_ALONE)
 
@@ -197,7 +197,7 @@ class _Loading:
                 done.add(key)
                 progress(len(done), len(self.pending))
 
-        # Equal ones are looked at again: what is written next may move them.
+        # Equal ones are looked at again: the next write may move them.
         wanted = {key: self._reports[key].wanted for key in self._with(*PENDING, Outcome.EQUAL)}
         wanted |= {key: self._reports[key].wanted for key in left_alone}
         settle(self.grabber, wanted, report=note, reluctantly=left_alone, cancelled=self.cancelled.is_set)
@@ -228,7 +228,7 @@ class _Loading:
         if not (feature.access.readable or feature.access.writable):
             return Outcome.DEPENDS, None, feature.access_problem()
         try:
-            # Locks go with the stream, or with what is written before; ranges may.
+            # Locks end with the stream, or with earlier writes; ranges may change with them.
             replace(feature, access=AccessMode.READ_WRITE).validated(wanted)
         except FeatureError as error:
             return _doubted(feature, wanted), feature.value, error_text(error, feature=feature)
@@ -255,7 +255,7 @@ class _Loading:
         return ""
 
     def _of_set(self, name: str | None, beside: SettingKey) -> FeatureValue | None:
-        """What the set wants of another feature, under the same selectors or under none."""
+        """Return the set's value of another feature, under the same selectors or under none."""
         if name is None:
             return None
         settings = self.features.settings

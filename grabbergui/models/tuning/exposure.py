@@ -23,7 +23,7 @@ _MICROSECONDS = ("us", "µs", "usec", "")
 
 
 def expose(run: TuningRun, region: Region | None, target: float = TARGET) -> str:
-    """Set exposure time and gain so that a region of the frame has the target's mean. What came of it.
+    """Set exposure time and gain so that a region of the frame has the target's mean; return the outcome.
 
     The time is lengthened before gain is raised, as far as the frame rate allows, and gain is lowered
     before the time is shortened. Automatic modes are switched off. Raises TuningError where it does not

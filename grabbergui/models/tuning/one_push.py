@@ -36,7 +36,7 @@ class OnePush:
     succeeded = Signal(str)
     """The result, as display text."""
     failed = Signal(str)
-    """The reason of the failure; everything is restored, or the text names what is not."""
+    """The reason of the failure; everything is restored, or the text names the exceptions."""
     ended = Signal()
     """The tuning ended, with or without success."""
 

@@ -28,7 +28,7 @@ NEARLY_WHITE = 0.98
 
 @dataclass(frozen=True)
 class Light:
-    """What was measured, all as parts of white."""
+    """A measurement, all values as parts of white."""
 
     mean: float
     saturated: float

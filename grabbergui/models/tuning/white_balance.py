@@ -28,9 +28,9 @@ COLOURS = {"R": "Red", "B": "Blue"}
 
 
 def balance(run: TuningRun, region: Region | None) -> str:
-    """Set the balance ratios of red and blue so that a region of the frame is grey. What came of it.
+    """Set the balance ratios of red and blue so that a region of the frame is grey; return the outcome.
 
-    The automatic mode is switched off. Raises TuningError where the region cannot tell or does not settle,
+    The automatic mode is switched off. Raises TuningError if the region is not measurable or does not settle,
     FeatureError, FrameTimeoutError, TransportError.
     """
     parameters = run.call(_parameters)
