@@ -110,6 +110,23 @@ class FeatureValueError(FeatureError):
     """The value is out of range, off the increment, not among the entries, or of the wrong type."""
 
 
+class CameraFileError(GrabberError):
+    """A camera refused an operation on one of its files."""
+
+    def __init__(self, message: str, file: str, operation: str = "", status: str = "") -> None:
+        super().__init__(message)
+        self.file = file
+        "As FileSelector has it."
+        self.operation = operation
+        "Open, Close, Read, Write or Delete; empty if it did not come to one."
+        self.status = status
+        "FileOperationStatus as the camera reports it."
+
+
+class TransferCancelledError(CameraFileError):
+    """A transfer of a file was cancelled; an upload leaves the file incomplete."""
+
+
 class PixelFormatError(GrabberError):
     """A payload's pixel format cannot be converted; its raw bytes can still be saved."""
 

@@ -16,7 +16,7 @@ from psygnal import Signal
 
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.companions import Companions, is_on
-from grabbergui.core.errors import FeatureNotFoundError, GrabberError
+from grabbergui.core.errors import FeatureAccessError, FeatureNotFoundError, GrabberError
 from grabbergui.core.features import (
     AccessMode,
     Category,
@@ -267,6 +267,29 @@ class FrameGrabber(ABC):
     @abstractmethod
     def execute(self, name: str) -> None:
         """Run a command feature and wait until the camera says it is done (at most five seconds)."""
+
+    # -- registers of plain bytes ----------------------------------------------------------------
+    def register_length(self, name: str) -> int:
+        """Return the bytes of a register that is no feature, as FileAccessBuffer.
+
+        Raises FeatureAccessError, also where the source is remote: such registers do not travel.
+        """
+        raise self._has_no_register(name)
+
+    def read_register(self, name: str, length: int) -> bytes:
+        """Return the first `length` bytes of a register, from the camera. Raises as `register_length`."""
+        raise self._has_no_register(name)
+
+    def write_register(self, name: str, content: bytes) -> None:
+        """Write bytes to the beginning of a register. Raises as `register_length`."""
+        raise self._has_no_register(name)
+
+    def _has_no_register(self, name: str) -> FeatureAccessError:
+        return FeatureAccessError(
+            f"{self.info.title} gives no access to the register {name}; only a camera that is attached"
+            " to this computer does",
+            name,
+        )
 
     # -- settings: features with their selectors -------------------------------------------------
     @property

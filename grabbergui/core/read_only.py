@@ -54,6 +54,10 @@ class ReadOnlyGrabber(SharedGrabber):
         """Raise FeatureAccessError, or FeatureNotFoundError."""
         self.execute(key.name)
 
+    def write_register(self, name: str, content: bytes) -> None:
+        """Raise FeatureAccessError."""
+        raise FeatureAccessError(f"{name} cannot be written: {_REASON}", name)
+
     def start(self, *, keep_trigger: bool = False) -> None:
         """Do nothing if the stream is on. Raises AccessDeniedError otherwise."""
         if not self.streaming:

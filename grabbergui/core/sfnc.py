@@ -59,6 +59,12 @@ class Role(Enum):
 FAVOURITES = (Role.EXPOSURE, Role.GAIN, Role.FRAME_RATE)
 """The roles that an operator needs first."""
 
+FILE_ACCESS = frozenset({
+    "FileSelector", "FileOperationSelector", "FileOperationExecute", "FileOpenMode", "FileAccessBuffer",
+    "FileAccessOffset", "FileAccessLength", "FileOperationStatus", "FileOperationResult", "FileSize",
+})  # fmt: skip
+"""The features of FileAccessControl, by which files are moved: none is a setting."""
+
 AUTO_OFF = "Off"
 AUTO_ONCE = "Once"
 AUTO_CONTINUOUS = "Continuous"

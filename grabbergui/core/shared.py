@@ -108,6 +108,18 @@ class SharedGrabber(FrameGrabber):
         self._grabber.execute(name)
 
     @override
+    def register_length(self, name: str) -> int:
+        return self._grabber.register_length(name)
+
+    @override
+    def read_register(self, name: str, length: int) -> bytes:
+        return self._grabber.read_register(name, length)
+
+    @override
+    def write_register(self, name: str, content: bytes) -> None:
+        self._grabber.write_register(name, content)
+
+    @override
     def start(self, *, keep_trigger: bool = False) -> None:
         self._grabber.start(keep_trigger=keep_trigger)
 

@@ -220,6 +220,21 @@ class Camera(FrameGrabber):
             if name == LOAD_SET:
                 self._writes().memory.note_loaded_set(self.setting(name))
 
+    @override
+    def register_length(self, name: str) -> int:
+        return self._opened().register_length(name)
+
+    @override
+    def read_register(self, name: str, length: int) -> bytes:
+        return self._opened().read_register(name, length)
+
+    @override
+    def write_register(self, name: str, content: bytes) -> None:
+        if self._access is Access.MONITOR:
+            raise FeatureAccessError(f"{name}: this camera is open for reading only", name)
+        with self._lock:
+            self._opened().write_register(name, content)
+
     # -- acquisition -----------------------------------------------------------------------------
     @override
     def start(self, *, keep_trigger: bool = False) -> None:

@@ -13,7 +13,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.selection import SettingKey, ValueChange, WriteResult, instances
 from grabbergui.core.settling import settle
-from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE
+from grabbergui.core.sfnc import AUTO_OFF, AUTO_ONCE, FILE_ACCESS
 from grabbergui.driver.acquisition import NOT_SETTINGS
 from grabbergui.driver.genapi.node_map import CameraNodeMap
 
@@ -46,7 +46,9 @@ class SettingsMemory:
         return [key.name for key, value in self._settings.items() if value == AUTO_ONCE]
 
     def note(self, key: SettingKey, value: FeatureValue) -> None:
-        """Remember a value; the last change comes last when it is set again."""
+        """Remember a value, unless it is of a file's transfer; the last change is set again last."""
+        if key.name in FILE_ACCESS:
+            return
         self._settings.pop(key, None)
         self._settings[key] = value
 

@@ -205,6 +205,21 @@ class CameraNodeMap:
                 raise FeatureError(f"{name} was not done within {COMMAND_TIMEOUT:g} s", name)
             time.sleep(0.005)
 
+    def register_length(self, name: str) -> int:
+        """Return the bytes of a register node. Raises FeatureAccessError for any other node."""
+        with self._use(), self._answering(name, None):
+            return int(self._register(name).length)
+
+    def read_register(self, name: str, length: int) -> bytes:
+        """Return the first `length` bytes of a register, past GenApi's cache."""
+        with self._use(), self._answering(name, None):
+            return bytes(self._register(name).get(length, False, True)) if length else b""
+
+    def write_register(self, name: str, content: bytes) -> None:
+        """Write bytes to the beginning of a register."""
+        with self._use(), self._answering(name, None):
+            self._register(name).set(content)
+
     def invalidate(self, names: frozenset[str]) -> None:
         """Forget cached values, so that the next snapshot asks the camera."""
         with self._use() as lookup:
@@ -275,6 +290,12 @@ class CameraNodeMap:
                 raise FeatureAccessError(f"{name} is a register without a value of its own", name)
             node = self._nodes[name] = NodeFeature(value, description, automatic_mode_of(name, self.has))
         return node
+
+    def _register(self, name: str) -> Any:
+        register = self._map.get_node(name) if self._map.has_node(name) else None
+        if not isinstance(register, genapi.IRegister):
+            raise FeatureAccessError(f"the camera's description has no register {name}", name)
+        return register
 
     def _raise_loss(self) -> None:
         failure = self._port.take_failure()

@@ -26,6 +26,8 @@ _REGISTER_KINDS = {
     ("IntReg", 8): Kind.INT64,
     ("FloatReg", 8): Kind.FLOAT64,
 }
+_BUFFER = "Register"
+"A node of plain bytes."
 _SUFFIX = "Reg"
 "Ends the name of a feature's register; a string is its register itself."
 
@@ -71,7 +73,7 @@ class DescribedRegisters:
         self._registers = {
             name.removesuffix(_SUFFIX): tuple(self._instances(name.removesuffix(_SUFFIX), node))
             for name, node in self._nodes.items()
-            if _text(node, "pPort") == _PORT
+            if _text(node, "pPort") == _PORT and _tag(node) != _BUFFER
         }
 
     def __iter__(self) -> Iterator[Register]:
@@ -87,6 +89,11 @@ class DescribedRegisters:
     def each(self, name: str) -> tuple[Register, ...]:
         """Return the registers of a feature, one for each entry of its selector, in their order."""
         return self._registers[name]
+
+    def buffer(self, name: str) -> tuple[int, int]:
+        """Return address and length of a node of plain bytes."""
+        node = self._nodes[name]
+        return int(_text(node, "Address"), 0), int(_text(node, "Length"))
 
     def _instances(self, name: str, node: Element) -> Iterator[Register]:
         index = node.find(f"{_SCHEMA}pIndex")

@@ -105,7 +105,7 @@ class RegisterMemory:
         self._registers = sorted(registers, key=lambda register: register.address)
         self._starts = [register.address for register in self._registers]
         self._bytes = {register.address: register.encode(register.default) for register in self._registers}
-        self._blocks: list[tuple[int, bytes]] = []
+        self._blocks: list[tuple[int, bytes | bytearray]] = []
         self._before_read: dict[int, Callable[[], RegisterValue]] = {}
         self._before_write: dict[int, Callable[[RegisterValue], RegisterValue | None]] = {}
         self._after_write: dict[int, Callable[[], None]] = {}
@@ -114,6 +114,12 @@ class RegisterMemory:
     def add_block(self, address: int, content: bytes) -> None:
         """Bytes that can only be read, such as the zipped XML; zeros follow them up to a multiple of 4."""
         self._blocks.append((address, content + bytes(-len(content) % 4)))
+
+    def add_buffer(self, address: int, length: int) -> bytearray:
+        """Make bytes that a host reads and writes in any pieces, and the device uses as they are."""
+        content = bytearray(length)
+        self._blocks.append((address, content))
+        return content
 
     def on_read(self, register: Register, supply: Callable[[], RegisterValue]) -> None:
         """Let `supply` give the value whenever the register is read."""
@@ -153,7 +159,7 @@ class RegisterMemory:
         """Any range that begins in a register or block; gaps between registers read as zeros."""
         for start, content in self._blocks:
             if start <= address < start + len(content):
-                return content[address - start : address - start + length].ljust(length, b"\0")
+                return bytes(content[address - start : address - start + length]).ljust(length, b"\0")
         data = bytearray(length)
         found = False
         for register in self._overlapping(address, length):
@@ -166,7 +172,11 @@ class RegisterMemory:
         return bytes(data)
 
     def write(self, address: int, data: bytes) -> None:
-        """One or several whole registers; a string may be cut short."""
+        """One or several whole registers, or part of a buffer; a string may be cut short."""
+        for start, content in self._blocks:
+            if isinstance(content, bytearray) and start <= address <= start + len(content) - len(data):
+                content[address - start : address - start + len(data)] = data
+                return
         registers = list(self._overlapping(address, len(data)))
         if not registers:
             raise RegisterRefusedError(Refusal.INVALID_ADDRESS, f"no register at 0x{address:x}")

@@ -15,6 +15,7 @@ from grabbergui.core.component import PayloadType
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.auto import regulate
 from grabbergui.driver.sim.contents import complete, first_piece
+from grabbergui.driver.sim.files import FileControl, FileStore, firmware_version
 from grabbergui.driver.sim.memory import (
     Refusal,
     Register,
@@ -69,9 +70,11 @@ class CameraModel:
         scene: Scene | None = None,
         power_on: Mapping[Register, RegisterValue] | None = None,
         clock: DeviceClock | None = None,
+        files: FileStore | None = None,
     ) -> None:
         """Make a camera that has just been switched on.
 
+        `files` are those of a camera whose power was cut; without them it is fresh from the factory.
         `power_on` replaces registers' defaults and becomes the factory's user set; `clock` must advance
         as real time does where `next_frame` waits.
         """
@@ -92,7 +95,10 @@ class CameraModel:
         for register, value in (power_on or {}).items():
             self.memory.set(register, value)
         update_geometry(self.memory)
-        self._user_sets = UserSets(self.memory)
+        self.files = files or FileStore()
+        self._file_control = FileControl(self.memory, self.files)
+        self._user_sets = UserSets(self.memory, self.files)
+        self._show_firmware()
         self._install_hooks()
 
     # -- the host's side -------------------------------------------------------------------------
@@ -246,6 +252,7 @@ class CameraModel:
         self._command(reg.DEVICE_RESET, self._reset)
         self._command(reg.USER_SET_LOAD, self._load_user_set)
         self._command(reg.USER_SET_SAVE, self._user_sets.save)
+        self._command(reg.FILE_OPERATION_EXECUTE, self._file_control.execute)
         self._command(
             reg.TEST_EVENT_GENERATE,
             lambda: self._queue_event(Event.TEST, self._sequencer.frames_taken, self.timestamp()),
@@ -374,7 +381,9 @@ class CameraModel:
 
     def _reset(self) -> None:
         self._stop()
-        self._user_sets.apply(reg.USER_SET_DEFAULT)
+        self._file_control.close_all()
+        self._show_firmware()
+        self._user_sets.apply_or_factory(reg.USER_SET_DEFAULT)
         update_geometry(self.memory)
         for register in reg.EVENT_NOTIFICATION:
             self.memory.set(register, 0)
@@ -383,6 +392,11 @@ class CameraModel:
         self._device_clock.reset()
         if self.on_reset:
             self.on_reset()
+
+    def _show_firmware(self) -> None:
+        """Run the firmware in the file, as every start does."""
+        version = firmware_version(self.files.content(reg.File.FIRMWARE))
+        self.memory.set(reg.DEVICE_FIRMWARE_VERSION, version or "")
 
     def _queue_event(self, event: Event, frame_id: int, timestamp: int) -> None:
         if self.memory.integer(reg.EVENT_NOTIFICATION[event]):

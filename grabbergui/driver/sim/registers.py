@@ -153,6 +153,54 @@ class UserSet(IntEnum):
     USER_SET2 = 2
 
 
+class File(IntEnum):
+    """Values of FileSelector."""
+
+    USER_SET1 = 0
+    USER_SET2 = 1
+    LUT_LUMINANCE = 2
+    SHADING_CORRECTION = 3
+    DEVICE_LOG = 4
+    FIRMWARE = 5
+
+
+class FileOperation(IntEnum):
+    """Values of FileOperationSelector."""
+
+    OPEN = 0
+    CLOSE = 1
+    READ = 2
+    WRITE = 3
+    DELETE = 4
+
+
+class FileOpenMode(IntEnum):
+    """Values of FileOpenMode."""
+
+    READ = 0
+    WRITE = 1
+    READ_WRITE = 2
+
+
+class FileOperationStatus(IntEnum):
+    """Values of FileOperationStatus."""
+
+    SUCCESS = 0
+    FAILURE = 1
+    OVERFLOW = 2
+
+
+class FileState(IntEnum):
+    """Values of FileState: what became of the last upload."""
+
+    INTACT = 0
+    EMPTY = 1
+    INCOMPLETE = 2
+    "It was not finished; the file is unusable."
+    DISCARDED = 3
+    "It was not finished or not valid; the file before it is still there."
+
+
 class PtpStatus(IntEnum):
     """Values of PtpStatus: IEEE 1588's port states, as far as this clock has them."""
 
@@ -244,6 +292,7 @@ DEVICE_VENDOR_NAME = _one("DeviceVendorName")
 DEVICE_MODEL_NAME = _one("DeviceModelName")
 DEVICE_MANUFACTURER_INFO = _one("DeviceManufacturerInfo")
 DEVICE_VERSION = _one("DeviceVersion")
+DEVICE_FIRMWARE_VERSION = _one("DeviceFirmwareVersion")
 DEVICE_SERIAL_NUMBER = _one("DeviceSerialNumber")
 DEVICE_USER_ID = _one("DeviceUserID")
 DEVICE_TL_TYPE = _one("DeviceTLType")
@@ -325,6 +374,20 @@ USER_SET_SELECTOR = _one("UserSetSelector")
 USER_SET_LOAD = _one("UserSetLoad")
 USER_SET_SAVE = _one("UserSetSave")
 USER_SET_DEFAULT = _one("UserSetDefault")
+
+# -- FileAccessControl ----------------------------------------------------------------------------
+FILE_SELECTOR = _one("FileSelector")
+FILE_OPERATION_SELECTOR = _one("FileOperationSelector")
+FILE_OPERATION_EXECUTE = _one("FileOperationExecute")
+FILE_OPEN_MODE = _one("FileOpenMode")
+FILE_OPERATION_STATUS = _one("FileOperationStatus")
+FILE_OPERATION_RESULT = _one("FileOperationResult")
+FILE_STATE = _one("FileState")
+FILE_SIZE = _one("FileSize")
+FILE_ACCESS_OFFSET = _one("FileAccessOffset")
+FILE_ACCESS_LENGTH = _one("FileAccessLength")
+FILE_ACCESS_BUFFER = _described.buffer("FileAccessBuffer")
+"Address and length."
 
 # -- ChunkDataControl -----------------------------------------------------------------------------
 CHUNK_MODE_ACTIVE = _one("ChunkModeActive")

@@ -16,6 +16,7 @@ from grabbergui.driver.gige import bootstrap
 from grabbergui.driver.gige.bootstrap import GVCP_PORT, IpConfigurationBit
 from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.files import FileStore
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing
 from grabbergui.driver.sim.gige.stream import REBOOT_S, Faults, StreamSender, StreamSettings
@@ -72,6 +73,7 @@ class GigeCamera:
         self._segmentation = segmentation
         self._on_sent = on_sent
         self._flash: dict[Register, RegisterValue] = {}
+        self._files = FileStore()
         self._queue: list[tuple[float, int, Outgoing]] = []
         self._order = itertools.count()
         # Reentrant: a command may raise an event.
@@ -111,7 +113,7 @@ class GigeCamera:
             raise SourceUnavailableError(
                 f"no camera can listen at {self.address}:{GVCP_PORT}: {error.strerror}; is another one there?"
             ) from error
-        self.model = CameraModel(scene=self._scene, power_on=self._power_on)
+        self.model = CameraModel(scene=self._scene, power_on=self._power_on, files=self._files)
         self.model.sensor.scene.view(0)
         memory = gev.make_bootstrap(self.model, self.address, interface.netmask, self.mac)
         for register, value in self._flash.items():
@@ -162,6 +164,10 @@ class GigeCamera:
         self._stream.close()
         for sock in self._sockets:
             sock.close()
+
+    def cut_power(self) -> None:
+        """Lose and regain the power at once; the camera is back after `REBOOT_S`. Any thread."""
+        self._reboot_at = time.monotonic()
 
     def _reboot(self) -> None:
         """Be gone for a while, then come back as after power-on."""

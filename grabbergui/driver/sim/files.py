@@ -1,0 +1,242 @@
+"""The files in the simulated camera: SFNC's FileAccessControl before a store that outlives the power.
+
+Most files are written where they lie, so a power cut leaves them incomplete. Firmware is collected in RAM and
+replaces the old one only when it is closed and its checksum is right: a power cut costs the upload, never the
+firmware. Either way FileState says what became of the file, and the file DeviceLog has a line about it.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.memory import RegisterMemory
+from grabbergui.driver.sim.registers import File, FileOpenMode, FileOperation, FileOperationStatus, FileState
+
+LUT_ENTRIES = 4096
+"Of LUTLuminance: 16-bit output values, little-endian, one for each 12-bit input value."
+
+_FIRMWARE = struct.Struct("<4s12sII")
+"Magic, version, length and CRC-32 of the body that follows."
+_MAGIC = b"GGFW"
+_LOG_LINES = 200
+
+
+class Wear(Enum):
+    """How a file is written."""
+
+    READ_ONLY = "read-only"
+    IN_PLACE = "in place"
+    ON_CLOSE = "when it is closed and valid"
+
+
+@dataclass(frozen=True)
+class _Kind:
+    wear: Wear
+    capacity: int
+    "Bytes."
+
+
+SPELLED = {
+    File.USER_SET1: "UserSet1",
+    File.USER_SET2: "UserSet2",
+    File.LUT_LUMINANCE: "LUTLuminance",
+    File.SHADING_CORRECTION: "ShadingCorrection",
+    File.DEVICE_LOG: "DeviceLog",
+    File.FIRMWARE: "Firmware",
+}
+"As FileSelector has them."
+
+_KINDS = {
+    File.USER_SET1: _Kind(Wear.IN_PLACE, 1 << 16),
+    File.USER_SET2: _Kind(Wear.IN_PLACE, 1 << 16),
+    File.LUT_LUMINANCE: _Kind(Wear.IN_PLACE, LUT_ENTRIES * 2),
+    File.SHADING_CORRECTION: _Kind(Wear.IN_PLACE, 1 << 15),
+    File.DEVICE_LOG: _Kind(Wear.READ_ONLY, 1 << 16),
+    File.FIRMWARE: _Kind(Wear.ON_CLOSE, 1 << 20),
+}
+
+
+def firmware_image(version: str, body: bytes) -> bytes:
+    """Return a firmware file that the camera accepts."""
+    return _FIRMWARE.pack(_MAGIC, version.encode(), len(body), zlib.crc32(body)) + body
+
+
+def firmware_version(image: bytes) -> str | None:
+    """Return the version of a firmware file; None if it is damaged or something else."""
+    if len(image) < _FIRMWARE.size:
+        return None
+    magic, version, length, checksum = _FIRMWARE.unpack_from(image)
+    body = image[_FIRMWARE.size :]
+    if magic != _MAGIC or len(body) != length or zlib.crc32(body) != checksum:
+        return None
+    return str(version.rstrip(b"\0").decode("ascii", "replace"))
+
+
+def _factory_contents() -> dict[File, bytes]:
+    ramp = np.arange(LUT_ENTRIES, dtype="<u2") * 16
+    flat = np.full(64 * 64, 4096, "<u2")
+    body = np.random.default_rng(1).integers(0, 256, 24_000, np.uint8)
+    return {
+        File.LUT_LUMINANCE: ramp.tobytes(),
+        File.SHADING_CORRECTION: flat.tobytes(),
+        File.FIRMWARE: firmware_image("1.0.0", body.tobytes()),
+    }
+
+
+@dataclass
+class FileStore:
+    """What the camera keeps without power: contents and states of its files, and its log."""
+
+    contents: dict[File, bytearray] = field(default_factory=dict)
+    states: dict[File, FileState] = field(default_factory=dict)
+    uploading: dict[File, int] = field(default_factory=dict)
+    "Files open for writing, and the bytes received so far."
+    log: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        for file, content in _factory_contents().items():
+            self.contents.setdefault(file, bytearray(content))
+
+    def state(self, file: File) -> FileState:
+        """Return what became of a file."""
+        if file in self.states:
+            return self.states[file]
+        return FileState.INTACT if self.content(file) else FileState.EMPTY
+
+    def content(self, file: File) -> bytes:
+        """Return the bytes of a file."""
+        if file is File.DEVICE_LOG:
+            return "".join(f"{line}\n" for line in self.log).encode()
+        return bytes(self.contents.get(file, b""))
+
+    def replace(self, file: File, content: bytes) -> None:
+        """Replace a whole file from inside the camera."""
+        self.contents[file] = bytearray(content)
+        self.states.pop(file, None)
+
+    def note(self, line: str) -> None:
+        """Append a line to the log, which keeps the last 200."""
+        self.log.append(line)
+        del self.log[:-_LOG_LINES]
+
+    def power_on(self) -> None:
+        """Find the uploads that the last power cut ended, and log them."""
+        for file, received in self.uploading.items():
+            kept = _KINDS[file].wear is Wear.ON_CLOSE
+            self.states[file] = FileState.DISCARDED if kept else FileState.INCOMPLETE
+            self.note(
+                f"power was lost while {SPELLED[file]} was written, after {received} bytes: "
+                + ("the upload is discarded, the file before it kept" if kept else "the file is incomplete")
+            )
+        self.uploading.clear()
+        self.note("power on")
+
+
+class FileControl:
+    """The registers of FileAccessControl. The caller holds the camera's lock."""
+
+    def __init__(self, memory: RegisterMemory, store: FileStore) -> None:
+        self._memory = memory
+        self.store = store
+        self._open: dict[File, FileOpenMode] = {}
+        self._staged: dict[File, bytearray] = {}
+        "What is written when it is closed."
+        self._buffer = memory.add_buffer(*reg.FILE_ACCESS_BUFFER)
+        memory.on_read(reg.FILE_SIZE, lambda: len(store.content(self._selected())))
+        memory.on_read(reg.FILE_STATE, lambda: store.state(self._selected()))
+        store.power_on()
+
+    def execute(self) -> None:
+        """Run the selected operation on the selected file; its outcome is in FileOperationStatus."""
+        operation = FileOperation(self._memory.integer(reg.FILE_OPERATION_SELECTOR))
+        action = {
+            FileOperation.OPEN: self._open_file,
+            FileOperation.CLOSE: self._close,
+            FileOperation.READ: self._read,
+            FileOperation.WRITE: self._write,
+            FileOperation.DELETE: self._delete,
+        }[operation]
+        status, result = action(self._selected())
+        self._memory.set(reg.FILE_OPERATION_STATUS, status)
+        self._memory.set(reg.FILE_OPERATION_RESULT, result)
+
+    def close_all(self) -> None:
+        """Abandon what is open, as a reset does: uploads are not finished."""
+        self._open.clear()
+        self._staged.clear()
+        self.store.power_on()
+
+    def _selected(self) -> File:
+        return File(self._memory.integer(reg.FILE_SELECTOR))
+
+    def _open_file(self, file: File) -> tuple[FileOperationStatus, int]:
+        mode = FileOpenMode(self._memory.integer(reg.FILE_OPEN_MODE))
+        wear = _KINDS[file].wear
+        if mode is not FileOpenMode.READ:
+            if wear is Wear.READ_ONLY:
+                return FileOperationStatus.FAILURE, 0
+            fresh = b"" if mode is FileOpenMode.WRITE else self.store.content(file)
+            self.store.uploading[file] = 0
+            if wear is Wear.ON_CLOSE:
+                self._staged[file] = bytearray(fresh)
+            else:
+                self.store.contents[file] = bytearray(fresh)
+                self.store.states[file] = FileState.INCOMPLETE
+        self._open[file] = mode
+        return FileOperationStatus.SUCCESS, 0
+
+    def _close(self, file: File) -> tuple[FileOperationStatus, int]:
+        mode = self._open.pop(file, None)
+        if mode is None:
+            return FileOperationStatus.FAILURE, 0
+        if mode is FileOpenMode.READ:
+            return FileOperationStatus.SUCCESS, 0
+        received = self.store.uploading.pop(file, 0)
+        staged = self._staged.pop(file, None)
+        if staged is not None and firmware_version(bytes(staged)) is None:
+            self.store.states[file] = FileState.DISCARDED
+            self.store.note(f"{SPELLED[file]}: {received} bytes are no valid firmware and were discarded")
+            return FileOperationStatus.FAILURE, 0
+        self.store.replace(file, self.store.content(file) if staged is None else bytes(staged))
+        self.store.note(f"{SPELLED[file]} was written: {len(self.store.content(file))} bytes")
+        return FileOperationStatus.SUCCESS, 0
+
+    def _read(self, file: File) -> tuple[FileOperationStatus, int]:
+        offset, length = self._range()
+        content = self.store.content(file)
+        if self._open.get(file) not in (FileOpenMode.READ, FileOpenMode.READ_WRITE) or offset > len(content):
+            return FileOperationStatus.FAILURE, 0
+        part = content[offset : offset + length]
+        self._buffer[: len(part)] = part
+        return FileOperationStatus.SUCCESS, len(part)
+
+    def _write(self, file: File) -> tuple[FileOperationStatus, int]:
+        offset, length = self._range()
+        if self._open.get(file) not in (FileOpenMode.WRITE, FileOpenMode.READ_WRITE):
+            return FileOperationStatus.FAILURE, 0
+        content = self._staged.get(file, self.store.contents.setdefault(file, bytearray()))
+        if offset > len(content):
+            return FileOperationStatus.FAILURE, 0
+        if offset + length > _KINDS[file].capacity:
+            return FileOperationStatus.OVERFLOW, 0
+        content[offset : offset + length] = self._buffer[:length]
+        self.store.uploading[file] += length
+        return FileOperationStatus.SUCCESS, length
+
+    def _delete(self, file: File) -> tuple[FileOperationStatus, int]:
+        if _KINDS[file].wear is not Wear.IN_PLACE or file in self._open:
+            return FileOperationStatus.FAILURE, 0
+        self.store.replace(file, b"")
+        self.store.note(f"{SPELLED[file]} was deleted")
+        return FileOperationStatus.SUCCESS, 0
+
+    def _range(self) -> tuple[int, int]:
+        """Return FileAccessOffset and FileAccessLength."""
+        length = min(self._memory.integer(reg.FILE_ACCESS_LENGTH), len(self._buffer))
+        return self._memory.integer(reg.FILE_ACCESS_OFFSET), length
