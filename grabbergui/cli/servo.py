@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grabbergui.cli import servo_robots
-from grabbergui.cli.numbers import positive
+from grabbergui.cli.numbers import part, positive
 from grabbergui.cli.process import stop_on_signals
 from grabbergui.config.shipped_files import find_file
 from grabbergui.core.errors import SourceUnavailableError, UsageError
@@ -66,6 +66,12 @@ def add_commands(commands: Any) -> None:
         "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model (.onnx) (auto)"
     )
     parser.add_argument("--steps", action="store_true", help="move the head by relative steps")
+    parser.add_argument(
+        "--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1; the window changes it too"
+    )
+    parser.add_argument(
+        "--dry-run", action="store_true", help="compute and show everything, and send the robot nothing"
+    )
     parser.set_defaults(run=_run)
 
 
@@ -77,7 +83,8 @@ def _config(options: argparse.Namespace) -> Config:
     marker = replace(config.marker, **{key: value for key, value in given.items() if value is not None})
     head = replace(config.head, mode="steps") if options.steps else config.head
     faces = replace(config.faces, detector=options.faces) if options.faces else config.faces
-    return replace(config, marker=marker, head=head, faces=faces)
+    loop = config.loop if options.speed is None else replace(config.loop, speed=options.speed)
+    return replace(config, loop=loop, marker=marker, head=head, faces=faces)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -96,7 +103,7 @@ def _run(options: argparse.Namespace) -> int:
 
         if scene.guardian is not None:
             scene.guardian.await_ready()
-        runner = Runner(scene.grabber, scene.robot, detector, config, scene.guardian)
+        runner = Runner(scene.grabber, scene.robot, detector, config, scene.guardian, dry_run=options.dry_run)
         servo_robots.publish(runner, options, stack)
         with stop_on_signals() as stop:
             return _follow(runner, options, scene, stop)

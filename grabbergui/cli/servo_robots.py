@@ -189,8 +189,8 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
     options.source = options.source or f"yarp:{options.remote}/camera{server}"
     grabber = stack.enter_context(opened(options.source))
     calibration = _calibration(options, grabber)
-    robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote)
-    guardian = _guardian(robot, config, stack)
+    robot = TeoOverYarp(NameClient.find(options.nameserver), options.remote, listen_only=options.dry_run)
+    guardian = None if options.dry_run else _guardian(robot, config, stack)
     robot.open()
     stack.callback(robot.close)
     return Scene(robot, grabber, calibration, real=True, guardian=guardian)
@@ -201,11 +201,11 @@ def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Sce
     from grabbergui.servo.robots import tiago_ros2
 
     source = options.source = options.source or "ros2:/camera"
-    robot = tiago_ros2.TiagoOverRos2(tiago_model(options), tiago_topics(options))
+    robot = tiago_ros2.TiagoOverRos2(tiago_model(options), tiago_topics(options), listen_only=options.dry_run)
     robot.connect()
     stack.callback(robot.close)
     print(robot.summary, flush=True)
-    guardian = _guardian(robot, config, stack)
+    guardian = None if options.dry_run else _guardian(robot, config, stack)
     robot.open()
     given = options.calibration is not None or options.field_of_view is not None
     if given or not source.startswith("ros2:"):

@@ -44,12 +44,16 @@ class Tuning:
     "Millimetres per second."
     rate: float
     "Commands per second."
+    speed: float
+    "Percent of the speed that all motion is slowed down to."
 
     @classmethod
     def of(cls, config: Config) -> Tuning:
         """As a configuration has it."""
         head, arm = config.head, config.arm
-        return cls(head.gain, head.fastest, arm.gain, arm.fastest * 1e3, config.loop.rate)
+        return cls(
+            head.gain, head.fastest, arm.gain, arm.fastest * 1e3, config.loop.rate, 1e2 * config.loop.speed
+        )
 
     def applied_to(self, config: Config) -> Config:
         """The configuration with these values. Raises UsageError for those that cannot be together."""
@@ -57,7 +61,7 @@ class Tuning:
             config,
             head=replace(config.head, gain=self.head_gain, fastest=self.head_fastest),
             arm=replace(config.arm, gain=self.arm_gain, fastest=self.arm_fastest * 1e-3),
-            loop=replace(config.loop, rate=self.rate),
+            loop=replace(config.loop, rate=self.rate, speed=1e-2 * self.speed),
         )
 
 

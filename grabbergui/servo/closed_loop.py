@@ -160,7 +160,7 @@ class ClosedLoop:
         if cycle.state.value == "stopped" and not self.gate.halted:
             self.gate.halt(cycle.reason)
         passed = self.gate.send(cycle.command, self.now)
-        self.loop.commanded(cycle.command if passed else Command(halt=True))
+        self.loop.commanded(cycle.command if passed else Command(halt=True), self.gate.hindrance)
         self.cycles.append(cycle)
         self.now += 1 / self.config.loop.rate
         self.gate.expire(self.now)

@@ -15,6 +15,7 @@ from typing import Any
 from grabbergui.calibration import markers
 from grabbergui.config import ini
 from grabbergui.core.errors import UsageError
+from grabbergui.servo.collision import parse_boxes
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,10 @@ class SafetyConfig:
     "Seconds after which the watchdog stops a robot that gets no more commands."
     guardian_timeout: float = 0.08
     "Seconds after which the guardian process stops a robot whose program has fallen silent."
+    clearance: float = 0.03
+    "Metres that the arm keeps from the robot's body and from obstacles."
+    obstacles: str = ""
+    "Boxes in the robot's base that the arm keeps away from: `table 0.3 0.9 -0.5 0.5 -0.9 -0.2; …`, metres."
 
 
 @dataclass(frozen=True)
@@ -138,6 +143,8 @@ class LoopConfig:
 
     rate: float = 50.0
     "Commands per second."
+    speed: float = 1.0
+    "Factor by which all motion is slowed down, 0.01 to 1."
 
 
 @dataclass(frozen=True)
@@ -176,6 +183,9 @@ class Config:
         markers.check_marker(self.marker.dictionary, self.marker.id)
         if not 1 <= self.loop.rate <= 1000:
             raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
+        if not 0.01 <= self.loop.speed <= 1:
+            raise UsageError(f"[loop] speed of {self.loop.speed:g}; allowed is 0.01 to 1")
+        parse_boxes(self.safety.obstacles)
         if self.safety.picture_timeout + 1 / self.loop.rate > 0.2:
             raise UsageError(
                 f"[safety] picture_timeout of {self.safety.picture_timeout:g} s is too long: motion must end "

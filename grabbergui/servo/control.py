@@ -17,6 +17,10 @@ HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
 "The hand's axes as seen from the marker's: its z into the marker, its x down along it."
 
 
+AHEAD_S = 0.2
+"Seconds ahead of which the hand is kept inside the workspace, as the gate demands."
+
+
 class HeadController:
     """Keeps a point in the middle of the picture: pan, tilt (radians, positive to the left and down)."""
 
@@ -189,7 +193,7 @@ class ArmController:
     def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
         """Without the part of the velocity that would lead out of the workspace."""
         low, high = self._box()
-        ahead = hand[:3, 3] + twist[:3] * max(seconds, 0.05)
+        ahead = hand[:3, 3] + twist[:3] * max(seconds, AHEAD_S)
         leaving = ((ahead < low) & (twist[:3] < 0)) | ((ahead > high) & (twist[:3] > 0))
         self.confined = bool(leaving.any())
         return np.concatenate((np.where(leaving, 0.0, twist[:3]), twist[3:]))

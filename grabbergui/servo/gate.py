@@ -1,7 +1,8 @@
 """The only door through which commands reach a robot.
 
-It lets nothing through that is not finite or too fast, nothing while the emergency stop is on, and nothing
-while the guardian could not stop the robot. It stops a robot whose commands have ceased. A stop always goes
+It lets nothing through that is not finite or too fast, nothing that would lead the hand out of the workspace
+or the arm into the robot's body or an obstacle, nothing while the emergency stop is on, and nothing while the
+guardian could not stop the robot. It stops a robot whose commands have ceased. A stop always goes
 through, from any thread; every stop is the guardian's too, but for a planned rest that the robot took.
 """
 
@@ -10,15 +11,16 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from grabbergui.calibration.geometry import Vector
 from grabbergui.core.errors import GrabberError
+from grabbergui.servo.collision import Body, Contact, nearest_box, parse_boxes
 from grabbergui.servo.config import Config
 from grabbergui.servo.guardian_link import ALLOWED, Guard, Verdict
-from grabbergui.servo.robots.robot import Robot
+from grabbergui.servo.robots.robot import Robot, RobotState
 
 log = logging.getLogger(__name__)
 
@@ -38,22 +40,73 @@ class Command:
     until: float = math.inf
     "Seconds on the loop's clock after which nothing of it may go on, whatever hangs."
 
+    def slowed(self, factor: float) -> Command:
+        """The same motion at a fraction of its speed, or of its size for a step."""
+        step = None if self.head_step is None else self.head_step * factor
+        return replace(self, head=self.head * factor, head_step=step, hand=self.hand * factor)
+
     @property
     def moves(self) -> bool:
         """Whether anything is to move."""
         return bool(np.any(self.head) or np.any(self.hand) or self.head_step is not None)
 
 
+LOOKAHEAD_S = 0.2
+"Seconds that a hand may go on after its last command, which must not lead it into anything."
+SLOWER = (1.0, 0.5, 0.25, 0.1)
+"Fractions of the wanted speed that are tried, so that the hand slows down as it comes near."
+EDGE_M = 0.002
+"Metres beyond the workspace's edge to which rounding and drives may take a hand that is kept inside."
+
+
+class Bystander(Robot):
+    """A robot that is looked at and never moved: for dry runs."""
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot.model, robot.name)
+        self._watched = robot
+
+    def open(self) -> None:
+        """Do nothing: the robot is opened by its owner."""
+
+    def close(self) -> None:
+        """Do nothing, as in `open`."""
+
+    def state(self) -> RobotState | None:
+        """Return the robot's newest reading."""
+        return self._watched.state()
+
+    def move_head(self, velocity: Vector) -> None:
+        """Do nothing."""
+
+    def step_head(self, move: Vector) -> None:
+        """Do nothing."""
+
+    def move_hand(self, twist: Vector) -> None:
+        """Do nothing."""
+
+    def stop(self) -> bool:
+        """Do nothing: nothing was moved."""
+        return True
+
+
 class CommandGate:
     """Checks commands and passes them on. Any thread."""
 
-    def __init__(self, robot: Robot, config: Config, guard: Guard | None = None) -> None:
+    def __init__(
+        self, robot: Robot, config: Config, guard: Guard | None = None, *, dry_run: bool = False
+    ) -> None:
+        """In a dry run everything is checked, but neither motion nor stop reaches the robot."""
         self.sent = 0
         "Motion commands that reached the robot."
         self.refused = 0
         "Commands that were not let through."
-        self._robot = robot
+        self.hindrance = ""
+        "Why the newest command's hand was slowed down or refused; empty if it was not."
+        self._robot: Robot = Bystander(robot) if dry_run else robot
+        self._dry_run = dry_run
         self._config = config
+        self._obstacles = parse_boxes(config.safety.obstacles)
         self._guard = guard or Guard()
         self._lock = threading.RLock()
         self._last_word = -math.inf
@@ -70,6 +123,7 @@ class CommandGate:
         """Other limits from now on."""
         with self._lock:
             self._config = config
+            self._obstacles = parse_boxes(config.safety.obstacles)
 
     def send(self, command: Command, now: float) -> bool:
         """Pass on a command; whether it went through. A robot that fails to take it is stopped."""
@@ -83,6 +137,7 @@ class CommandGate:
                 log.error("no command sent: %s", problem)
                 self._rest()
                 return False
+            command = self._kept_clear(command)
             self._last_word, self._until = now, command.until
             if command.halt or (not command.moves and not self._stepping):
                 self._rest()
@@ -96,6 +151,9 @@ class CommandGate:
                 self._heed(verdict)
                 return False
             try:
+                if self._dry_run:
+                    self._moving = False
+                    return False
                 if command.head_step is not None:
                     self._robot.step_head(command.head_step)
                 elif not self._stepping:
@@ -177,6 +235,55 @@ class CommandGate:
             if not self._robot.stop():
                 self._guard.stop()  # over its own connections
 
+    # -- space ---------------------------------------------------------------------------------------
+    def _kept_clear(self, command: Command) -> Command:
+        """The command with its hand slowed down, or at rest, where it would come too near to anything."""
+        before, self.hindrance = self.hindrance, ""
+        if not np.any(command.hand):
+            return command
+        state = self._robot.state()
+        if state is None:
+            self.hindrance = "the robot has not said where its hand is"
+            return replace(command, hand=np.zeros(6))
+        for factor in SLOWER:
+            hand = command.hand * factor
+            danger = self._danger(state, hand)
+            if not danger:
+                return replace(command, hand=hand)
+            self.hindrance = self.hindrance or danger
+        self.refused += 1
+        if self.hindrance != before:
+            log.warning("the hand is held back: %s", self.hindrance)
+        return replace(command, hand=np.zeros(6))
+
+    def _danger(self, state: RobotState, hand: Vector) -> str:
+        """Why a twist of the hand must not go on for `LOOKAHEAD_S`; empty if it may."""
+        arm, place = self._config.arm, state.hand[:3, 3]
+        low = np.array([arm.x_low, arm.y_low, arm.z_low])
+        high = np.array([arm.x_high, arm.y_high, arm.z_high])
+        ahead = place + hand[:3] * LOOKAHEAD_S
+        # A hand that is outside may come back.
+        leaving = ((ahead < low - EDGE_M) & (hand[:3] < 0)) | ((ahead > high + EDGE_M) & (hand[:3] > 0))
+        if leaving.any():
+            axis = int(np.argmax(leaving))
+            return f"it would leave the workspace ({'xyz'[axis]} = {ahead[axis]:.2f} m)"
+        model = self._robot.model
+        if model.body is None or state.arm is None:
+            return ""
+        moved = model.arm.velocities_for(state.arm, hand) * LOOKAHEAD_S
+        here, there = (self._nearest(model.body, model.arm.clamped(state.arm + part)) for part in (0, moved))
+        # What is too near already may only go away.
+        if there.distance < self._config.safety.clearance and there.distance < here.distance:
+            return f"{there.part} would come within {1e3 * max(there.distance, 0):.0f} mm of {there.other}"
+        return ""
+
+    def _nearest(self, body: Body, arm: Vector) -> Contact:
+        contacts = [body.nearest(arm)]
+        if self._obstacles:
+            contacts.append(nearest_box(body.capsules(arm), self._obstacles))
+        return min(contacts, key=lambda contact: contact.distance)
+
+    # -- limits --------------------------------------------------------------------------------------
     def _problem(self, command: Command) -> str:
         config = self._config
         numbers = [command.head, command.hand]

@@ -35,8 +35,13 @@ class ControlCycle:
 class ServoLoop:
     """Tracks, controllers and the state machine, joined. Use from one thread."""
 
-    def __init__(self, config: Config, robot: Robot) -> None:
-        """Of the robot only its model and its parts are used, which never change."""
+    def __init__(self, config: Config, robot: Robot, *, dry_run: bool = False) -> None:
+        """In a dry run nothing moves, so a hand that comes no nearer is no surprise.
+
+        Of the robot only its model and its parts are used, which never change.
+        """
+        self._dry_run = dry_run
+        self._held_back = ""
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
         self.marker = MarkerTrack(config.marker.id, config.track)
@@ -106,11 +111,17 @@ class ServoLoop:
         self._twist = command.hand
         right, down = map(float, self.head.offset) if target is not None else (np.nan, np.nan)
         error = self.arm.error if marker is not None else (np.nan, np.nan)
-        return ControlCycle(now, state, self.machine.reason, command, (right, down), error, robot)
+        reason = f"{self.machine.reason} (dry run: nothing is sent)" if self._dry_run else self.machine.reason
+        return ControlCycle(now, state, reason, command, (right, down), error, robot)
 
-    def commanded(self, command: Command) -> None:
-        """Note the command that reached the robot: not the one that the gate refused."""
-        self._watch.commanded(command)
+    def commanded(self, command: Command, held_back: str = "") -> None:
+        """Note the command that reached the robot: not the one that the gate refused.
+
+        `held_back` is why the gate slowed the hand down or refused its motion.
+        """
+        self._held_back = held_back
+        # A hand that is held back may stand still.
+        self._watch.commanded(replace(command, hand=np.zeros(6)) if held_back else command)
 
     def _feel(self, now: float, robot: RobotState) -> None:
         """Take in where the robot is."""
@@ -141,7 +152,7 @@ class ServoLoop:
             self.head.rest()
         if state.arm_moves and marker is not None and ARM in self._parts:
             hand = self.arm.approach(robot.hand, marker, seconds)
-        return Command(head, step, hand)
+        return Command(head, step, hand).slowed(self.config.loop.speed)
 
     def _update_tracks(self) -> None:
         sighting, self._pending = self._pending, None
@@ -181,10 +192,10 @@ class ServoLoop:
         if self.machine.state is State.STOPPED:
             self._progress.reset()
             self._stuck = ""
-        if robot is None or marker is None:
+        if robot is None or marker is None or self._dry_run:
             return
         goal = self.arm.goal(marker)
-        self._progress.update(now, robot.hand, goal, self.machine.state.arm_moves)
+        self._progress.update(now, robot.hand, goal, self.machine.state.arm_moves, self.config.loop.speed)
         if not self._progress.stuck:
             self._stuck = ""
         elif not self._stuck:
@@ -195,6 +206,8 @@ class ServoLoop:
             )
 
     def _reason(self, robot: RobotState, goal: Pose) -> str:
+        if self._held_back:
+            return self._held_back
         if self.arm.confined:
             return "it would leave the workspace"
         hindrance = "" if robot.arm is None else self._hindrance(robot.arm, diff(robot.hand, goal))

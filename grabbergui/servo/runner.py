@@ -49,14 +49,18 @@ class Runner:
         detector: Callable[[Frame], Detector],
         config: Config | None = None,
         guard: Guard | None = None,
+        *,
+        dry_run: bool = False,
     ) -> None:
         """`detector` is called with the first picture, whose size a calibration must fit.
 
         `guard` is the guardian of a robot that would go on moving without this program.
+        In a `dry_run` everything is computed, and neither motion nor stop reaches the robot.
         """
+        self.dry_run = dry_run
         self.config = config or Config()
-        self.loop = ServoLoop(self.config, robot)
-        self.gate = CommandGate(robot, self.config, guard)
+        self.loop = ServoLoop(self.config, robot, dry_run=dry_run)
+        self.gate = CommandGate(robot, self.config, guard, dry_run=dry_run)
         self.pictures = 0
         "How many were looked at."
         self.detection_ms: deque[float] = deque(maxlen=TIMES_KEPT)
@@ -190,7 +194,7 @@ class Runner:
         if cycle.state is State.STOPPED and not stopped_before:
             self.gate.halt(cycle.reason)
         passed = self.gate.send(cycle.command, time.monotonic())
-        self.loop.commanded(cycle.command if passed else Command(halt=True))
+        self.loop.commanded(cycle.command if passed else Command(halt=True), self.gate.hindrance)
         if captured is not None:
             self.latency_ms.append(1e3 * (time.monotonic() - captured))
         self.cycle_done.emit(cycle, frame)

@@ -104,8 +104,8 @@ class ProgressWatch:
         """Let it be tried anew."""
         self.stuck, self._goal = False, None
 
-    def update(self, now: float, hand: Pose, goal: Pose, approaching: bool) -> None:
-        """Take in where hand and goal are; time counts while it is `approaching`."""
+    def update(self, now: float, hand: Pose, goal: Pose, approaching: bool, speed: float = 1.0) -> None:
+        """Take in where hand and goal are; time counts while it is `approaching`, less at a lower `speed`."""
         seconds, self._last = now - self._last, now
         if self._goal is None or self._moved(goal):
             self.stuck, self._goal, self._best, self._waiting = False, goal, np.inf, 0.0
@@ -113,7 +113,7 @@ class ProgressWatch:
         if off < self._best - _NEARER:
             self._best, self._waiting = off, 0.0
         elif approaching:
-            self._waiting += seconds
+            self._waiting += seconds * speed
         self.stuck = self.stuck or self._waiting > self._patience
 
     def _moved(self, goal: Pose) -> bool:

@@ -500,32 +500,32 @@ It {1}.</source>
 <context>
     <name>CameraTile</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="29"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="32"/>
         <source>Close</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="30"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="33"/>
         <source>Let this source go</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="45"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="52"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="62"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="79"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="62"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="79"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="44"/>
+        <location filename="../../grabbergui/ui/forms/camera_tile.ui" line="47"/>
         <source>This source is being recorded</source>
         <translation>Esta fuente se está grabando</translation>
     </message>
@@ -1175,17 +1175,17 @@ It {1}.</source>
 <context>
     <name>FeatureController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="118"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="122"/>
         <source>Exposure</source>
         <translation>Exposición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="123"/>
         <source>Gain</source>
         <translation>Ganancia</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/features.py" line="120"/>
+        <location filename="../../grabbergui/ui/controllers/features.py" line="124"/>
         <source>Frame rate</source>
         <translation>Frecuencia</translation>
     </message>
@@ -1281,22 +1281,22 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="128"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="135"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="149"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="156"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="161"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="155"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="162"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
     </message>
@@ -1304,97 +1304,97 @@ It {1}.</source>
 <context>
     <name>Features</name>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="231"/>
+        <location filename="../../grabbergui/models/features/text.py" line="232"/>
         <source>is not available: {0}</source>
         <translation>no está disponible: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="235"/>
+        <location filename="../../grabbergui/models/features/text.py" line="236"/>
         <source>is not implemented by this camera</source>
         <translation>no existe en esta cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="237"/>
+        <location filename="../../grabbergui/models/features/text.py" line="238"/>
         <source>is not available at the moment; another feature&apos;s value hides it</source>
         <translation>no está disponible ahora; lo oculta el valor de otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="239"/>
+        <location filename="../../grabbergui/models/features/text.py" line="240"/>
         <source>is read-only; streaming or another feature may lock it</source>
         <translation>es de solo lectura; puede bloquearlo la captura u otro parámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="240"/>
+        <location filename="../../grabbergui/models/features/text.py" line="241"/>
         <source>cannot be used at the moment</source>
         <translation>no se puede usar ahora</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="247"/>
+        <location filename="../../grabbergui/models/features/text.py" line="248"/>
         <source>one of {0}</source>
         <translation>uno de {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="249"/>
+        <location filename="../../grabbergui/models/features/text.py" line="250"/>
         <source>true or false</source>
         <translation>sí o no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="252"/>
+        <location filename="../../grabbergui/models/features/text.py" line="253"/>
         <source>up to {0} bytes of text</source>
         <translation>texto de hasta {0} bytes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="253"/>
+        <location filename="../../grabbergui/models/features/text.py" line="254"/>
         <source>text</source>
         <translation>texto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="255"/>
+        <location filename="../../grabbergui/models/features/text.py" line="256"/>
         <source>a number</source>
         <translation>un número</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="259"/>
+        <location filename="../../grabbergui/models/features/text.py" line="260"/>
         <source>{0}, step {1}</source>
         <translation>{0}, paso {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="270"/>
+        <location filename="../../grabbergui/models/features/text.py" line="271"/>
         <source>yes</source>
         <translation>sí</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="270"/>
+        <location filename="../../grabbergui/models/features/text.py" line="271"/>
         <source>no</source>
         <translation>no</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="282"/>
+        <location filename="../../grabbergui/models/features/text.py" line="283"/>
         <source>It {0}.</source>
         <translation>Este parámetro {0}.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="290"/>
+        <location filename="../../grabbergui/models/features/text.py" line="291"/>
         <source>Value: {0}</source>
         <translation>Valor: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="291"/>
+        <location filename="../../grabbergui/models/features/text.py" line="292"/>
         <source>Range: {0}</source>
         <translation>Rango: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="293"/>
+        <location filename="../../grabbergui/models/features/text.py" line="294"/>
         <source>Selected by: {0}</source>
         <translation>Selector: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="285"/>
+        <location filename="../../grabbergui/models/features/text.py" line="286"/>
         <source>Changing it pauses the stream for a moment.</source>
         <translation>Cambiarlo detiene la captura un momento.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/features/text.py" line="233"/>
+        <location filename="../../grabbergui/models/features/text.py" line="234"/>
         <source>is read-only</source>
         <translation>es de solo lectura</translation>
     </message>
@@ -1584,787 +1584,787 @@ It {1}.</source>
         <translation>grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="28"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="27"/>
         <source>&amp;Camera</source>
         <translation>&amp;Cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="52"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="51"/>
         <source>&amp;Edit</source>
         <translation>&amp;Editar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="56"/>
         <source>&amp;Picture</source>
         <translation>&amp;Imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="71"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="70"/>
         <source>&amp;View</source>
         <translation>&amp;Ver</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="72"/>
         <source>&amp;Theme</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="106"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="105"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="117"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="116"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="135"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="134"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="160"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="159"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="166"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="165"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="172"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="171"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="179"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="178"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="186"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="185"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="193"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="192"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="200"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="199"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="207"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="206"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="213"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="216"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="222"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="225"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="228"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="238"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="244"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
         <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="250"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="253"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="253"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="255"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="259"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="259"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="261"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="264"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
         <source>Save the newest frame at full resolution: PNG, or TIFF for more than 8 bits</source>
         <translation>Guardar la última imagen a resolución completa: PNG, o TIFF para más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="267"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="270"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="272"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="280"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="285"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="290"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="294"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="307"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="313"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="319"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="325"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="331"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="337"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="344"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="350"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="356"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="362"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="389"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="390"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="389"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="395"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="394"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="395"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="397"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="403"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="409"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="415"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="420"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="425"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="429"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="433"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="439"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="448"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="452"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="479"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="486"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="485"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="490"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="494"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="296"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="297"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="79"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="78"/>
         <source>Orie&amp;ntation</source>
         <translation>&amp;Orientación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="88"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="87"/>
         <source>Colours of gre&amp;y pictures</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="276"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="282"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="368"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="371"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="374"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="379"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="383"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="382"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="383"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="385"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="298"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="303"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
         <source>Draw the part of the sensor that the camera is to send; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="457"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
         <source>Read a camera_info file, and show the picture without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="461"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
         <source>Show the picture without the lens&apos;s distortion; neither the camera nor what is saved changes</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="466"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
         <source>Read the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="471"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="473"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="475"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
         <source>Check this computer for what usually goes wrong with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="233"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
         <source>Connect to the source chosen and set format and region before its first picture</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="231"/>
         <source>Connect wit&amp;hout starting</source>
         <translation>Conectar sin inici&amp;ar</translation>
     </message>
@@ -2564,37 +2564,37 @@ It {1}.</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="101"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="102"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="103"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="130"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="142"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="104"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="105"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="73"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="77"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
     </message>
@@ -3149,7 +3149,7 @@ It {1}.</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/servo.ui" line="133"/>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="141"/>
         <source>The robot in space</source>
         <translation>El robot en el espacio</translation>
     </message>
@@ -3159,65 +3159,80 @@ It {1}.</source>
         <translation>Deja que el robot se mueva</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="75"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="76"/>
         <source>Hand to goal, mm</source>
         <translation>Mano a objetivo, mm</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="76"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
         <source>Hand to goal, °</source>
         <translation>Mano a objetivo, °</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
         <source>Velocity of the hand, mm/s</source>
         <translation>Velocidad de la mano, mm/s</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/servo_window.py" line="78"/>
+        <location filename="../../grabbergui/ui/views/servo_window.py" line="79"/>
         <source>Turning of the hand, °/s</source>
         <translation>Giro de la mano, °/s</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="120"/>
+        <source>S&amp;peed</source>
+        <translation>&amp;Velocidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="123"/>
+        <source>All motion is slowed down to this share of its speed</source>
+        <translation>Todo movimiento se frena a esta parte de su velocidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/servo.ui" line="124"/>
+        <source> %</source>
+        <translation> %</translation>
     </message>
 </context>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="289"/>
+        <location filename="../../grabbergui/models/servoing.py" line="293"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="290"/>
+        <location filename="../../grabbergui/models/servoing.py" line="294"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="291"/>
+        <location filename="../../grabbergui/models/servoing.py" line="295"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="292"/>
+        <location filename="../../grabbergui/models/servoing.py" line="296"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="293"/>
+        <location filename="../../grabbergui/models/servoing.py" line="297"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="294"/>
+        <location filename="../../grabbergui/models/servoing.py" line="298"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="295"/>
+        <location filename="../../grabbergui/models/servoing.py" line="299"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="296"/>
+        <location filename="../../grabbergui/models/servoing.py" line="300"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>

@@ -118,6 +118,23 @@ def robot(names, simulated):
     client.close()
 
 
+def test_whoever_only_listens_has_readings_and_no_connection_to_send_by(names, simulated):
+    client = TeoOverYarp(names, listen_only=True)
+    client.open()
+    try:
+        until(lambda: client.state() is not None)
+        client.move_head(np.array([0.3, 0.0]))
+        client.step_head(np.array([0.1, 0.0]))
+        client.move_hand(np.array([0.05, 0, 0, 0, 0, 0]))
+        assert client.stop()
+        with pytest.raises(SourceNotFoundError):
+            names.query("/grabbergui/servo/head/command:o")
+        time.sleep(0.2)  # a while in which it might move
+        assert simulated.speed == 0
+    finally:
+        client.close()
+
+
 def test_readings_arrive_as_they_are(robot, simulated):
     truth, seen = simulated.state(), robot.state()
     assert seen.head == pytest.approx(truth.head, abs=1e-9)

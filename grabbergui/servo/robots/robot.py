@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.servo.collision import Body
 from grabbergui.servo.kinematics import Chain
 
 HEAD, ARM = "head", "arm"
@@ -30,6 +31,8 @@ class KinematicModel:
     "The arm's angles on waking up, radians."
     stands: Pose
     "Its base in the room of `sim:scene`."
+    body: Body | None = None
+    "Its shapes, if they are known: the gate keeps the arm away from them."
 
     def camera_pose(self, head: Vector) -> Pose:
         """The camera's optical frame in the base for given pan and tilt."""

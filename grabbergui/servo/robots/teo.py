@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from grabbergui.calibration.geometry import Pose, pose, rotation_from_vector
+from grabbergui.servo.collision import Capsule, CapsuleBody
 from grabbergui.servo.robots.dh_chain import DhChain, Joint
 from grabbergui.servo.robots.robot import KinematicModel
 
@@ -53,4 +54,16 @@ CAMERA_ON_HEAD: Pose = pose(
 HOME = np.radians([-20.0, -5.0, 0.0, -80.0, 0.0, 20.0])
 "The hand before the model, the elbow bent."
 
-MODEL = KinematicModel("TEO", HEAD, RIGHT_ARM, CAMERA_ON_HEAD, HOME, stands=pose())
+BODY = CapsuleBody(
+    RIGHT_ARM,
+    # From the shoulder's three joints, which share a place, along the upper arm, the forearm and the hand.
+    radii=(0.06, 0.06, 0.06, 0.06, 0.05, 0.05, 0.05),
+    fixed=(
+        Capsule("the trunk", np.array([0.0, 0.0, -0.35]), np.array([0.0, 0.0, 0.42]), 0.16),
+        Capsule("the head", np.array([0.0, 0.0, 0.62]), np.array([0.0, 0.0, 0.76]), 0.13),
+    ),
+    guarded_from=2,
+)
+"Rough shapes of our own around the links, as the tables have none; the other arm is taken to hang down."
+
+MODEL = KinematicModel("TEO", HEAD, RIGHT_ARM, CAMERA_ON_HEAD, HOME, stands=pose(), body=BODY)

@@ -38,9 +38,18 @@ class TeoOverYarp(Robot):
     Its drives go on until they are told otherwise: it is the gate's watchdog that ends a velocity in time.
     """
 
-    def __init__(self, names: NameClient, remote: str = "/teoSim", local: str = "/grabbergui/servo") -> None:
+    def __init__(
+        self,
+        names: NameClient,
+        remote: str = "/teoSim",
+        local: str = "/grabbergui/servo",
+        *,
+        listen_only: bool = False,
+    ) -> None:
+        """With `listen_only` no port for commands is opened and no request is made."""
         super().__init__(teo.MODEL)
         self._remote = remote
+        self._listen_only = listen_only
         self._names = names
         self._head_commands = OutputPort(f"{local}{HEAD}/command:o", names)
         self._arm_commands = OutputPort(f"{local}{ARM}/command:o", names)
@@ -67,8 +76,8 @@ class TeoOverYarp(Robot):
         try:
             for port in self._ports:
                 port.open()
-            self._head_commands.add(Target.parse(f"{self._remote}{HEAD}/command:i", _CARRIER))
-            self._arm_commands.add(Target.parse(f"{self._remote}{ARM}/command:i", _CARRIER))
+            if not self._listen_only:
+                self._connect_commands()
             self._head_state.connect(f"{self._remote}{HEAD}/state:o", _CARRIER)
             self._arm_state.connect(f"{self._remote}{ARM}/state:o", _CARRIER)
         except GrabberError:
@@ -103,18 +112,24 @@ class TeoOverYarp(Robot):
 
     def move_head(self, velocity: Vector) -> None:
         """See Robot."""
+        if self._listen_only:
+            return
         stops = self._stops
         self._set_mode(messages.VELOCITY_MODE, stops)
         self._send(self._head_commands, messages.velocity_moves(velocity), stops)
 
     def step_head(self, move: Vector) -> None:
         """See Robot."""
+        if self._listen_only:
+            return
         stops = self._stops
         self._set_mode(messages.POSITION_MODE, stops)
         self._ask(self._head_rpc, messages.relative_moves(move))
 
     def move_hand(self, twist: Vector) -> None:
         """See Robot. Getting the controller ready takes it 0.1 s: its drives change their mode."""
+        if self._listen_only:
+            return
         stops = self._stops
         if not self._ready_for_twists:
             # Another client may have left it obeying twists along the hand's axes.
@@ -130,6 +145,8 @@ class TeoOverYarp(Robot):
 
         The head first, as its board answers at once; drives of an arm take 0.1 s to change their mode.
         """
+        if self._listen_only:
+            return True
         with self._sending:
             self._stops += 1
             self._arm_commands.write_bottle(messages.twist(np.zeros(6)))
@@ -170,7 +187,11 @@ class TeoOverYarp(Robot):
     @property
     def _ports(self) -> tuple[OutputPort | InputPort, ...]:
         inputs = self._head_state, self._arm_state, self._arm_encoders
-        return self._head_commands, self._arm_commands, *inputs
+        return inputs if self._listen_only else (self._head_commands, self._arm_commands, *inputs)
+
+    def _connect_commands(self) -> None:
+        self._head_commands.add(Target.parse(f"{self._remote}{HEAD}/command:i", _CARRIER))
+        self._arm_commands.add(Target.parse(f"{self._remote}{ARM}/command:i", _CARRIER))
 
     def _connect_arm_encoders(self) -> None:
         """Nothing is moved by them, so a robot may do without."""

@@ -5,14 +5,19 @@ The base is the link that the torso lifts: head and arm both hang at it, so its 
 
 from __future__ import annotations
 
+import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from grabbergui.calibration.geometry import pose
 from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.servo.collision import Body, Capsule, CapsuleBody
 from grabbergui.servo.robots.robot import KinematicModel
-from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfChain, frame_pose, load_urdf
+from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfBody, UrdfChain, frame_pose, load_urdf
+
+log = logging.getLogger(__name__)
 
 BASE = "torso_lift_link"
 HEAD = "head_2_link"
@@ -42,13 +47,32 @@ def model(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> K
 
     Raises SourceUnavailableError without Pinocchio, its robots, or the frames.
     """
-    model = load_urdf(urdf or shipped_urdf())
+    path = urdf or shipped_urdf()
+    model = load_urdf(path)
+    arm = UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES)
     return KinematicModel(
         "TIAGo",
         UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, HEAD, signs=HEAD_SIGNS),
-        UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES),
+        arm,
         camera=frame_pose(model, HEAD, camera),
         home=np.radians([13.0, -13.0, -149.0, 118.0, -29.0, -68.0, 24.0]),
         # The torso lifted by 0.35 m on a floor at −0.95 m.
         stands=pose(translation=(-0.10, -0.15, 0.29)),
+        body=_body(path, model, arm),
     )
+
+
+def _body(path: Path, model: Any, arm: UrdfChain) -> Body:
+    """By the URDF's geometry where it is on this computer, else rough shapes of our own."""
+    # From the base to the first joint, then joint to joint, the hand last.
+    radii = (0.08, 0.08, 0.08, 0.07, 0.07, 0.06, 0.06, 0.07, 0.07)
+    fixed = (
+        Capsule("the torso", np.array([-0.06, 0.0, -0.6]), np.array([-0.06, 0.0, 0.0]), 0.15),
+        Capsule("the head", np.array([0.10, 0.0, 0.15]), np.array([0.12, 0.0, 0.25]), 0.13),
+    )
+    links = CapsuleBody(arm, radii, fixed, guarded_from=4)
+    try:
+        return UrdfBody(path, model, arm, attached=ARM_JOINTS[:2], links=links)
+    except SourceUnavailableError as error:
+        log.warning("%s; rough shapes stand for them", error)
+        return links

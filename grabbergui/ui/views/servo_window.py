@@ -58,6 +58,7 @@ class ServoWindow(QWidget):
     armGainBox: QDoubleSpinBox
     armFastestBox: QDoubleSpinBox
     rateBox: QDoubleSpinBox
+    speedBox: QDoubleSpinBox
     robotView: RobotView
     distancePlot: TimePlot
     anglePlot: TimePlot
@@ -86,6 +87,7 @@ class ServoWindow(QWidget):
             self.armGainBox,
             self.armFastestBox,
             self.rateBox,
+            self.speedBox,
         )
         for box in self._boxes:
             WheelGuard(box)
@@ -182,4 +184,5 @@ def _values(tuning: Tuning) -> Sequence[float]:
         tuning.arm_gain,
         tuning.arm_fastest,
         tuning.rate,
+        tuning.speed,
     )
