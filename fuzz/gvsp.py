@@ -9,6 +9,10 @@ from fuzz._input import Input, captured, joined, refusing
 from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.packets import Block
+from grabbergui.driver.sim.memory import Register
+from grabbergui.driver.sim.model import CameraModel
 
 STRIDES = (8, 64, 540, 1464)
 PAYLOAD = 4096
@@ -21,7 +25,31 @@ def seeds() -> list[bytes]:
     return [
         *(b"\0" + datagram for datagram in datagrams[:100]),
         *(bytes((1, index % 4, 0)) + joined(stream) for index, stream in enumerate(streams)),
+        *(bytes((1, 2, 0)) + joined(_stream(settings)) for settings in _PAYLOADS),
     ]
+
+
+_PAYLOADS: tuple[dict[Register, float], ...] = (
+    {reg.PAYLOAD_TYPE: reg.FrameContent.RAW_DATA},
+    {reg.PAYLOAD_TYPE: reg.FrameContent.FILE},
+    {reg.PAYLOAD_TYPE: reg.FrameContent.CHUNK_ONLY},
+    {reg.IMAGE_COMPRESSION_MODE: reg.Compression.JPEG},
+    {reg.IMAGE_COMPRESSION_MODE: reg.Compression.H264},
+    dict.fromkeys(reg.COMPONENT_ENABLE, 1),
+    {reg.GENDC_STREAMING_MODE: 1},
+)
+
+
+def _stream(power_on: dict[Register, float]) -> list[bytes]:
+    """The datagrams of a small frame of the simulated camera."""
+    size = {reg.WIDTH: 32, reg.HEIGHT: 16, reg.EXPOSURE_TIME: 100.0}
+    model = CameraModel(power_on=size | power_on)
+    model.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
+    plan = model.next_frame(10.0)
+    assert plan is not None
+    out = np.zeros(plan.payload_bytes, np.uint8)
+    block = Block(plan, out[: model.render(plan, out)], packet_size=576)
+    return [block.packet(index) for index in range(block.trailer_id + 1)]
 
 
 def one_input(data: bytes) -> None:
@@ -41,6 +69,7 @@ def _decode(source: Input) -> None:
         raise AssertionError(leader)
     refusing(gvsp.Trailer.decode, body)
     refusing(gvsp.PartPosition.decode, body)
+    refusing(gvsp.GendcPosition.decode, body)
 
 
 def _assemble(source: Input) -> None:
@@ -117,8 +146,9 @@ def _frames(assembler: BlockAssembler) -> list[object]:
     told: list[object] = []
     for block in assembler.finished():
         frame = builder.build(block)
-        if not 0 <= len(frame.payload) <= PAYLOAD:
+        if not 0 <= frame.nbytes <= PAYLOAD:
             raise AssertionError(frame)
-        told.append((frame.frame_id, frame.width, frame.height, frame.status, frame.payload.tobytes()))
+        data = b"".join(part.data.tobytes() for part in frame.parts) or frame.payload.tobytes()
+        told.append((frame.frame_id, frame.width, frame.height, frame.status, frame.payload_type, data))
     statistics = assembler.statistics
     return [*told, statistics.incomplete, statistics.packets_duplicate, statistics.packets_ignored]

@@ -157,6 +157,13 @@ class GvcpConfiguration(IntFlag):
     IEEE1588 = 0x80000
 
 
+class GvspConfiguration(IntFlag):
+    """Bits of `Register.GVSP_CONFIGURATION`."""
+
+    EXTENDED_IDS = 0x40000000
+    "64-bit block ids, in packet headers of 20 bytes."
+
+
 class IpConfigurationBit(IntFlag):
     """Ways to an address, registers 0x0010 (supported) and 0x0014 (switched on)."""
 

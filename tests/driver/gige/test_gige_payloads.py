@@ -19,6 +19,19 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.driver import gendc
+from grabbergui.driver.gige.gvsp import (
+    GendcPosition,
+    Leader,
+    PacketFormat,
+    PacketHeader,
+    Part,
+    PartPosition,
+    PartType,
+    PayloadKind,
+    Trailer,
+)
+from grabbergui.driver.gige.stream.assembler import BlockAssembler
+from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import FILE_NAME, range_image
 from grabbergui.driver.sim.gige.server import GigeCamera
@@ -127,9 +140,11 @@ def test_h264_as_pyav_decodes_it(stage: ExitStack, faults: Faults) -> None:
 
 @pytest.mark.parametrize("faults", LOSSES, ids=["clean", "lossy"])
 @pytest.mark.parametrize("chunks", [False, True], ids=["", "chunks"])
+@pytest.mark.parametrize("ids", ["Off", "On"], ids=["16-bit", "64-bit"])
 @pytest.mark.parametrize("kind", [PayloadType.MULTI_PART, PayloadType.GENDC])
-def test_components(stage: ExitStack, faults: Faults, kind: PayloadType, chunks: bool) -> None:
-    features = {"Range": True, "Confidence": True, "ChunkModeActive": chunks}
+def test_components(stage: ExitStack, faults: Faults, kind: PayloadType, ids: str, chunks: bool) -> None:
+    features: dict[str, object] = {"GevGVSPExtendedIDMode": ids}
+    features |= {"Range": True, "Confidence": True, "ChunkModeActive": chunks}
     if kind is PayloadType.GENDC:
         features["GenDCStreamingMode"] = "On"
     for frame in receive(stage, faults, **features):
@@ -165,3 +180,77 @@ def test_a_container_as_gendc_python_reads_it(stage: ExitStack) -> None:
         assert (header.get_type_id(), header.get("Format")) == (component.kind, component.pixel_format.code)
         assert part.get_dimension() == [component.width, component.height]
         assert part.get_data() == component.data.tobytes()
+
+
+def test_a_container_of_an_unknown_version_is_refused_and_asks_for_no_resends(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    container = bytearray(gendc.Container((), 1, 400, 56, 56, (2, 0, 0)).encode().ljust(456, b"\0"))
+    memory = np.zeros(1000, np.uint8)
+    assembler = BlockAssembler(200, len(memory), lambda: memory)
+    for block_id in (1, 2, 3):
+        leader = Leader(PayloadKind.GENDC, 5, size=len(container)).encode()
+        pieces = [bytes(container[at : at + 184]) for at in range(0, len(container), 184)]
+        assembler.receive(PacketHeader(PacketFormat.LEADER, block_id, 0).encode() + leader, block_id)
+        for index, data in enumerate(pieces, 1):
+            if index != 2:  # lost
+                position = GendcPosition(len(data), (index - 1) * 184).encode()
+                header = PacketHeader(PacketFormat.GENDC, block_id, index).encode()
+                assembler.receive(header + position + data, block_id)
+    for now in range(4, 9):
+        assembler.handle_timer(now)
+    assert list(assembler.resend_requests()) == [] == list(assembler.finished())
+    fault = "the camera sends GenDC version 2.0, known are 1.0 and 1.1; set GenDCStreamingMode=Off"
+    assert caplog.text.count(fault) == 1
+
+
+def test_parts_whose_positions_count_from_their_own_start() -> None:
+    """Cameras differ; the standard can be read either way."""
+    parts = tuple(Part(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
+    leader = Leader(PayloadKind.MULTI_PART, 5, parts=parts).encode()
+    memory = np.zeros(400, np.uint8)
+    assembler = BlockAssembler(200, len(memory), lambda: memory)
+    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
+    for packet_id, (part, offset) in enumerate([(0, 0), (0, 150), (1, 0), (1, 150)], 1):
+        data = bytes([packet_id]) * (150 if offset == 0 else 50)
+        header = PacketHeader(PacketFormat.MULTI_PART, 1, packet_id).encode()
+        assembler.receive(header + PartPosition(part, offset).encode() + data, 0.0)
+    trailer = Trailer(PayloadKind.MULTI_PART).encode()
+    assembler.receive(PacketHeader(PacketFormat.TRAILER, 1, 5).encode() + trailer, 0.0)
+    (block,) = assembler.finished()
+    first, second = FrameBuilder(0).build(block).components
+    assert first.data.tobytes() == b"\1" * 150 + b"\2" * 50
+    assert second.data.tobytes() == b"\3" * 150 + b"\4" * 50
+
+
+def test_a_lost_piece_of_a_part_is_zero_and_counted() -> None:
+    parts = tuple(Part(PartType.IMAGE_2D, 200, 0x01080001, (20, 10, 0, 0, 0, 0)) for _ in range(2))
+    leader = Leader(PayloadKind.MULTI_PART, 5, parts=parts).encode()
+    memory = np.full(400, 9, np.uint8)
+    assembler = BlockAssembler(200, len(memory), lambda: memory, deliver_incomplete=True)
+    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
+    for packet_id, (part, offset) in enumerate([(0, 0), (0, 150), (1, 200), (1, 350)], 1):
+        if packet_id != 3:
+            data = b"\1" * (150 if packet_id == 1 else 50)
+            header = PacketHeader(PacketFormat.MULTI_PART, 1, packet_id).encode()
+            assembler.receive(header + PartPosition(part, offset).encode() + data, 0.0)
+    assembler.flush()
+    (block,) = assembler.finished()
+    frame = FrameBuilder(0).build(block)
+    assert (frame.complete, frame.missing_bytes) == (False, 150)
+    assert frame.components[1].data.tobytes() == bytes(150) + b"\1" * 50
+
+
+def test_raw_data_whose_last_packet_is_padded() -> None:
+    leader = Leader(PayloadKind.RAW, 5, size=250).encode()
+    memory = np.zeros(300, np.uint8)
+    assembler = BlockAssembler(100, len(memory), lambda: memory)
+    assembler.receive(PacketHeader(PacketFormat.LEADER, 1, 0).encode() + leader, 0.0)
+    for packet_id in (1, 2, 3):
+        header = PacketHeader(PacketFormat.PAYLOAD, 1, packet_id).encode()
+        assembler.receive(header + bytes([packet_id]) * 100, 0.0)
+    trailer = Trailer(PayloadKind.RAW).encode()
+    assembler.receive(PacketHeader(PacketFormat.TRAILER, 1, 4).encode() + trailer, 0.0)
+    (block,) = assembler.finished()
+    frame = FrameBuilder(0).build(block)
+    assert frame.payload.tobytes() == b"\1" * 100 + b"\2" * 100 + b"\3" * 50

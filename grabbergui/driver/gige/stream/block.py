@@ -55,6 +55,8 @@ class Layout:
             log.warning("%s: %s", fault, details)
 
 
+TAIL = 8
+"Packets requested behind the last that arrived, of a block whose end is unknown."
 _ALL_IN_SIZES: dict[int, tuple[int, int]] = {
     PayloadKind.IMAGE: (36, 8),
     PayloadKind.RAW: (20, 4),
@@ -303,7 +305,11 @@ class Block:
             size = max(self.layout.stride - GendcPosition.FORMAT.size, 1)
             length = min(self.leader.payload_bytes, self.layout.payload_size)
             packets = -(-length // size) + len(self.leader.parts)
-        return (self.layout.max_payload_packets if packets is None else packets) + 1
+        most = self.layout.max_payload_packets
+        if packets is None and self.leader is not None and not self.leader.is_image:
+            # Data of any length, such as chunks or a compressed image: look a little beyond what arrived.
+            packets = min(most, max(self.highest + TAIL, -(-self.leader.size // self.layout.stride)))
+        return (most if packets is None else packets) + 1
 
     def all_received(self) -> bool:
         """Whether all that matters was received; only the trailer may lack, where it has nothing to add."""

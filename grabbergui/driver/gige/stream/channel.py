@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from grabbergui.core.buffers import BufferPool
-from grabbergui.core.errors import AccessDeniedError, GrabberError, TransportError
+from grabbergui.core.errors import AccessDeniedError, DeviceStatusError, GrabberError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import StreamStatistics
 from grabbergui.driver.device import StreamRequest
@@ -16,6 +16,7 @@ from grabbergui.driver.gige import gvsp
 from grabbergui.driver.gige.bootstrap import (
     PORT_MASK,
     Capability,
+    GvspConfiguration,
     PacketSizeFlag,
     Register,
     StreamChannel,
@@ -97,7 +98,7 @@ class Stream:
         receiver = self._open_socket(request.payload_size)
         try:
             flags = self._memory.read_register(self._channel.packet_size)
-            stride = gvsp.payload_stride(self.packet_size)
+            stride = gvsp.payload_stride(self.packet_size, extended=self._has_extended_ids())
             if stride <= 0:
                 raise TransportError(
                     f"the camera's packet size is {self.packet_size} bytes, less than its headers"
@@ -160,6 +161,17 @@ class Stream:
             receiver.close()
             raise
         return receiver
+
+    def _has_extended_ids(self) -> bool:
+        """Return whether the camera sends 64-bit block ids, which take twelve bytes of each packet."""
+        if self._memory.read_register(Register.VERSION) >> 16 < 2:
+            return False  # the register came with GigE Vision 2.0
+        try:
+            configuration = self._memory.read_register(Register.GVSP_CONFIGURATION)
+        except DeviceStatusError as error:
+            log.debug("reading the GVSP configuration: %s", error)
+            return False
+        return bool(configuration & GvspConfiguration.EXTENDED_IDS)
 
     def _listen_in(self, payload_size: int) -> socket.socket:
         """Join the multicast stream that another controller opened."""
