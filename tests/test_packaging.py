@@ -1,27 +1,169 @@
-"""The source distribution has everything that the repository has."""
+"""The source distribution has all that the repository has; what is installed from it needs no checkout."""
 
 import fnmatch
+import json
+import os
+import re
+import shlex
+import shutil
 import subprocess
+import sysconfig
+import venv
 from pathlib import Path
 
 import pytest
+
+from grabbergui.cli import _parser
+from patience import PROGRAM
 
 ROOT = Path(__file__).parents[1]
 BY_ITSELF = {"grabbergui", "pyproject.toml", "setup.py", "LICENSE", "COPYING.exception", "MANIFEST.in"}
 """What setuptools adds without being told."""
 
 
-def test_every_file_of_the_repository_is_in_the_source_distribution():
+def tracked():
+    """Return the paths of the repository's files, those not committed yet included."""
     try:
         listed = subprocess.run(
-            ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True
+            ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout
     except (OSError, subprocess.CalledProcessError):
         pytest.skip("this is no git repository")
+    return [path for path in listed.splitlines() if (ROOT / path).is_file()]
+
+
+def test_every_file_of_the_repository_is_in_the_source_distribution():
     patterns = BY_ITSELF.copy()
     for line in (ROOT / "MANIFEST.in").read_text("utf-8").splitlines():
         command, *names = line.split()
         if command in ("include", "graft"):
             patterns.update(names)
-    top = {path.split("/")[0] for path in listed.splitlines()}
+    top = {path.split("/")[0] for path in tracked()}
     assert not [name for name in top if not any(fnmatch.fnmatchcase(name, each) for each in patterns)]
+
+
+class Installation:
+    """The program, installed from its source distribution into an environment of its own.
+
+    The packages that it needs are those of the tests' environment, without what is installed editable there.
+    """
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.home = folder / "home"
+        self.home.mkdir()
+        self.source = folder / "source"
+        for path in tracked():
+            target = self.source / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / path, target)
+        self.prefix = folder / "environment"
+        venv.create(self.prefix, with_pip=True)
+        self.bin = self.prefix / ("Scripts" if os.name == "nt" else "bin")
+        site = next(self.prefix.rglob("site-packages"))
+        site.joinpath("borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n", "utf-8")
+        self.python(
+            "-m",
+            "pip",
+            "install",
+            "-q",
+            "--disable-pip-version-check",
+            "--ignore-installed",
+            "setuptools>=77",
+        )
+        self.python(
+            "-c",
+            f"from setuptools import build_meta; build_meta.build_sdist({str(folder)!r})",
+            cwd=self.source,
+        )
+        shutil.rmtree(self.source)
+        (distribution,) = folder.glob("grabbergui-*.tar.gz")
+        self.python(
+            "-m", "pip", "install", "-q", "--disable-pip-version-check", "--no-deps", "--no-build-isolation",
+            "--ignore-installed", str(distribution),
+        )  # fmt: skip
+
+    def python(self, *arguments, **options):
+        return self._run(self.bin / "python", *arguments, **options)
+
+    def grabbergui(self, *arguments, **options):
+        return self._run(self.bin / "grabbergui", *arguments, **options)
+
+    def _run(self, program, *arguments, cwd=None, code=0):
+        # Nothing of the tests' own surroundings: no PYTHONPATH, no display, no user's folders.
+        environment = {
+            name: value
+            for name, value in os.environ.items()
+            if not name.startswith(("PYTHON", "XDG_", "QT_")) and name not in ("DISPLAY", "WAYLAND_DISPLAY")
+        }
+        environment |= {"HOME": str(self.home), "GRABBERGUI_INTERFACES": "none", "SHELL": "/bin/bash"}
+        done = subprocess.run(
+            [str(program), *arguments],
+            cwd=cwd or self.home,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=2 * PROGRAM,
+        )
+        assert code is None or done.returncode == code, done.stdout + done.stderr
+        return done.stdout
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    return Installation(tmp_path_factory.mktemp("installed"))
+
+
+def test_everything_is_found_in_the_installation(installed):
+    paths = json.loads(installed.grabbergui("paths", "--json"))
+    del paths["cache"]
+    for name, path in paths.items():
+        assert Path(path).exists() and Path(path).is_relative_to(installed.prefix), name
+    assert (Path(paths["manual"]) / "decisions" / "README.md").is_file()
+    assert not list(Path(paths["resources"]).rglob("__pycache__/*.xml"))
+
+
+def test_the_example_of_the_readme_runs(installed):
+    code = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL)[1]
+    assert "import grabbergui" in code and "gige:" in code
+    shown = installed.python("-c", code.replace("gige:", "sim:").replace("frames(100)", "frames(3)"))
+    assert len(shown.splitlines()) == 3
+
+
+def test_it_is_added_to_the_desktop_and_to_the_shell(installed):
+    for part in ("desktop", "completion"):
+        files = [Path(file) for file in json.loads(installed.grabbergui("setup", part, "--json"))]
+        assert files and all(file.is_file() and file.is_relative_to(installed.home) for file in files)
+    entry = (installed.home / ".local/share/applications/grabbergui.desktop").read_text("utf-8")
+    assert str(installed.bin / "grabbergui") in entry
+    shown = installed.grabbergui("--complete", "bash", "grabbergui get sim: ExposureTi", ":=")
+    assert shown.split() == ["words", "ExposureTime"]
+
+
+def test_the_doctor_advises_nothing_that_the_installation_lacks(installed):
+    findings = json.loads(installed.grabbergui("doctor", "--json", code=None))
+    remedies = [each["remedy"] for each in findings if "grabbergui" in each["remedy"]]
+    assert not [each["remedy"] for each in findings if re.search(r"\bmake \w+|scripts/", each["remedy"])]
+    parser, _ = _parser()
+    for remedy in remedies:
+        words = shlex.split(re.split(r"   |,| runs ", remedy.removeprefix("sudo "))[0])
+        assert words[0] == str(installed.bin / "grabbergui"), remedy
+        parser.parse_args(words[1:])
+
+
+def test_the_window_opens(installed):
+    installed.grabbergui("sim:", "--offscreen", "--screenshot", "window.png")
+    assert (installed.home / "window.png").stat().st_size > 10_000
+
+
+def test_its_command_line_needs_no_window(installed):
+    shown = installed.python(
+        "-c",
+        "import sys; sys.modules['PyQt5'] = sys.modules['pyqtgraph'] = None\n"
+        "from grabbergui.cli import main; sys.exit(main(['grab', 'sim:', '-n', '2', '--json']))",
+    )
+    assert json.loads(shown)["frames"] == 2
