@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: setup setup-ros2 setup-servo run test coverage mutants lint bench fuzz docs screenshots translations clean
+.PHONY: setup setup-ros2 setup-servo run test coverage mutants lint bench fuzz docs screenshots translations deb test-deb clean
 
 setup: $(STAMP)
 
@@ -88,6 +88,15 @@ SECONDS ?= 60
 fuzz: setup
 	$(BIN)/python -m pip install -qq --disable-pip-version-check atheris
 	$(BIN)/python -m fuzz --seconds $(SECONDS)
+
+# A Debian package of the program with its own environment below /opt, for this machine's Debian or Ubuntu.
+deb:
+	scripts/debian-package
+
+# Its installation, run and removal in a clean root; as root, takes minutes. Lintian, if it is installed.
+test-deb: deb
+	if command -v lintian >/dev/null; then lintian --fail-on error build/grabbergui_*.deb; fi
+	scripts/debian-package-test build/grabbergui_*.deb
 
 clean:
 	rm -rf $(VENV) build dist ./*.egg-info .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
