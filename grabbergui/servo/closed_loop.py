@@ -44,7 +44,7 @@ EXPOSURE_US = 8000.0
 
 
 def settings(pixel_format: str = "Mono8") -> FrameSettings:
-    """What the camera on the head is set to."""
+    """Settings of the camera on the head."""
     ratios = (1.0, 1.0, 1.0) if pixel_format == "Mono8" else (1.6, 1.0, 1.3)
     optics = Optics(binning_horizontal=BINNING, binning_vertical=BINNING, ratios=ratios)
     return FrameSettings(

@@ -32,7 +32,7 @@ class MarkerConfig:
 
 @dataclass(frozen=True)
 class TrackConfig:
-    """What a detection must be like before anything moves for it."""
+    """Conditions that a detection must meet before anything moves for it."""
 
     confirm: int = 3
     "Pictures in a row that must show the same thing in the same place."
@@ -200,7 +200,7 @@ class Config:
 
     @classmethod
     def parse(cls, text: str, where: str = "configuration") -> Config:
-        """Defaults, changed by a file's text. Raises UsageError naming section, key and what is allowed."""
+        """Change the defaults by a file's text. Raises UsageError with section, key and allowed values."""
         config, parts = cls(), {}
         for name, section in ini.parse(text, where).items():
             if not section.values:

@@ -1,4 +1,4 @@
-"""What head and hand shall do, from where the target is. No clock: time is an argument."""
+"""Commands for head and end effector from the target's place. No clock: time is an argument."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class HeadController:
     def look(self, target: Vector, camera: Pose, angles: Vector) -> Vector:
         """Pan and tilt velocities, rad/s, that bring `target` (base, metres) to the middle.
 
-        `camera` is where the camera is just now, not when the picture was exposed, so that a late picture
+        `camera` is the camera's pose now, not when the frame was exposed, so that a late frame
         does not make the head overshoot. Zero within the deadband and where a joint is at its limit.
         """
         self.see(target, camera)

@@ -19,7 +19,7 @@ class FaceDetection:
     box: tuple[int, int, int, int]
     "x, y, width, height in pixels of the full picture."
     position: tuple[float, float, float]
-    "Metres; the distance is told from the box's width, so it is rough."
+    "Metres; the distance is estimated from the box's width, so it is rough."
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What the loop wants for the next moment; what is zero rests."""
+    """The loop's command for the next moment. A part whose velocity is zero rests."""
 
     head: Vector = field(default_factory=lambda: np.zeros(2))
     "Pan and tilt, rad/s."
@@ -36,7 +36,7 @@ class Command:
     hand: Vector = field(default_factory=lambda: np.zeros(6))
     "Twist in the base, m/s and rad/s."
     halt: bool = False
-    "Whether all must stand still at once, a step under way included."
+    "Whether all must stand still at once, a step in progress included."
     until: float = math.inf
     "Seconds on the loop's clock after which nothing of it may go on, whatever hangs."
 
@@ -188,13 +188,13 @@ class CommandGate:
             self._rest()
 
     def halt(self, reason: str) -> None:
-        """Emergency stop: the robot is told again though it may rest already, and nothing follows."""
+        """Emergency stop: the robot is stopped even if it rests already, and no command follows."""
         # Not behind the lock: a command that hangs in the network must not hold up a stop.
         self._halted = reason or "emergency stop"
         self._guard.stop()
         self._robot.stop()
         with self._lock:
-            self._robot.stop()  # whatever was under way in between
+            self._robot.stop()  # a command that was in progress in between
             self._moving = False
 
     def release(self) -> None:

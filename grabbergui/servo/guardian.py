@@ -10,7 +10,7 @@ Both directions carry lines of JSON. From the servo program, on standard input:
   channel are the arguments of its class;
 - `{"moving": true, "stops": 0}`: a beat. `stops` says how many stops of the guardian's the program knows of,
   so that a program that was frozen cannot go on as if nothing had happened;
-- `{"stop": 3}`: stop now; numbered, so that its end can be told;
+- `{"stop": 3}`: stop now; numbered, so that its end can be reported;
 - `{"quit": true}`: the robot stands still, end.
 
 To it, on standard output, after every line and every stop: a `Report`.
@@ -51,10 +51,10 @@ FAREWELL_S = 1.0
 
 
 class Channel(ABC):
-    """One way to tell a robot to stop. Used by one thread."""
+    """One way to stop a robot. Used by one thread."""
 
     name = ""
-    "What it leads to, for messages."
+    "The port or topic that it leads to, for messages."
 
     @abstractmethod
     def prepare(self) -> None:
@@ -248,7 +248,7 @@ class Guardian:
             if refused := "; ".join(filter(None, (run_first(), lock_memory()))):
                 _say(f"a stop may come late on a busy machine: {refused}")
         report = Report(vigil.stops, vigil.why, problem, vigil.asked_for, stopping)
-        with suppress(OSError):  # the program has ended: the next read says so
+        with suppress(OSError):  # the program has ended: the next read reports it
             os.write(sys.stdout.fileno(), json.dumps(asdict(report)).encode() + b"\n")
 
     def _finish(self) -> None:
@@ -273,7 +273,7 @@ class Lines:
     def read(self, until: float) -> list[dict[str, Any]]:
         """Those that have come, waiting for one until a moment on the monotonic clock at most.
 
-        Raises EOFError at the end. What has come is read even where the moment has passed: on a busy machine
+        Raises EOFError at the end. Beats that arrived are read even after the deadline: on a busy machine
         the guardian may be the one that is late.
         """
         wait = None if math.isinf(until) else max(0.0, until - time.monotonic())

@@ -150,7 +150,7 @@ class GuardianLink(Guard):
         """Let it end; the robot stands still by now, and must not move any more. May be called twice."""
         with self._lock:
             self._write({"quit": True})
-            self._failure = self._failure or "the guardian was let go"
+            self._failure = self._failure or "the guardian was closed"
         self._end()
 
     # -- the pipes -------------------------------------------------------------------------------
@@ -189,7 +189,7 @@ class GuardianLink(Guard):
             self._report, self._answered = Report(**json.loads(whole[-1])), now
 
     def _write(self, message: Mapping[str, Any]) -> None:
-        """Pass a line on; a pipe that is full or broken shows in what is read."""
+        """Pass a line on; a pipe that is full or broken is noticed by the reader."""
         if self._process is not None:
             with suppress(OSError):
                 os.write(self._pipes()[0], json.dumps(message).encode() + b"\n")

@@ -89,4 +89,4 @@ class TiagoChannel(Channel):
         try:
             self._readings.take(message, time.monotonic())
         except RemoteProtocolError:
-            return  # the servo program says so
+            return  # the servo program reports it

@@ -1,11 +1,13 @@
-"""How the guardian tells YARP ports to stop: a message on a stream, or a request that is answered.
+"""The guardian's stop channels on YARP: a message on a stream, or a request with a reply.
 
-What to say is up to the robot; here are only the connections, which are open before they are needed.
+The robot defines the messages; this module keeps the connections, which are open before they are needed.
 """
 
 from __future__ import annotations
 
 import socket
+
+from typing_extensions import override
 
 from grabbergui.core.errors import TransportError
 from grabbergui.net.yarp.os import carrier as wire
@@ -33,16 +35,16 @@ class StreamChannel(Channel):
         self._stop = wire.encode_message("D", [Bottle.from_text(stop).encode()])
         self._sock: socket.socket | None = None
 
+    @override
     def prepare(self) -> None:
-        """See Channel."""
         self._connected()
 
+    @override
     def stop(self) -> None:
-        """See Channel."""
         sockets.send(self._connected(), self._stop)
 
+    @override
     def close(self) -> None:
-        """See Channel."""
         if self._sock is not None:
             sockets.shut_down(self._sock)
             self._sock = None
@@ -65,16 +67,16 @@ class RequestChannel(Channel):
         self._client = RpcClient(port, NameClient.find(nameserver), sender=SENDER)
         self._stop, self._check = Bottle.from_text(stop), Bottle.from_text(check)
 
+    @override
     def prepare(self) -> None:
-        """See Channel."""
         self._client.call(self._check, TIMEOUT)
 
+    @override
     def stop(self) -> None:
-        """See Channel."""
         reply = self._client.call(self._stop, TIMEOUT)
         if Vocab("ok") not in (reply or []):
             raise TransportError(f"it refused {self._stop.to_text()}: {reply}")
 
+    @override
     def close(self) -> None:
-        """See Channel."""
         self._client.close()

@@ -12,7 +12,7 @@ from grabbergui.calibration.geometry import Pose, Vector, diff
 from grabbergui.core.errors import UsageError
 
 AT_LIMIT = 1e-3
-"Radians from a joint's limit within which it is said to be there."
+"Radians from a joint's limit within which the joint counts as being at it."
 STRETCHED = 0.05
 "Singular value of the Jacobian (m/rad or rad/rad) below which a direction is as good as closed."
 
@@ -81,7 +81,7 @@ class Chain(ABC):
         return self.limited(velocities)
 
     def hindrance(self, angles: Vector, twist: Vector) -> str:
-        """What keeps the tool from following a twist, for people; empty where nothing does."""
+        """Return why the tool cannot follow a twist, as display text; empty if it can."""
         jacobian = self.jacobian(angles)
         wanted = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + 0.02**2 * np.eye(6), twist)
         limited = self._outwards(angles, wanted, AT_LIMIT)

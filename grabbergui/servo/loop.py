@@ -164,7 +164,7 @@ class ServoLoop:
         self.person.update(sighting, camera)
 
     def _target(self) -> Vector | None:
-        """What the head looks at: the marker before a person."""
+        """Return the head's target: the marker if there is one, else a person."""
         marker = self.marker.pose
         if marker is not None:
             return marker[:3, 3]

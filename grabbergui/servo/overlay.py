@@ -1,4 +1,4 @@
-"""What is drawn over a picture: markers with their axes, heads, the deadband in the middle, the target.
+"""Overlays of the image: markers with their axes, heads, the deadband in the middle, the target.
 
 `drawing` says it in lines and words, in the picture's pixels; a window paints them in its own way, `draw`
 paints them into the picture itself, for videos.
@@ -82,7 +82,7 @@ def colour_of(state: State) -> Colour:
 def drawing(
     cycle: ControlCycle, sighting: Sighting | None, calibration: Calibration, head: HeadConfig | None = None
 ) -> Drawing:
-    """What was found, and what the head makes of it; `calibration` is of pictures of this size.
+    """Return the detections and the head's error as overlays; `calibration` is of images of this size.
 
     With `head`, also the deadband and the band within which a resting head stays at rest.
     """

@@ -42,7 +42,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Band:
-    """What was so from a moment on, shown by the background."""
+    """A state that begins at a moment, shown by the background."""
 
     time: float
     name: str

@@ -18,7 +18,7 @@ REALTIME = 10
 NICE = -10
 """Nice value where real-time priority is refused."""
 _MCL_CURRENT, _MCL_ONFAULT = 1, 4
-"Flags of `mlockall(2)`: what is mapped now stays in memory from its first use on."
+"Flags of `mlockall(2)`: pages that are mapped now stay in memory from their first use on."
 
 
 def run_first() -> str:

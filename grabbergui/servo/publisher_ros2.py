@@ -1,4 +1,4 @@
-"""What the loop sees and does, on ROS 2; and a stop that anybody on the network can press.
+"""Publishes the loop's detections and state on ROS 2, and accepts a stop from anybody on the network.
 
 Topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker that is
 looked for), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and where vision_msgs is
@@ -113,7 +113,7 @@ class Ros2Publisher:
         self._publish("markers", lambda: header(markers_array(sighting, size)))
 
     def _publish(self, name: str, make: Any) -> None:
-        """What nobody listens to is not even made."""
+        """Publish a message, which is made only if somebody listens."""
         publisher = self._publishers.get(name)
         if publisher is None:
             return
@@ -134,7 +134,7 @@ def pose_stamped(placed: Pose) -> Any:
 
 
 def status(cycle: ControlCycle) -> Any:
-    """State, reason, and as pairs what is known of the errors: millimetres, degrees."""
+    """State, reason, and the known errors as pairs: millimetres, degrees."""
     from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
     values = {"state": cycle.state.value}

@@ -1,4 +1,4 @@
-"""What the loop sees and does, on YARP; and a stop that anybody on the network can press.
+"""Publishes the loop's detections and state on YARP, and accepts a stop from anybody on the network.
 
 Ports below a prefix: `/heads:o` x y z in metres per picture that shows a head (the camera's frame),
 `/markers:o` one list of pairs per marker, `/state:o` state, reason and errors of every cycle, and `/rpc:s`,
@@ -83,7 +83,7 @@ class YarpPublisher:
 
 
 def state_bottle(cycle: ControlCycle) -> Bottle:
-    """State, reason, and as pairs what is known of the errors: millimetres, degrees."""
+    """State, reason, and the known errors as pairs: millimetres, degrees."""
     items: list[Item] = [cycle.state.value, cycle.reason]
     for name, value, factor in (
         ("distance_mm", cycle.error[0], 1e3),

@@ -40,7 +40,7 @@ class Runner:
     cycle_done = Signal(object, object)
     """A `ControlCycle`, and the `Frame` if a new picture counted in it, else None; on the loop's thread."""
     failed = Signal(str)
-    """The loop ended by an error; why, for people. On the loop's thread."""
+    """The loop ended by an error; the reason as display text. On the loop's thread."""
 
     def __init__(
         self,
@@ -120,7 +120,7 @@ class Runner:
 
     @property
     def robot(self) -> Robot:
-        """What is moved."""
+        """The robot that is moved."""
         return self._robot
 
     @property
@@ -129,7 +129,7 @@ class Runner:
         return self._grabber
 
     def renew_detector(self) -> None:
-        """Make the detector anew for the next picture, as after another calibration. Any thread."""
+        """Make a new detector for the next frame, for instance after a calibration. Any thread."""
         self._renew = True
 
     def tune(self, config: Config) -> None:
@@ -159,7 +159,7 @@ class Runner:
             self.failed.emit(str(error))
         except Exception as error:
             log.exception("servo loop")
-            # What a listener to `cycle_done` raises comes wrapped.
+            # psygnal wraps an exception of a listener to `cycle_done`.
             self.failed.emit(f"internal error, see the log: {error.__cause__ or error}")
         finally:
             self.gate.halt(ENDED)

@@ -1,4 +1,4 @@
-"""What is being done just now, and when that changes. No clock: time is an argument.
+"""The state of the demonstration and its transitions. No clock: time is an argument.
 
                 ┌─────────── target lost, pictures or robot silent ──────────┐
 SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker) ──► APPROACHING ──► REACHED
@@ -17,7 +17,7 @@ from enum import Enum
 
 
 class State(Enum):
-    """The states; the values are what is published."""
+    """The states, with their published names as values."""
 
     SEARCHING = "searching"
     CENTRING = "centring"
@@ -41,7 +41,7 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Situation:
-    """What the machine decides by."""
+    """The inputs of a transition."""
 
     pictures: bool = True
     "Whether the newest picture is fresh."
@@ -56,9 +56,9 @@ class Situation:
     arrived: bool = False
     "Whether the hand is at its goal."
     stuck: str = ""
-    "Why the hand cannot get to its goal, for people; empty while it may."
+    "Why the end effector cannot reach its goal, as display text; empty while it may."
     problem: str = ""
-    "What hinders, for people."
+    "The obstacle, as display text."
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class StateMachine:
         self._enter(now, State.STOPPED, reason)
 
     def resume(self, now: float) -> None:
-        """End a stop; what follows is decided anew."""
+        """End a stop; the next state is decided again."""
         if self.state is State.STOPPED:
             self._enter(now, State.LOST, "resumed")
 

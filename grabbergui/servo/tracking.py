@@ -53,7 +53,7 @@ class MarkerTrack:
 
     def __init__(self, marker_id: int, config: TrackConfig) -> None:
         self.problem = "no marker seen yet"
-        "Why it is not usable, for people; empty where it is."
+        "Why it is not usable, as display text; empty if it is."
         self._id = marker_id
         self._config = config
         self._streak = 0
@@ -138,7 +138,7 @@ class FaceTrack:
             self._streak = 0
             return
         seen = camera[:3, :3] @ np.array(head.position) + camera[:3, 3]
-        # The distance is told from a box whose width flickers, so only the direction is held against it.
+        # The distance is estimated from a box whose width flickers, so only the direction is compared.
         if self._point is None or _apart(self._point, seen, camera[:3, 3]) > self._config.jump * 2:
             self._streak, self._point = 0, seen
         self._streak += 1

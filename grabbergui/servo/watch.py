@@ -101,7 +101,7 @@ class ProgressWatch:
         self.stuck = True
 
     def reset(self) -> None:
-        """Let it be tried anew."""
+        """Allow another attempt."""
         self.stuck, self._goal = False, None
 
     def update(self, now: float, hand: Pose, goal: Pose, approaching: bool, speed: float = 1.0) -> None:

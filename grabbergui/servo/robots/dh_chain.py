@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose
 from grabbergui.servo.kinematics import Chain
@@ -54,15 +55,16 @@ class DhChain(Chain):
         )
         self.base, self.joints, self.tool = base, tuple(joints), tool
 
+    @override
     def frames(self, angles: ArrayLike) -> list[Pose]:
-        """See Chain; the z of each but the last two is the axis of the joint that follows it."""
+        """The z of each but the last two is the axis of the joint that follows it."""
         poses = [self.base]
         for joint, angle in zip(self.joints, self.checked(angles), strict=True):
             poses.append(poses[-1] @ joint.frame(float(angle)))
         return [*poses, poses[-1] @ self.tool]
 
+    @override
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
-        """See Chain."""
         frames = self.frames(angles)
         tip = frames[-1][:3, 3]
         columns = []

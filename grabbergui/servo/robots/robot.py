@@ -1,4 +1,4 @@
-"""What a robot is to the loop: joint angles and the hand's pose out, head velocities and hand twist in."""
+"""The robot as the loop sees it: joint angles and the end effector's pose out, velocities and a twist in."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HEAD, ARM = "head", "arm"
 
 @dataclass(frozen=True, eq=False)
 class KinematicModel:
-    """What a robot is made of. Its base is where both chains begin: x forward, y left, z up."""
+    """The parts of a robot. Both chains begin at its base: x forward, y left, z up."""
 
     name: str
     head: Chain
@@ -85,7 +85,7 @@ class Robot(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Stop and let go. May be called twice; never raises."""
+        """Stop and disconnect. May be called twice; never raises."""
 
     @abstractmethod
     def state(self) -> RobotState | None:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
+from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.servo.kinematics import Chain
@@ -28,7 +29,7 @@ RESPONSE = 0.03
 STEP_SPEED = math.radians(25)
 "Of relative moves of the head."
 AIM_S = 0.08
-"Seconds from its target at which the head, told to go there, slows down."
+"Seconds from the target of a relative move at which the head slows down."
 
 
 class SimRobot(Robot):
@@ -59,16 +60,17 @@ class SimRobot(Robot):
         self._history = JointHistory(400)
         self._history.add(self._time, self._head.angles)
 
+    @override
     def open(self) -> None:
-        """See Robot."""
         self._advance()
 
+    @override
     def close(self) -> None:
-        """See Robot."""
         self.stop()
 
+    @override
     def state(self) -> RobotState:
-        """See Robot; always of this moment."""
+        """Always of this moment."""
         with self._lock:
             self._advance()
             return RobotState(
@@ -78,16 +80,17 @@ class SimRobot(Robot):
                 self._arm.angles.copy(),
             )
 
+    @override
     def move_head(self, velocity: Vector) -> None:
-        """See Robot."""
         with self._lock:
             self._advance()
             self._head_target = None
             self._head_velocity = _finite(velocity, 2)
             self._head_until = self._time + self.COMMAND_TIMEOUT
 
+    @override
     def step_head(self, move: Vector) -> None:
-        """See Robot. Moves add up, as a control board's relative moves do from where the joint is."""
+        """Moves add up, as a control board's relative moves do from where the joint is."""
         with self._lock:
             self._advance()
             self.point_head(self._head.angles + _finite(move, 2), np.full(2, STEP_SPEED))
@@ -113,16 +116,16 @@ class SimRobot(Robot):
             if np.shape(target) == self._arm.angles.shape and np.isfinite(target).all():
                 self._arm_target = self.model.arm.clamped(target)
 
+    @override
     def move_hand(self, twist: Vector) -> None:
-        """See Robot."""
         with self._lock:
             self._advance()
             self._arm_target = None
             self._twist = _finite(twist, 6)
             self._arm_until = self._time + self.COMMAND_TIMEOUT
 
+    @override
     def stop(self) -> bool:
-        """See Robot."""
         with self._lock:
             self._advance()
             self._head_target = self._arm_target = None

@@ -57,7 +57,7 @@ class SimulatedBoard:
         self._extended_state.write_bottle(messages.extended_state(angles, modes), stamp)
 
     def answer(self, request: Request) -> Bottle:
-        """What a control board says to a request."""
+        """Return a control board's reply to a request."""
         message = request.bottle()
         verb, what = (word(item) for item in [*message[:2], "", ""][:2])
         with self._lock:

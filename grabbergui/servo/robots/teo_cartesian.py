@@ -64,12 +64,12 @@ class SimulatedCartesian:
         self._stream.write_bottle(status)
 
     def stop(self) -> None:
-        """End whatever is going on; who waits for it is told."""
+        """End the current motion; callers that wait for it return."""
         with self._changed:
             self._rest()
 
     def answer(self, request: Request) -> Bottle:
-        """What a Cartesian controller says to a request; `wait` takes its time."""
+        """Return a Cartesian controller's reply to a request; `wait` returns after the motion."""
         message = request.bottle()
         with self._changed:
             try:

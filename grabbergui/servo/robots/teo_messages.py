@@ -1,4 +1,4 @@
-"""What is said to TEO's control boards and Cartesian controllers on YARP; no I/O.
+"""Messages of TEO's control boards and Cartesian controllers on YARP. No I/O.
 
 Control boards speak `remote_controlboard`: angles in degrees, streamed commands as a pair of lists, encoders
 as a plain list. Cartesian controllers speak the vocabularies of roboticslab's ICartesianControl: metres,
@@ -71,7 +71,7 @@ def axes() -> Bottle:
 
 
 def encoders(angles: Vector) -> Bottle:
-    """What a control board streams, of radians."""
+    """Return the reading that a control board streams, from radians."""
     return Bottle(degrees(angles))
 
 
@@ -125,7 +125,7 @@ def ask_status() -> Bottle:
 
 
 def status(state: Vocab, hand: Pose, time: float) -> Bottle:
-    """What a controller streams, and answers to `stat`."""
+    """Return the status that a controller streams, and its reply to `stat`."""
     return Bottle([state, *map(float, vector_from_pose(hand)), float(time)])
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, Vector, inverse, pose
 from grabbergui.core.errors import SourceUnavailableError
@@ -148,16 +149,17 @@ class UrdfChain(Chain):
         self._end = self._model.getFrameId(end)
         self._tool = pose(turned)
 
+    @override
     def frames(self, angles: ArrayLike) -> list[Pose]:
-        """See Chain; the z of each but first and last is its joint's axis."""
+        """The z of each but first and last is its joint's axis."""
         data = self._model.createData()
         self._pinocchio.forwardKinematics(self._model, data, self._signs * self.checked(angles))
         end = self._pinocchio.updateFramePlacement(self._model, data, self._end).homogeneous @ self._tool
         links = [link.homogeneous for link in list(data.oMi)[1:]]
         return [np.eye(4), *(self._from_world @ placed for placed in (*links, end))]
 
+    @override
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
-        """See Chain."""
         jacobian = self._pinocchio.computeFrameJacobian(
             self._model,
             self._model.createData(),  # not shared: any thread may ask
