@@ -21,6 +21,7 @@ HOMES = {
         "driver/h264.py",
         "driver/sim/video.py",
     ),
+    "numba": ("core/compiled_loops.py",),
     "psutil": ("driver/gige/discovery/interfaces.py",),
     "pinocchio": ("servo/robots",),
     "example_robot_data": ("servo/robots",),

@@ -1,4 +1,4 @@
-"""Payload bytes to arrays and pictures: the one door to `unpacking` and `colour`."""
+"""Payload bytes to arrays and images: the one door to `unpacking` and `colour`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class DisplayImage:
     """A frame, or a part of it, made ready to be painted."""
 
     pixels: NDArray[np.uint8]
-    "(height, width) uint8 of mono formats, (height, width, 3) uint8 R G B of colour; C-contiguous."
+    "(height, width) uint8 of mono and 3D formats, (height, width, 3) uint8 R G B of colour; C-contiguous."
     region: Region
     "The part of the frame that `pixels` covers, edge to edge, in the frame's pixels."
 
@@ -47,24 +47,27 @@ def for_display(
 
     `size` is (width, height) in screen pixels; a larger region is reduced to fit, its proportions kept,
     before colour is computed where that saves work; nothing is ever enlarged, and None reduces nothing.
-    The region is clipped to the frame. Of Bayer and YUV 4:2:2 it grows by up to a pixel to each side, to
-    whole cells of the pattern: `DisplayImage.region` is the region returned. Deeper formats keep their eight
-    highest bits. Pixels may be a read-only view of the payload. Any thread. Raises PixelFormatError.
+    The region is clipped to the frame. Of mosaics and subsampled colour it grows to whole cells of the
+    pattern: `DisplayImage.region` is the region returned. Deeper formats keep their eight highest bits;
+    values without a white of their own (32 bits, floating-point, coordinates) are scaled from the frame's
+    smallest to its largest. Pixels may be a read-only view of the payload. Any thread. Raises
+    PixelFormatError.
     """
     unpacking.check(frame)
     family = frame.pixel_format.family
     region = (region or Region(0, 0, frame.width, frame.height)).clipped(frame.width, frame.height)
-    if family in (Family.BAYER, Family.YUV):
-        region = _whole_cells(region, frame)
+    region = _whole_cells(region, frame)
     if family is Family.BAYER and _scale(region, size) <= 0.5 and min(region.width, region.height) > 1:
         # Half the size at most: each cell of four pixels becomes one, nothing is interpolated. A last line
         # or column that is no whole cell is left out.
         region = Region(region.x, region.y, region.width & ~1, region.height & ~1)
         picture = _reduced(colour.bayer_cells(_part(frame, region), frame.pixel_format.order), region, size)
-    elif family is Family.BAYER:
+    elif family in (Family.BAYER, Family.SPARSE):
         picture = _reduced(_demosaiced_part(frame, region), region, size)
-    elif family is Family.YUV:
+    elif family in (Family.YUV, Family.BICOLOR):
         picture = _reduced(colour.to_rgb(_part(frame, region), frame.pixel_format), region, size)
+    elif family is Family.COORDINATES:
+        picture = _reduced(colour.to_grey(_part(frame, region), frame.pixel_format), region, size)
     else:
         picture = _reduced(_part(frame, region), region, size)
     if family is Family.RGB:
@@ -72,33 +75,57 @@ def for_display(
     return DisplayImage(picture, region)
 
 
-def value_at(frame: SensorPicture, x: int, y: int) -> tuple[int, ...]:
-    """The sensor's values of one pixel: one of mono and Bayer, (R, G, B[, alpha]) or (Y, U, V) of colour.
+def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
+    """Return the sensor's values of one pixel: one of mono and mosaics, (R, G, B[, alpha]) or (Y, U, V).
 
-    That is their order, whatever it is in memory. Reads a few bytes only. Raises PixelFormatError, and
-    IndexError outside the frame.
+    That is their order, whatever it is in memory; of BiColor and coordinates it is the format's own. Integers
+    except of floating-point formats. Reads one line only. Raises PixelFormatError, and IndexError outside the
+    frame.
     """
     if not (0 <= x < frame.width and 0 <= y < frame.height):
         raise IndexError(f"({x}, {y}) is outside the picture of {frame.width}×{frame.height} pixels")
-    order = frame.pixel_format.order
+    family, order = frame.pixel_format.family, frame.pixel_format.raw_order
     values = unpacking.value_at(frame, x, y)
-    if frame.pixel_format.family is Family.RGB:
+    if family is Family.RGB:
         return tuple(values[order.index(component)] for component in "RGBa" if component in order)
-    if frame.pixel_format.family is Family.YUV:
-        luma = order.index("Y")
-        other = unpacking.value_at(frame, x ^ 1, y) if x ^ 1 < frame.width else values
-        chroma = values[1 - luma], other[1 - luma]
-        return (values[luma], *(chroma if x % 2 == 0 else reversed(chroma)))
-    return values
+    if family is not Family.YUV:
+        return values
+    if len(values) == 3:
+        return tuple(values[order.index(component)] for component in "YUV")
+    luma = order.index("Y")
+    other = unpacking.value_at(frame, x ^ 1, y) if x ^ 1 < frame.width else values
+    chroma = values[1 - luma], other[1 - luma]
+    return (values[luma], *(chroma if x % 2 == 0 else reversed(chroma)))
+
+
+_RANGE_SAMPLES = 256
+"Lines and columns that the range of a frame is measured on."
+
+
+def _bounds(frame: SensorPicture) -> tuple[float, float] | None:
+    """The range that a frame is shown in, the same for each of its regions; None if the format has its own.
+
+    Of coordinates it is that of the last one. A sample of lines will do.
+    """
+    if not frame.pixel_format.needs_range:
+        return None
+    every = max(1, frame.height // _RANGE_SAMPLES), max(1, frame.width // _RANGE_SAMPLES)
+    sample = unpacking.lines(frame)[:: every[0], :: every[1]]
+    return colour.measured_bounds(sample if sample.ndim == 2 else sample[..., -1])
 
 
 def _eight_bit_lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[np.uint8]:
-    return colour.eight_bits(unpacking.lines(frame, first, last), frame.pixel_format.depth)
+    last = frame.height if last is None else last
+    if not frame.pixel_format.needs_range and (high := unpacking.high_lines(frame, first, last)) is not None:
+        return high
+    return colour.eight_bits(unpacking.lines(frame, first, last), frame.pixel_format, _bounds(frame))
 
 
 def _whole_cells(region: Region, frame: SensorPicture) -> Region:
-    left, top = region.x & ~1, region.y & ~1
-    right, bottom = min(-(-region.right // 2) * 2, frame.width), min(-(-region.bottom // 2) * 2, frame.height)
+    across, down = frame.pixel_format.cell
+    left, top = region.x - region.x % across, region.y - region.y % down
+    right = min(-(-region.right // across) * across, frame.width)
+    bottom = min(-(-region.bottom // down) * down, frame.height)
     return Region(left, top, right - left, bottom - top)
 
 
@@ -107,8 +134,8 @@ def _part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
 
 
 def _demosaiced_part(frame: SensorPicture, region: Region) -> NDArray[np.uint8]:
-    """A region in RGB, as it is in the whole picture: interpolated with the pixels around it."""
-    margin = 2
+    """A region in RGB, as it is in the whole image: interpolated with the pixels around it."""
+    margin = 2 if frame.pixel_format.family is Family.BAYER else 12
     left, top = max(0, region.x - margin), max(0, region.y - margin)
     right, bottom = min(region.right + margin, frame.width), min(region.bottom + margin, frame.height)
     around = Region(left, top, right - left, bottom - top)

@@ -1,23 +1,25 @@
-"""Payload bytes to arrays of whole lines (PFNC 2.x, sections on pixel packing).
-
-Packed formats are unpacked four pixels at a time in 64-bit words: each step keeps some bits with a mask,
-shifts them, and joins the parts, so that every step is one pass of numpy over a block that fits the cache.
-"""
+"""Payload bytes to arrays of whole lines (PFNC 2.4): views where the bytes allow it, else copies."""
 
 from __future__ import annotations
 
-import sys
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.errors import PixelFormatError
+from grabbergui.core.packed_samples import (
+    bytes_per_group,
+    packed_bits,
+    samples_per_group,
+    unpack,
+    unpack_high,
+)
 from grabbergui.core.pfnc import Layout, PixelFormat
 
 
 class SensorPicture(Protocol):
-    """What must be known of a payload to lay out its pixels; a `Frame` is one and documents the fields."""
+    """The part of a `Frame` that lays out its pixels; `Frame` documents the fields."""
 
     payload: NDArray[np.uint8]
     width: int
@@ -27,41 +29,8 @@ class SensorPicture(Protocol):
     big_endian: bool
 
 
-_Part = tuple[int, int]
-"Mask of the bits to keep, and how far they move to the left."
-
-_STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
-    (Layout.PACKED_LSB, 10): (
-        ((0x00_000F_FFFF, 0), (0xFF_FFF0_0000, 12)),
-        ((0x0000_03FF_0000_03FF, 0), (0x000F_FC00_000F_FC00, 6)),
-    ),
-    (Layout.PACKED_LSB, 12): (
-        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
-        ((0x0000_0FFF_0000_0FFF, 0), (0x00FF_F000_00FF_F000, 4)),
-    ),
-    (Layout.PACKED_GIGE, 10): (
-        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
-        ((0x00FF_00FF_00FF_00FF, 2), (0x0000_0300_0000_0300, -8), (0x0000_3000_0000_3000, 4)),
-    ),
-    (Layout.PACKED_GIGE, 12): (
-        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
-        ((0x00FF_F0FF_00FF_F0FF, 4), (0x0000_0F00_0000_0F00, -8)),
-    ),
-}
-"""How four packed pixels become four of 16 bits: two into each half of the word, one into each quarter."""
-
-_PIXELS_PER_WORD = 4
-_BLOCK = 16384
-"""Words handled at once: 128 KiB, so that the steps between them stay in the processor's cache."""
-
-
-def packed(pixel_format: PixelFormat) -> bool:
-    """Whether pixels do not begin on bytes, so that reading them means copying."""
-    return pixel_format.layout in (Layout.PACKED_LSB, Layout.PACKED_GIGE)
-
-
 def check(frame: SensorPicture) -> None:
-    """Raise PixelFormatError unless the payload holds a picture that can be laid out."""
+    """Raise PixelFormatError unless the payload holds an image that can be laid out."""
     pixel_format, size = frame.pixel_format, f"{frame.width}×{frame.height}"
     if not pixel_format.convertible:
         code = f" (0x{pixel_format.code:08X})" if not pixel_format.name.startswith("0x") else ""
@@ -71,11 +40,7 @@ def check(frame: SensorPicture) -> None:
         )
     if frame.width < 1 or frame.height < 1 or frame.padding_x < 0:
         raise PixelFormatError(f"a picture of {size} pixels with {frame.padding_x} bytes of padding is empty")
-    if packed(pixel_format) and not frame.padding_x:
-        needed = pixel_format.image_bytes(frame.width, frame.height)
-    else:
-        line = pixel_format.line_bytes(frame.width)
-        needed = (frame.height - 1) * (line + frame.padding_x) + line
+    needed = _needed_bytes(frame)
     if frame.payload.size < needed:
         raise PixelFormatError(
             f"a {pixel_format.name} picture of {size} needs {needed} bytes, the payload has "
@@ -86,116 +51,226 @@ def check(frame: SensorPicture) -> None:
 def lines(frame: SensorPicture, first: int = 0, last: int | None = None) -> NDArray[Any]:
     """Lines `first` up to, but without, `last` as the sensor gave them.
 
-    Shape (lines, width) uint8 or native uint16 with the value in the low bits; (lines, width, n) uint8 for
-    interleaved components, in memory order. A view of the payload where its bytes can be used as they are:
-    pixels packed, big-endian, or 16-bit at an odd address are copied. Raises PixelFormatError.
+    Shape (lines, width), or (lines, width, n) for n components in the order of `PixelFormat.raw_order`. Up
+    to 8 bits are uint8, up to 16 native uint16 with the value in the low bits, 32 and 64 bits likewise;
+    signed and floating-point formats have numpy's types of them. Of YUV 4:2:2 and BiColor n is 2; where no
+    pixel has bytes of its own (YUV 4:1:1 and 4:2:0, semiplanar), chroma is repeated and n is 3. A view of
+    the payload where its bytes can be used as they are: packed, big-endian and unaligned samples are copied.
+    Raises PixelFormatError.
     """
     check(frame)
     last = frame.height if last is None else last
-    payload = np.ascontiguousarray(frame.payload)
-    if not packed(frame.pixel_format):
-        return _whole_lines(frame, payload, first, last)
-    if frame.padding_x:
-        return _padded_packed_lines(frame, payload, first, last)
-    # The bit stream goes on over the ends of lines, so a line may begin in the middle of a word.
-    begin, end = first * frame.width, last * frame.width
-    word = begin // _PIXELS_PER_WORD
-    data = payload[word * _bytes_per_word(frame.pixel_format) :]
-    skipped = begin - word * _PIXELS_PER_WORD
-    pixels = _unpack(data, frame.pixel_format, end - begin + skipped)
-    return pixels[skipped:].reshape(last - first, frame.width)
-
-
-def value_at(frame: SensorPicture, x: int, y: int) -> tuple[int, ...]:
-    """The components of one pixel in memory order, read from its own few bytes. Raises PixelFormatError."""
-    check(frame)
-    pixel_format, payload = frame.pixel_format, frame.payload
-    bits = pixel_format.bits_per_pixel
-    if not packed(pixel_format):
-        offset = y * (pixel_format.line_bytes(frame.width) + frame.padding_x) + x * bits // 8
-        if pixel_format.depth > 8:
-            pair = payload[offset : offset + 2].tobytes()
-            return (int.from_bytes(pair, "big" if frame.big_endian else "little"),)
-        return tuple(payload[offset : offset + pixel_format.components].tolist())
-    line_bits = 8 * (pixel_format.line_bytes(frame.width) + frame.padding_x) if frame.padding_x else 0
-    start, index = (y * line_bits, x) if line_bits else (0, y * frame.width + x)
-    if pixel_format.layout is Layout.PACKED_LSB:
-        first_bit = start + index * bits
-        stream = int.from_bytes(payload[first_bit // 8 : (first_bit + bits + 7) // 8].tobytes(), "little")
-        return (stream >> first_bit % 8 & (1 << bits) - 1,)
-    pair_offset = start // 8 + index // 2 * 3
-    high, low_bits = int(payload[pair_offset + index % 2 * 2]), pixel_format.depth - 8
-    shared = int(payload[pair_offset + 1]) >> index % 2 * 4
-    return (high << low_bits | shared & (1 << low_bits) - 1,)
-
-
-def _whole_lines(frame: SensorPicture, payload: NDArray[np.uint8], first: int, last: int) -> NDArray[Any]:
     pixel_format = frame.pixel_format
-    item = 2 if pixel_format.depth > 8 else 1
-    dtype = np.dtype(f"{'>' if frame.big_endian else '<'}u{item}")
-    stride = pixel_format.line_bytes(frame.width) + frame.padding_x
-    shape: tuple[int, ...] = (last - first, frame.width)
-    strides: tuple[int, ...] = (stride, item * pixel_format.components)
-    if pixel_format.components > 1:
-        shape, strides = (*shape, pixel_format.components), (*strides, item)
-    array: NDArray[Any] = np.ndarray(shape, dtype, payload, first * stride, strides)
+    if pixel_format.semiplanar:
+        return _semiplanar_lines(frame, first, last)
+    if pixel_format.expands_chroma:
+        return _yuv411_lines(frame, first, last)
+    if pixel_format.layout is Layout.FIELDS:
+        return _field_lines(frame, first, last)
+    if pixel_format.planar:
+        return _planar_lines(frame, first, last)
+    samples = _sample_lines(frame, frame.payload, frame.width * pixel_format.components, first, last)
+    return _by_pixel(samples, pixel_format.components)
+
+
+def high_lines(frame: SensorPicture, first: int, last: int) -> NDArray[np.uint8] | None:
+    """The eight highest bits of `lines` where they can be had without the others; else None."""
+    check(frame)
+    pixel_format = frame.pixel_format
+    if not pixel_format.packed or pixel_format.planar or pixel_format.depth <= 8:
+        return None
+    count = frame.width * pixel_format.components
+    return _by_pixel(
+        _packed_lines(frame, frame.payload, count, first, last, high=True), pixel_format.components
+    )
+
+
+def value_at(frame: SensorPicture, x: int, y: int) -> tuple[float, ...]:
+    """Return the components of one pixel in the order of `lines`, reading one line at most.
+
+    Raises PixelFormatError.
+    """
+    pixel_format, count = frame.pixel_format, frame.pixel_format.components
+    if pixel_format.packed and not pixel_format.planar and not frame.padding_x:
+        check(frame)
+        begin = (y * frame.width + x) * count
+        return tuple(_packed_run(frame, frame.payload, begin, begin + count).tolist())
+    values = lines(frame, y, y + 1)[0, x].tolist()
+    return tuple(values) if isinstance(values, list) else (values,)
+
+
+def _by_pixel(samples: NDArray[Any], components: int) -> NDArray[Any]:
+    return samples if components == 1 else samples.reshape(len(samples), -1, components)
+
+
+def _needed_bytes(frame: SensorPicture) -> int:
+    """The bytes of the image; the padding of its last line may be missing."""
+    pixel_format, width, height, padding = frame.pixel_format, frame.width, frame.height, frame.padding_x
+    if not padding:
+        return pixel_format.image_bytes(width, height)
+    if pixel_format.semiplanar:
+        chroma_lines, chroma_bytes = _chroma_plane(frame)
+        return height * (width + padding) + chroma_lines * (chroma_bytes + padding) - padding
+    planes = pixel_format.components if pixel_format.planar else 1
+    return planes * height * (pixel_format.line_bytes(width) + padding) - padding
+
+
+def _sample_lines(
+    frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int
+) -> NDArray[Any]:
+    """Lines of `count` samples each, of an image or a plane that begins with `data`: (lines, count)."""
+    if frame.pixel_format.packed:
+        return _packed_lines(frame, data, count, first, last)
+    return _whole_lines(frame, data, count, first, last)
+
+
+def _whole_lines(
+    frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int
+) -> NDArray[Any]:
+    item = frame.pixel_format.sample_bytes
+    dtype = np.dtype(f"{'>' if frame.big_endian else '<'}{frame.pixel_format.kind}{item}")
+    stride = count * item + frame.padding_x
+    data = np.ascontiguousarray(data)
+    array: NDArray[Any] = np.ndarray((last - first, count), dtype, data, first * stride, (stride, item))
     native = dtype.newbyteorder("=")
     return array if array.flags.aligned and dtype == native else array.astype(native)
 
 
-def _padded_packed_lines(
-    frame: SensorPicture, payload: NDArray[np.uint8], first: int, last: int
+def _packed_lines(
+    frame: SensorPicture, data: NDArray[np.uint8], count: int, first: int, last: int, *, high: bool = False
 ) -> NDArray[Any]:
-    """Each line begins on a byte of its own: stretch it to whole words, unpack, and cut it off."""
-    line = frame.pixel_format.line_bytes(frame.width)
+    if not frame.padding_x:
+        # The bit stream goes on over the ends of lines.
+        run = _packed_run(frame, data, first * count, last * count, high=high)
+        return run.reshape(last - first, count)
+    layout, depth = frame.pixel_format.layout, frame.pixel_format.depth
+    to_samples = unpack_high if high else unpack
+    data, group = np.ascontiguousarray(data), samples_per_group(layout, depth)
+    # Each line begins on a byte of its own: stretch it to whole groups, unpack, and cut it off.
+    line = (count * packed_bits(layout, depth) + 7) // 8
+    groups, stride = -(-count // group), line + frame.padding_x
+    stretched = np.zeros((last - first, groups * bytes_per_group(layout, depth)), np.uint8)
+    stretched[:, :line] = np.ndarray((last - first, line), np.uint8, data, first * stride, (stride, 1))
+    samples = to_samples(stretched.reshape(-1), layout, depth, len(stretched) * groups * group)
+    return np.ascontiguousarray(samples.reshape(last - first, -1)[:, :count])
+
+
+def _packed_run(
+    frame: SensorPicture, data: NDArray[np.uint8], begin: int, end: int, *, high: bool = False
+) -> NDArray[Any]:
+    """Samples of a stream without padding; `begin` may lie in the middle of a group of bytes."""
+    layout, depth = frame.pixel_format.layout, frame.pixel_format.depth
+    skipped = begin % samples_per_group(layout, depth)
+    start = begin // samples_per_group(layout, depth) * bytes_per_group(layout, depth)
+    to_samples = unpack_high if high else unpack
+    return to_samples(np.ascontiguousarray(data)[start:], layout, depth, end - begin + skipped)[skipped:]
+
+
+def _planar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+    """(lines, width, components), one plane behind the other; unpacked ones are a view of the payload."""
+    pixel_format, width, height = frame.pixel_format, frame.width, frame.height
+    if not frame.padding_x:
+        plane = pixel_format.image_bytes(width, height) // pixel_format.components
+    else:
+        plane = height * (pixel_format.line_bytes(width) + frame.padding_x)
+    starts = [plane * index for index in range(pixel_format.components)]
+    if pixel_format.packed:
+        return np.stack(
+            [_packed_lines(frame, frame.payload[at:], width, first, last) for at in starts], axis=-1
+        )
+    planes = [_whole_lines(frame, frame.payload[at:], width, first, last) for at in starts]
+    one = planes[0]
+    if one.base is None:  # copied for its byte order or address
+        return np.stack(planes, axis=-1)
+    item, data = pixel_format.sample_bytes, np.ascontiguousarray(frame.payload)
+    stride = pixel_format.line_bytes(width) + frame.padding_x
+    shape, strides = (last - first, width, pixel_format.components), (stride, item, plane)
+    return np.ndarray(shape, one.dtype, data, first * stride, strides)
+
+
+def _field_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+    """Bit fields of little-endian words, 16 or 32 bits a pixel, to (lines, width, 3)."""
+    pixel_format = frame.pixel_format
+    item = pixel_format.bits_per_pixel // 8
+    stride = pixel_format.line_bytes(frame.width) + frame.padding_x
+    order = ">" if frame.big_endian else "<"
+    words: NDArray[Any] = np.ndarray(
+        (last - first, frame.width),
+        f"{order}u{item}",
+        np.ascontiguousarray(frame.payload),
+        first * stride,
+        (stride, item),
+    )
+    values = np.empty((*words.shape, 3), np.uint8 if pixel_format.depth <= 8 else np.uint16)
+    shift = 0
+    for index, bits in enumerate(pixel_format.fields):
+        values[..., index] = words >> shift & (1 << bits) - 1
+        shift += bits
+    return values
+
+
+def _yuv411_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+    """(lines, width, 3) Y U V: four pixels share the chroma of their six bytes.
+
+    Groups go on over the ends of lines without padding. Pixels of a last group that is cut off borrow the
+    chroma before it, or have none.
+    """
+    pixel_format, width = frame.pixel_format, frame.width
+    data, line = np.ascontiguousarray(frame.payload), pixel_format.line_bytes(width)
     stride = line + frame.padding_x
-    words = -(-frame.width // _PIXELS_PER_WORD)
-    data = np.zeros((last - first, words * _bytes_per_word(frame.pixel_format)), np.uint8)
-    data[:, :line] = np.ndarray((last - first, line), np.uint8, payload, first * stride, (stride, 1))
-    pixels = _unpack(data.reshape(-1), frame.pixel_format, data.shape[0] * words * _PIXELS_PER_WORD)
-    return np.ascontiguousarray(pixels.reshape(last - first, -1)[:, : frame.width])
+    if width % 4 and not frame.padding_x:
+        run = data[None, : pixel_format.image_bytes(width, frame.height)]
+        values = _spread_411(run, pixel_format.order, width * frame.height)
+        return values.reshape(frame.height, width, 3)[first:last]
+    rows = np.ndarray((last - first, line), np.uint8, data, first * stride, (stride, 1))
+    if width % 4:
+        return _spread_411(rows, pixel_format.order, width)
+    groups = rows.reshape(last - first, -1, 6)
+    values = np.empty((last - first, width // 4, 4, 3), np.uint8)
+    luma = [index for index, name in enumerate(pixel_format.order) if name == "Y"]
+    for place, index in enumerate(luma):
+        values[:, :, place, 0] = groups[:, :, index]
+    for channel, name in enumerate("UV", 1):
+        values[:, :, :, channel] = groups[:, :, pixel_format.order.index(name), None]
+    return values.reshape(last - first, width, 3)
 
 
-def _bytes_per_word(pixel_format: PixelFormat) -> int:
-    return pixel_format.bits_per_pixel * _PIXELS_PER_WORD // 8
+def _spread_411(rows: NDArray[np.uint8], order: str, width: int) -> NDArray[np.uint8]:
+    luma = np.array([index for index, name in enumerate(order) if name == "Y"])
+    groups, place = np.divmod(np.arange(width), 4)
+    values = np.empty((len(rows), width, 3), np.uint8)
+    at = np.minimum(6 * groups + luma[place], rows.shape[1] - 1)
+    values[..., 0] = rows[:, at]
+    for channel, name in enumerate("UV", 1):
+        at = 6 * groups + order.index(name)
+        at = np.where(at < rows.shape[1], at, at - 6)
+        values[..., channel] = np.where(at >= 0, rows[:, np.maximum(at, 0)], 128)
+    return values
 
 
-def _unpack(data: NDArray[np.uint8], pixel_format: PixelFormat, count: int) -> NDArray[np.uint16]:
-    """The first `count` pixels of contiguous packed bytes."""
-    steps = _STEPS[pixel_format.layout, pixel_format.depth]
-    words = _words(data, _bytes_per_word(pixel_format), -(-count // _PIXELS_PER_WORD))
-    moved, joined = np.empty(_BLOCK, "<u8"), np.empty(_BLOCK, "<u8")
-    for start in range(0, words.size, _BLOCK):
-        block = words[start : start + _BLOCK]
-        for parts in steps:
-            _rearrange(block, parts, joined[: block.size], moved[: block.size])
-    pixels: NDArray[np.uint16] = words.view("<u2")[:count]
-    return pixels if sys.byteorder == "little" else pixels.astype(np.uint16)
+def _chroma_plane(frame: SensorPicture) -> tuple[int, int]:
+    """Lines of the second plane, and bytes of one."""
+    vertical = frame.pixel_format.cell[1]
+    return -(-frame.height // vertical), 2 * -(-frame.width // 2)
 
 
-def _rearrange(
-    block: NDArray[np.uint64],
-    parts: tuple[_Part, ...],
-    joined: NDArray[np.uint64],
-    moved: NDArray[np.uint64],
-) -> None:
-    """Replace each word by its parts, moved; `joined` and `moved` are scratch of the block's size."""
-    joined[:] = 0
-    for mask, left in parts:
-        np.bitwise_and(block, np.uint64(mask), out=moved)
-        if left:
-            shift = np.left_shift if left > 0 else np.right_shift
-            shift(moved, np.uint64(abs(left)), out=moved)
-        np.bitwise_or(joined, moved, out=joined)
-    block[:] = joined
-
-
-def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]:
-    """`count` little-endian words, one from every `step` bytes, each with bytes of the next in its top."""
-    words = np.zeros(count, "<u8")
-    whole = max(0, min(count, (data.size - 8) // step + 1))
-    if whole:
-        words[:whole] = np.ndarray((whole,), "<u8", data, 0, (step,))
-    for index in range(whole, count):
-        words[index] = int.from_bytes(data[index * step : (index + 1) * step].tobytes(), "little")
-    return words
+def _semiplanar_lines(frame: SensorPicture, first: int, last: int) -> NDArray[Any]:
+    """(lines, width, 3) Y U V from a plane of luma and one of interleaved chroma."""
+    width, height, padding = frame.width, frame.height, frame.padding_x
+    data, vertical = np.ascontiguousarray(frame.payload), frame.pixel_format.cell[1]
+    luma_stride, (chroma_lines, chroma_bytes) = width + padding, _chroma_plane(frame)
+    luma = np.ndarray((last - first, width), np.uint8, data, first * luma_stride, (luma_stride, 1))
+    chroma = np.ndarray(
+        (chroma_lines, chroma_bytes // 2, 2),
+        np.uint8,
+        data,
+        height * luma_stride,
+        (chroma_bytes + padding, 2, 1),
+    )
+    values = np.empty((last - first, width, 3), np.uint8)
+    values[..., 0] = luma
+    shared = chroma[first // vertical : -(-last // vertical)].repeat(2, axis=1)
+    skipped = first % vertical
+    shared = shared.repeat(vertical, axis=0)[skipped : skipped + last - first, :width]
+    values[..., 1:] = shared if frame.pixel_format.order == "YUV" else shared[..., ::-1]
+    return values

@@ -189,8 +189,12 @@ class FolderWriter(RecordingWriter):
     def _encoded(self, frame: Frame) -> tuple[str, memoryview, PixelFormat]:
         if not frame.pixel_format.convertible:
             return ".raw", frame.payload.data, frame.pixel_format
+        if pfnc.unpacked(frame.pixel_format) is None and not (frame.padding_x or frame.big_endian):
+            size = frame.pixel_format.image_bytes(frame.width, frame.height)
+            return ".raw", np.ascontiguousarray(frame.payload[:size]).data, frame.pixel_format
         pixels, pixel_format = unpacked(frame)
-        if pixel_format.family is Family.YUV:
+        picture = pixel_format.family not in (Family.YUV, Family.BICOLOR, Family.COORDINATES)
+        if not picture or pixels.dtype not in (np.uint8, np.uint16):
             return ".raw", np.ascontiguousarray(pixels).data, pixel_format
         if pixel_format.family is Family.RGB:
             pixels = pixels[..., file_channels(pixel_format.name)]

@@ -291,9 +291,9 @@ class MovieWriter(RecordingWriter):
 
     def _pixels(self, frame: Frame) -> tuple[NDArray[Any], str]:
         """Return the pixels of a frame to encode, and PFNC's name of their format."""
-        if frame.pixel_format.family is not Family.MONO:
+        if frame.pixel_format.family not in (Family.MONO, Family.COORDINATES):
             return frame.rgb(), "RGB8"
-        if _ENCODERS[self._kind].deep and frame.raw().dtype == np.uint16:
+        if _ENCODERS[self._kind].deep and frame.raw().dtype == np.uint16 and frame.raw().ndim == 2:
             pixels, pixel_format = unpacked(frame)
             return pixels, pixel_format.name
         return frame.mono(), "Mono8"

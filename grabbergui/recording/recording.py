@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.pfnc import Family, PixelFormat
 
 DEFAULT_RATE = 25.0
 "Frames per second where nothing was noted."
@@ -165,9 +165,19 @@ def note_of(frame: Frame, pixel_format: PixelFormat, file: str = "") -> FrameNot
 
 
 def unpacked(frame: Frame) -> tuple[NDArray[Any], PixelFormat]:
-    """The pixels to keep, as of `Frame.raw`, and the unpacked format they are in. Raises PixelFormatError."""
-    name = re.sub(r"(?<=\d)(p|Packed)$", "", frame.pixel_format.name)
-    return frame.raw(), pfnc.by_name(name)
+    """Return the pixels to keep and the unpacked format they are in. Raises PixelFormatError.
+
+    They are `Frame.raw`'s wherever the convention has a format for them, and else what is displayed, in
+    Mono8 or RGB8.
+    """
+    if not frame.pixel_format.convertible:
+        frame.raw()
+    pixel_format = pfnc.unpacked(frame.pixel_format)
+    if pixel_format is not None:
+        return frame.raw(), pixel_format
+    if frame.pixel_format.family in (Family.MONO, Family.COORDINATES):
+        return frame.mono(), pfnc.by_name("Mono8")
+    return frame.rgb(), pfnc.by_name("RGB8")
 
 
 def format_named(name: str) -> PixelFormat:
@@ -183,8 +193,7 @@ def format_named(name: str) -> PixelFormat:
 def rebuilt(pixels: NDArray[Any], note: FrameNote, received_ns: int) -> Frame:
     """A frame of kept pixels. Raises RecordingError where they are not what the note says."""
     pixel_format = format_named(note.pixel_format)
-    if pixels.dtype == np.uint16:
-        pixels = pixels.astype("<u2", copy=False)
+    pixels = pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
     payload = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
     if payload.nbytes < pixel_format.image_bytes(note.width, note.height):
         raise RecordingError(

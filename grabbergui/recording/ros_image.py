@@ -118,6 +118,8 @@ def encoding_of(pixel_format: PixelFormat) -> str | None:
     if pixel_format.name in _ENCODINGS:
         return _ENCODINGS[pixel_format.name]
     bits = 8 if pixel_format.bits_per_pixel == 8 else 16
+    if pixel_format.depth < 8 or pixel_format.needs_range or pixel_format.kind != "u":
+        return None
     if pixel_format.name.startswith("Mono") and pixel_format.convertible:
         return f"mono{bits}"
     if pixel_format.order in _BAYER:

@@ -88,11 +88,14 @@ class SnapshotWriter:
 
 def _encoded(frame: Frame) -> tuple[str, bytes]:
     """The file's suffix and content. Raises PixelFormatError."""
-    raw = frame.raw()
-    if raw.dtype == np.uint16:
+    raw, family = frame.raw(), frame.pixel_format.family
+    if raw.dtype in (np.uint16, np.float32) and raw.ndim == 2:
         return ".tiff", _encode(".tiff", raw)
-    if frame.pixel_format.family is Family.MONO:
-        return ".png", _encode(".png", raw)
+    if raw.dtype == np.uint16 and family is Family.RGB:
+        order = [frame.pixel_format.raw_order.index(name) for name in "BGR"]
+        return ".tiff", _encode(".tiff", np.ascontiguousarray(raw[..., order]))
+    if family in (Family.MONO, Family.COORDINATES):
+        return ".png", _encode(".png", frame.mono())
     return ".png", _encode(".png", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))
 
 

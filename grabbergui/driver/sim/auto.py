@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from grabbergui.core.pfnc import Family
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.memory import Register, RegisterMemory
+from grabbergui.driver.sim.packing import COLOURED, sensor_depth
 from grabbergui.driver.sim.registers import Auto, TestPattern
 from grabbergui.driver.sim.settings import FrameSettings
 
@@ -84,8 +85,8 @@ def balance(values: NDArray[Any], settings: FrameSettings) -> tuple[float, float
     pixels have no say.
     """
     pixel_format = settings.pixel_format
-    black = settings.black_level / 255 * ((1 << pixel_format.depth) - 1)
-    white = (1 << pixel_format.depth) - 1
+    black = settings.black_level / 255 * ((1 << sensor_depth(pixel_format)) - 1)
+    white = (1 << sensor_depth(pixel_format)) - 1
     red, green, blue = (plane.astype(np.float32) for plane in _planes(values, settings))
     usable = np.ones(red.shape, bool)
     for plane in (red, green, blue):
@@ -120,10 +121,12 @@ def regulate(memory: RegisterMemory, settings: FrameSettings, values: NDArray[An
     if settings.test_pattern not in (TestPattern.OFF, TestPattern.FRAME_COUNTER):
         return
     if memory.integer(reg.EXPOSURE_AUTO) or memory.integer(reg.GAIN_AUTO):
-        measured = brightness(values, settings.pixel_format.depth)
+        measured = brightness(values, sensor_depth(settings.pixel_format))
         target = memory.number(reg.AUTO_TARGET_BRIGHTNESS)
         _set_light(memory, settings, correction(measured, target, settings))
-    if memory.integer(reg.BALANCE_WHITE_AUTO) and settings.pixel_format.family is not Family.MONO:
+    if memory.integer(reg.BALANCE_WHITE_AUTO) and (
+        settings.pixel_format.family is Family.BAYER or settings.pixel_format.family in COLOURED
+    ):
         factors = balance(values, settings)
         if factors is not None:
             _set_balance(memory, settings, factors)

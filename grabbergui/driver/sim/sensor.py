@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.driver.sim.payload import pack, pack_colour
+from grabbergui.driver.sim.packing import COLOURED, pack, pack_colour, sensor_depth
 from grabbergui.driver.sim.registers import SENSOR_HEIGHT, SENSOR_WIDTH, TestPattern
 from grabbergui.driver.sim.scene import UNIT, UNIT_EXPOSURE_US, Scene, SceneView, StudioScene
 from grabbergui.driver.sim.settings import FrameSettings, Optics
@@ -57,7 +57,7 @@ class Sensor:
         direct = out.reshape(settings.height, settings.width) if _is_plain(pixel_format) else None
         values = self._expose(settings, frame_id, time_ns, direct)
         if pattern is TestPattern.FRAME_COUNTER:
-            stamp(values, frame_id, (1 << pixel_format.depth) - 1)
+            stamp(values, frame_id, (1 << sensor_depth(pixel_format)) - 1)
         if direct is None:
             _pack(values, pixel_format, out)
         return values
@@ -99,7 +99,7 @@ class Sensor:
             cv2.add(target, bright, dst=target)
             cv2.subtract(target, dark, dst=target)
             if deep and pixel_format.depth < 16:
-                np.right_shift(target, 16 - pixel_format.depth, out=target)
+                np.right_shift(target, 16 - sensor_depth(pixel_format), out=target)
         return values
 
     def _window(self, settings: FrameSettings, time_ns: int) -> NDArray[np.uint16]:
@@ -112,18 +112,19 @@ class Sensor:
 
 def _kind(pixel_format: PixelFormat) -> str:
     """Return the preparation that an image needs: the mosaic's order, or the family."""
-    if pixel_format.family is Family.YUV:
-        return Family.RGB.value
-    return pixel_format.order if pixel_format.family is Family.BAYER else pixel_format.family.value
+    if pixel_format.family is Family.BAYER:
+        return pixel_format.order
+    return Family.RGB.value if pixel_format.family in COLOURED else Family.MONO.value
 
 
 def _is_plain(pixel_format: PixelFormat) -> bool:
     """Whether values are the payload's bytes as they are."""
-    return pixel_format.bits_per_pixel == 8
+    plain = pixel_format.family in (Family.MONO, Family.BAYER) and pixel_format.kind == "u"
+    return plain and pixel_format.bits_per_pixel == pixel_format.depth == 8
 
 
 def _pack(values: NDArray[Any], pixel_format: PixelFormat, out: NDArray[np.uint8]) -> None:
-    if pixel_format.family in (Family.RGB, Family.YUV):
+    if pixel_format.family in COLOURED:
         pack_colour(values, pixel_format, out)
     else:
         pack(values, pixel_format, out)
@@ -230,23 +231,24 @@ def draw_pattern(
     pattern: TestPattern, width: int, height: int, frame_id: int, pixel_format: PixelFormat
 ) -> NDArray[Any]:
     """Values of the format's depth: (height, width) for mono and Bayer, (height, width, 3) for colour."""
-    colour = pixel_format.family in (Family.RGB, Family.YUV)
+    colour, depth = pixel_format.family in COLOURED, sensor_depth(pixel_format)
     if pattern is TestPattern.COLOR_BAR:
         rgb = _bars(width, height)
         if colour:
-            return rgb
-        values = (
-            mosaic(rgb, pixel_format.order) if pixel_format.order else cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY)
-        )
+            values = rgb
+        elif pixel_format.family is Family.BAYER:
+            values = mosaic(rgb, pixel_format.order)
+        else:
+            values = np.asarray(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), np.uint8)
     else:
         values = _grey(pattern, width, height, frame_id)
         if colour:
-            return np.repeat(values[:, :, None], 3, axis=2)
-    if pixel_format.depth == 8:
+            values = np.repeat(values[:, :, None], 3, axis=2)
+    if depth == 8:
         return values
-    deep = values.astype(np.uint16) << (pixel_format.depth - 8)
+    deep = values.astype(np.uint16) << (depth - 8)
     if pattern is TestPattern.WHITE:
-        deep |= (1 << (pixel_format.depth - 8)) - 1
+        deep |= (1 << (depth - 8)) - 1
     return deep
 
 

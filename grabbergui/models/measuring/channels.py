@@ -10,9 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from grabbergui.core import unpacking
 from grabbergui.core.colour import BAYER_SECOND_LINE
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.core.pfnc import Family, PixelFormat, by_name
 from grabbergui.core.pixels import for_display
 from grabbergui.core.region import Region
 
@@ -69,12 +70,29 @@ class Histogram:
 
 def measure_histogram(frame: Frame) -> Histogram:
     """The histogram of every pixel of a frame. Raises PixelFormatError."""
-    depth = frame.pixel_format.depth
+    raw, pixel_format = measurable(frame)
+    depth = pixel_format.depth
     channels: dict[str, NDArray[np.int64]] = {}
-    for name, values in planes(frame.raw(), frame.pixel_format):
+    for name, values in planes(raw, pixel_format):
         counts = _counts(values, 1 << depth)
         channels[name] = channels[name] + counts if name in channels else counts
     return Histogram(dict(sorted(channels.items(), key=lambda item: "RGB".find(item[0]))), depth)
+
+
+def measurable(frame: Frame, region: Region | None = None) -> tuple[NDArray[Any], PixelFormat]:
+    """Return the values to measure of a region (all of the frame if None), and the format they are in.
+
+    They are the sensor's own where its channels share a depth and have a white; of all else they are what the
+    display shows, as Mono8 or RGB8. Raises PixelFormatError.
+    """
+    region = region or Region(0, 0, frame.width, frame.height)
+    pixel_format = frame.pixel_format
+    shared = pixel_format.kind == "u" and not pixel_format.needs_range and not pixel_format.fields
+    if shared and pixel_format.family not in (Family.SPARSE, Family.BICOLOR, Family.OTHER):
+        return unpacking.lines(frame, region.y, region.bottom)[:, region.x : region.right], pixel_format
+    grey = pixel_format.family in (Family.MONO, Family.COORDINATES)
+    shown = frame.mono() if grey else frame.rgb()
+    return shown[region.y : region.bottom, region.x : region.right], by_name("Mono8" if grey else "RGB8")
 
 
 def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -88,7 +106,7 @@ def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, 
             if name in "RGB":
                 yield name, raw[:, :, index]
     elif family is Family.YUV:
-        yield "Y", raw[:, :, order.index("Y")]
+        yield "Y", raw[:, :, pixel_format.raw_order.index("Y")]
     elif family is Family.BAYER:
         # The first line's two colours, and the second line's: red and blue lie on a diagonal.
         for line, colours in enumerate((order, BAYER_SECOND_LINE[order])):
@@ -136,8 +154,10 @@ def measure_profile(frame: Frame, line: Line, *, raw: bool = False) -> dict[str,
     line = line.clipped(frame.width, frame.height)
     x = np.rint(np.linspace(line.x0, line.x1, line.samples)).astype(int)
     y = np.rint(np.linspace(line.y0, line.y1, line.samples)).astype(int)
-    if frame.pixel_format.family is Family.MONO:
-        return {"grey": frame.raw()[y, x]}
+    if frame.pixel_format.family in (Family.MONO, Family.COORDINATES):
+        values = frame.raw()[y, x]
+        # Of coordinates it is the last, the distance.
+        return {"grey": values if values.ndim == 1 else values[:, -1]}
     if raw:
         return _raw(frame, x, y)
     box = Region(int(x.min()), int(y.min()), int(np.ptp(x)) + 1, int(np.ptp(y)) + 1)
@@ -147,13 +167,20 @@ def measure_profile(frame: Frame, line: Line, *, raw: bool = False) -> dict[str,
 
 
 def _raw(frame: Frame, x: NDArray[Any], y: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    values, order = frame.raw()[y, x], frame.pixel_format.order
+    values, order = frame.raw()[y, x], frame.pixel_format.raw_order
     if frame.pixel_format.family is Family.RGB:
         return {name: values[:, order.index(name)] for name in "RGB"}
+    if frame.pixel_format.family is Family.YUV and len(order) == 3:
+        return {name: values[:, order.index(name)] for name in "YUV"}
     if frame.pixel_format.family is Family.YUV:
         # The chroma of two neighbours: U beside the left one, V beside the right one.
         luma = order.index("Y")
         return {"Y": values[:, luma], **_parted(values[:, 1 - luma], x % 2, ("U", "V"))}
+    if frame.pixel_format.family is Family.BICOLOR:
+        shared = _parted(values[:, 0], x % 2, (order[0], order[2]))
+        return {"R": shared["R"], "G": values[:, 1], "B": shared["B"]}
+    if frame.pixel_format.family is Family.SPARSE:
+        return {"grey": values}
     second = BAYER_SECOND_LINE[order]
     return _parted(values, 2 * (y % 2) + x % 2, (*order, *second))
 

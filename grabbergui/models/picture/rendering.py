@@ -15,7 +15,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.colour import halved
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
-from grabbergui.core.pfnc import Family
+from grabbergui.core.pfnc import Family, PixelFormat
 from grabbergui.core.pixels import DisplayImage, for_display, value_at
 from grabbergui.core.region import Region
 from grabbergui.models.picture.geometry import Orientation, undistorted
@@ -32,12 +32,24 @@ def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
     """Where a region is black and where it is saturated, 255 there and 0 elsewhere.
 
     Shape (region.height, region.width). A coloured pixel counts as saturated where any component is, as
-    black where all are; of YUV the luma counts. Raises PixelFormatError.
+    black where all are; of YUV the luma counts, within its range. Signed values, coordinates, and others
+    without a white of their own are never clipped. Raises PixelFormatError.
     """
+    pixel_format = frame.pixel_format
+    if pixel_format.needs_range or pixel_format.kind == "i":
+        unpacking.check(frame)
+        nothing = np.zeros((region.height, region.width), np.uint8)
+        return nothing, nothing
+    if pixel_format.fields:  # the components' depths differ
+        largest = for_display(frame, region).pixels.max(axis=2)
+        return _mask(largest, 0, 0), _mask(largest, 255, 255)
     lines = unpacking.lines(frame, region.y, region.bottom)[:, region.x : region.right]
-    low, high = _extremes(frame, np.ascontiguousarray(lines))
-    top = (1 << frame.pixel_format.depth) - 1
-    return _mask(low, 0), _mask(high, top)
+    values = _largest(pixel_format, np.ascontiguousarray(lines))
+    top = (1 << pixel_format.depth) - 1
+    if pixel_format.standard:
+        scale = 1 << pixel_format.depth - 8
+        return _mask(values, 0, 16 * scale), _mask(values, 235 * scale, top)
+    return _mask(values, 0, 0), _mask(values, top, top)
 
 
 def with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> NDArray[np.uint8]:
@@ -53,21 +65,22 @@ def with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> ND
     return np.asarray(rgb, np.uint8)
 
 
-def _extremes(frame: Frame, lines: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Of each pixel the largest component, which must be 0 for black, and the same for saturation."""
-    family, order = frame.pixel_format.family, frame.pixel_format.order
+def _largest(pixel_format: PixelFormat, lines: NDArray[Any]) -> NDArray[Any]:
+    """Of each pixel the largest component, which must be 0 for black; of YUV the luma."""
+    family, order = pixel_format.family, pixel_format.raw_order
     if family is Family.YUV:
-        luma = lines[:, :, order.index("Y")]
-        return luma, luma
-    if family is Family.RGB:
-        red, green, blue = (np.ascontiguousarray(lines[:, :, order.index(name)]) for name in "RGB")
-        largest = cv2.max(cv2.max(red, green), blue)
-        return largest, largest
-    return lines, lines
+        return np.ascontiguousarray(lines[:, :, order.index("Y")])
+    if family in (Family.RGB, Family.BICOLOR):
+        colours = [index for index, name in enumerate(order[: lines.shape[2]]) if name in "RGB"]
+        largest = np.ascontiguousarray(lines[:, :, colours[0]])
+        for index in colours[1:]:
+            largest = cv2.max(largest, np.ascontiguousarray(lines[:, :, index]))
+        return largest
+    return lines
 
 
-def _mask(values: NDArray[Any], bound: int) -> Mask:
-    return np.asarray(cv2.inRange(values, bound, bound), np.uint8)
+def _mask(values: NDArray[Any], low: int, high: int) -> Mask:
+    return np.asarray(cv2.inRange(values, low, high), np.uint8)
 
 
 def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
@@ -99,10 +112,15 @@ def value_texts(frame: Frame, region: Region, orientation: Orientation) -> dict[
         for y in range(region.y, region.bottom):
             for x in range(region.x, region.right):
                 pixel = orientation.pixel(x, y, frame.width, frame.height)
-                texts[x, y] = "\n".join(map(str, value_at(frame, *pixel)))
+                texts[x, y] = "\n".join(map(value_text, value_at(frame, *pixel)))
     except (PixelFormatError, IndexError):
         return {}
     return texts
+
+
+def value_text(value: float) -> str:
+    """Return a component of a pixel as people read it: integers in full, others with six digits."""
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 COLOUR_MAPS = {
@@ -175,11 +193,11 @@ def render(
             ),
         )
     levels = settings.levels
-    if levels.neutral and frame.pixel_format.is_distance:
+    if levels.neutral and frame.pixel_format.is_distance and not frame.pixel_format.needs_range:
         levels = _measured(frame)
     image = for_display(_levelled(frame, levels), region, size)
     pixels = image.pixels
-    if not levels.neutral and frame.pixel_format.depth <= 8:
+    if not levels.neutral and not _has_deep_levels(frame.pixel_format):
         pixels = np.asarray(cv2.LUT(pixels, _stretch(levels)), np.uint8)
     if settings.colour_map and pixels.ndim == 2:
         pixels = np.asarray(cv2.applyColorMap(pixels, _colours(settings.colour_map)), np.uint8)
@@ -213,10 +231,17 @@ def _measured(frame: Frame) -> Levels:
     return Levels(max(0.0, near - 1 - (far - near) / 16) / top, max(far, near + 1) / top)
 
 
+def _has_deep_levels(pixel_format: PixelFormat) -> bool:
+    """Whether levels choose among the sensor's own values, and not among the 8 bits that are shown."""
+    if pixel_format.needs_range or pixel_format.kind != "u" or pixel_format.depth <= 8:
+        return False
+    return pixel_format.family in (Family.MONO, Family.BAYER)
+
+
 def _levelled(frame: Frame, levels: Levels) -> Frame:
     """A frame of 8 bits that shows the levels of a deeper one, with all its gradations between them."""
     pixel_format = frame.pixel_format
-    if levels.neutral or pixel_format.depth <= 8 or pixel_format.family not in (Family.MONO, Family.BAYER):
+    if levels.neutral or not _has_deep_levels(pixel_format):
         return frame
     top = (1 << pixel_format.depth) - 1
     black, white = round(levels.black * top), round(levels.white * top)

@@ -11,7 +11,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from grabbergui.core import unpacking
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, TransportError
 from grabbergui.core.frame import Frame
 from grabbergui.core.region import Region
@@ -20,7 +19,7 @@ from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.changes.undoing import write_values
 from grabbergui.models.features.tree import FeatureTreeModel
 from grabbergui.models.language import translate
-from grabbergui.models.measuring.channels import planes
+from grabbergui.models.measuring.channels import measurable, planes
 
 NEARLY_WHITE = 0.98
 "Part of the highest value from which on a pixel counts as saturated: not every sensor reaches the top."
@@ -46,12 +45,12 @@ def measure_light(frame: Frame, region: Region | None = None) -> Light:
     """Measure the sensor's own values in a region of the frame, or in all of it. Raises PixelFormatError."""
     region = region or Region(0, 0, frame.width, frame.height)
     region = _whole_cells(region.clipped(frame.width, frame.height), frame)
-    raw = unpacking.lines(frame, region.y, region.bottom)[:, region.x : region.right]
-    white = (1 << frame.pixel_format.depth) - 1
+    raw, pixel_format = measurable(frame, region)
+    white = (1 << pixel_format.depth) - 1
     sums: dict[str, float] = {}
     counts: dict[str, int] = {}
     saturated = 0
-    for name, values in planes(raw, frame.pixel_format):
+    for name, values in planes(raw, pixel_format):
         sums[name] = sums.get(name, 0.0) + float(values.sum(dtype=np.float64))
         counts[name] = counts.get(name, 0) + values.size
         saturated += int(np.count_nonzero(values >= NEARLY_WHITE * white))

@@ -14,7 +14,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
 
 _BAYER = {"RG": "rggb", "BG": "bggr", "GB": "gbrg", "GR": "grbg"}
-_COLOUR = {"RGB": "rgb8", "BGR": "bgr8", "RGBa": "rgba8", "BGRa": "bgra8"}
+_COLOUR = {"RGB": "rgb", "BGR": "bgr", "RGBa": "rgba", "BGRa": "bgra"}
 _YUV = {"UYVY": "yuv422", "YUYV": "yuv422_yuy2"}
 
 _FORMATS = {
@@ -25,6 +25,12 @@ _FORMATS = {
     "8UC3": "BGR8",
     **{f"bayer_{ros}8": f"Bayer{order}8" for order, ros in _BAYER.items()},
     **{f"bayer_{ros}16": f"Bayer{order}16" for order, ros in _BAYER.items()},
+    "32FC1": "Coord3D_C32f",
+    "32FC3": "Coord3D_ABC32f",
+    "rgb16": "RGB16",
+    "bgr16": "BGR16",
+    "rgba16": "RGBa16",
+    "bgra16": "BGRa16",
     "rgb8": "RGB8",
     "bgr8": "BGR8",
     "rgba8": "RGBa8",
@@ -38,31 +44,47 @@ _FORMATS = {
 
 def encoding_of(pixel_format: PixelFormat) -> str:
     """ROS's name for what `pixels_of` gives. Raises PixelFormatError where there is none."""
-    bits = "8" if pixel_format.depth == 8 else "16"
-    name: str | None = None
     if pixel_format.convertible:
-        if pixel_format.family is Family.MONO:
-            name = "16UC1" if pixel_format.is_distance else f"mono{bits}"
-        elif pixel_format.family is Family.BAYER:
-            name = f"bayer_{_BAYER[pixel_format.order]}{bits}"
-        elif pixel_format.family is Family.RGB:
-            name = _COLOUR.get(pixel_format.order)
-        elif pixel_format.family is Family.YUV:
-            name = _YUV.get(pixel_format.order)
-    if name is None:
-        raise PixelFormatError(
-            f"ROS has no encoding for {pixel_format} (0x{pixel_format.code:08X}); set another PixelFormat"
-        )
-    return name
+        name = _raw_encoding(pixel_format)
+        if name:
+            return name
+        if not pixel_format.needs_range:
+            return "mono8" if pixel_format.family is Family.MONO else "rgb8"
+    raise PixelFormatError(
+        f"ROS has no encoding for {pixel_format} (0x{pixel_format.code:08X}); set another PixelFormat"
+    )
 
 
 def pixels_of(frame: Frame) -> NDArray[Any]:
     """The pixels in the layout of `encoding_of`: a view of the payload except for packed formats.
 
-    Shape (height, width) or (height, width, n); uint8, or uint16 in little-endian order.
+    Shape (height, width) or (height, width, n); uint8, or 16 and 32 bits in little-endian order. Formats
+    without an encoding of their own are converted to mono8 or rgb8.
     """
+    if not _raw_encoding(frame.pixel_format) and frame.pixel_format.convertible:
+        return frame.mono() if frame.pixel_format.family is Family.MONO else frame.rgb()
     pixels = frame.raw()
-    return pixels.astype("<u2", copy=False) if pixels.dtype == np.uint16 else pixels
+    return pixels.astype(pixels.dtype.newbyteorder("<"), copy=False)
+
+
+def _raw_encoding(pixel_format: PixelFormat) -> str:
+    """ROS's name for what `Frame.raw` gives, or nothing."""
+    family, bits = pixel_format.family, 8 * pixel_format.sample_bytes
+    if pixel_format.is_coordinate or (family is Family.MONO and (pixel_format.kind != "u" or bits > 16)):
+        kind = pixel_format.kind.upper().replace("I", "S")
+        known = f"{bits}{kind}" in ("8U", "8S", "16U", "16S", "32S", "32F", "64F")
+        return f"{bits}{kind}C{pixel_format.components}" if known else ""
+    if pixel_format.depth < 8 or pixel_format.fields:
+        return ""
+    if family is Family.MONO:
+        return f"mono{bits}"
+    if family is Family.BAYER:
+        return f"bayer_{_BAYER[pixel_format.order]}{bits}"
+    if family is Family.RGB:
+        return _COLOUR[pixel_format.order] + str(bits)
+    if family is Family.YUV and bits == 8 and not pixel_format.standard:
+        return _YUV.get(pixel_format.raw_order, "")
+    return ""
 
 
 def format_of(encoding: str) -> PixelFormat:

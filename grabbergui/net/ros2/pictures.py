@@ -170,7 +170,7 @@ class PicturePublisher:
 
     def _jpeg(self, frame: Frame) -> Any:
         message = self._compressed_type()
-        mono = frame.pixel_format.family is Family.MONO
+        mono = frame.pixel_format.family in (Family.MONO, Family.COORDINATES)
         picture = frame.mono() if mono else cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR)
         done, encoded = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         if not done:

@@ -16,7 +16,7 @@ from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.geometry import Orientation, distorted_pixel
 from grabbergui.models.picture.picture import Picture, PictureModel
-from grabbergui.models.picture.rendering import Levels, value_texts, with_levels
+from grabbergui.models.picture.rendering import Levels, value_text, value_texts, with_levels
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -123,7 +123,7 @@ class AcquisitionController(QObject):
         except (PixelFormatError, IndexError):
             self._view.setCursorText(f"x {pixel[0]}  y {pixel[1]}")
             return
-        text = ", ".join(str(value) for value in values)
+        text = ", ".join(map(value_text, values))
         self._view.setCursorText(f"x {pixel[0]}  y {pixel[1]}   {frame.pixel_format.family.value} {text}")
 
     # -- the connection --------------------------------------------------------------------------------

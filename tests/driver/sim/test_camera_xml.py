@@ -8,7 +8,7 @@ import pytest
 from grabbergui import sources
 from grabbergui.core.errors import FeatureValueError
 from grabbergui.core.features import AccessMode, Feature, FeatureKind
-from grabbergui.core.pfnc import CONVERTIBLE
+from grabbergui.core.pfnc import CONVERTIBLE, Family, by_name
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.description import camera_xml, with_transport
 from grabbergui.driver.sim.memory import Kind, Register
@@ -23,8 +23,29 @@ def text(node, tag):
     return None if child is None else child.text
 
 
-FORMATS = [known for known in CONVERTIBLE if not known.name.startswith("Coord3D")]
-"What the sensor can send: it sees no distances."
+FORMATS = [
+    known
+    for known in CONVERTIBLE
+    if known.family in (Family.MONO, Family.BAYER)
+    and known.name.startswith(("Mono", "Bayer"))
+    and 8 <= known.depth <= 16
+    and known.kind == "u"
+    and not known.name.endswith("14p")
+]
+FORMATS += [
+    by_name(name)
+    for name in [
+        "RGB8",
+        "BGR8",
+        "RGBa8",
+        "BGRa8",
+        "YUV422_8",
+        "YUV422_8_UYVY",
+        "YCbCr422_8",
+        "YCbCr422_8_CbYCrY",
+    ]
+]
+"What the description lists; the sensor sends every other format too if its code is written."
 
 
 @pytest.mark.parametrize(

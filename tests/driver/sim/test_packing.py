@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grabbergui.core.pfnc import by_name
-from grabbergui.driver.sim.payload import pack, pack_colour
+from grabbergui.driver.sim.packing import pack, pack_colour
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,150 @@
+"""Packed samples to whole bytes (PFNC, sections on pixel packing).
+
+With numba installed, compiled loops do it (`core.compiled`). Without it, or while they are being compiled,
+samples are unpacked four at a time in 64-bit words: each step keeps some bits with a mask, shifts them, and
+joins the parts, so that every step is one pass of numpy over a block that fits the cache.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core import compiled
+from grabbergui.core.pfnc import Layout
+
+_Part = tuple[int, int]
+"Mask of the bits to keep, and how far they move to the left."
+
+_STEPS: dict[tuple[Layout, int], tuple[tuple[_Part, ...], ...]] = {
+    (Layout.PACKED_LSB, 10): (
+        ((0x00_000F_FFFF, 0), (0xFF_FFF0_0000, 12)),
+        ((0x0000_03FF_0000_03FF, 0), (0x000F_FC00_000F_FC00, 6)),
+    ),
+    (Layout.PACKED_LSB, 12): (
+        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
+        ((0x0000_0FFF_0000_0FFF, 0), (0x00FF_F000_00FF_F000, 4)),
+    ),
+    (Layout.PACKED_LSB, 14): (
+        ((0x0000_0FFF_FFFF, 0), (0xFF_FFFF_F000_0000, 4)),
+        ((0x0000_3FFF_0000_3FFF, 0), (0x0FFF_C000_0FFF_C000, 2)),
+    ),
+    (Layout.PACKED_GIGE, 10): (
+        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
+        ((0x00FF_00FF_00FF_00FF, 2), (0x0000_0300_0000_0300, -8), (0x0000_3000_0000_3000, 4)),
+    ),
+    (Layout.PACKED_GIGE, 12): (
+        ((0x0000_00FF_FFFF, 0), (0xFFFF_FF00_0000, 8)),
+        ((0x00FF_F0FF_00FF_F0FF, 4), (0x0000_0F00_0000_0F00, -8)),
+    ),
+}
+"""How four packed samples become four of 16 bits: two into each half of the word, one into each quarter."""
+
+_SAMPLES_PER_WORD = 4
+_BLOCK = 16384
+"""Words handled at once: 128 KiB, so that the steps between them stay in the processor's cache."""
+
+
+def packed_bits(layout: Layout, depth: int) -> int:
+    """Return the bits that one sample takes in the payload, on average."""
+    return 12 if layout is Layout.PACKED_GIGE else depth
+
+
+def samples_per_group(layout: Layout, depth: int) -> int:
+    """Return how many samples begin and end on bytes together."""
+    return _SAMPLES_PER_WORD if depth > 8 else 8 // depth
+
+
+def bytes_per_group(layout: Layout, depth: int) -> int:
+    """Return the bytes of so many samples."""
+    return samples_per_group(layout, depth) * packed_bits(layout, depth) // 8
+
+
+def unpack(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[Any]:
+    """Return the first `count` samples of contiguous bytes: uint8 up to 8 bits, else native uint16."""
+    if depth < 8:
+        groups = -(-count // (8 // depth))
+        return _table(depth)[data[:groups]].reshape(-1)[:count]
+    samples = np.empty(count, np.uint16)
+    done = _compiled(data, layout, depth, samples)
+    if done < count:
+        samples[done:] = _unpack_words(_from(data, layout, depth, done), layout, depth, count - done)
+    return samples
+
+
+def unpack_high(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint8]:
+    """Return the eight highest bits of the first `count` samples of 10 to 14 bits: what a display needs."""
+    samples = np.empty(count, np.uint8)
+    done = _compiled(data, layout, depth, samples)
+    if done < count:
+        rest = _unpack_words(_from(data, layout, depth, done), layout, depth, count - done)
+        samples[done:] = rest >> (depth - 8)
+    return samples
+
+
+def _compiled(data: NDArray[np.uint8], layout: Layout, depth: int, samples: NDArray[Any]) -> int:
+    """Unpack whole groups with a compiled loop if there is one; return how many samples are done."""
+    kernel = compiled.unpacker(layout, depth, samples.dtype.itemsize)
+    if kernel is None:
+        return 0
+    groups = min(samples.size // _SAMPLES_PER_WORD, data.size // bytes_per_group(layout, depth))
+    kernel(data, samples[: groups * _SAMPLES_PER_WORD])
+    return groups * _SAMPLES_PER_WORD
+
+
+def _from(data: NDArray[np.uint8], layout: Layout, depth: int, first: int) -> NDArray[np.uint8]:
+    return data[first // _SAMPLES_PER_WORD * bytes_per_group(layout, depth) :]
+
+
+@cache
+def _table(depth: int) -> NDArray[np.uint8]:
+    """(256, 8 // depth): the samples in each byte, the lowest bits first."""
+    shifts = np.arange(0, 8, depth, dtype=np.uint8)
+    values: NDArray[np.uint8] = (np.arange(256, dtype=np.uint8)[:, None] >> shifts) & np.uint8(
+        (1 << depth) - 1
+    )
+    return values
+
+
+def _unpack_words(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint16]:
+    steps = _STEPS[layout, depth]
+    words = _words(data, bytes_per_group(layout, depth), -(-count // _SAMPLES_PER_WORD))
+    moved, joined = np.empty(_BLOCK, "<u8"), np.empty(_BLOCK, "<u8")
+    for start in range(0, words.size, _BLOCK):
+        block = words[start : start + _BLOCK]
+        for parts in steps:
+            _rearrange(block, parts, joined[: block.size], moved[: block.size])
+    samples: NDArray[np.uint16] = words.view("<u2")[:count]
+    return samples if sys.byteorder == "little" else samples.astype(np.uint16)
+
+
+def _rearrange(
+    block: NDArray[np.uint64],
+    parts: tuple[_Part, ...],
+    joined: NDArray[np.uint64],
+    moved: NDArray[np.uint64],
+) -> None:
+    """Replace each word by its parts, moved; `joined` and `moved` are scratch of the block's size."""
+    joined[:] = 0
+    for mask, left in parts:
+        np.bitwise_and(block, np.uint64(mask), out=moved)
+        if left:
+            shift = np.left_shift if left > 0 else np.right_shift
+            shift(moved, np.uint64(abs(left)), out=moved)
+        np.bitwise_or(joined, moved, out=joined)
+    block[:] = joined
+
+
+def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]:
+    """`count` little-endian words, one from every `step` bytes, each with bytes of the next in its top."""
+    words = np.zeros(count, "<u8")
+    whole = max(0, min(count, (data.size - 8) // step + 1))
+    if whole:
+        words[:whole] = np.ndarray((whole,), "<u8", data, 0, (step,))
+    for index in range(whole, count):
+        words[index] = int.from_bytes(data[index * step : (index + 1) * step].tobytes(), "little")
+    return words
