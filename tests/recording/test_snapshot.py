@@ -54,13 +54,13 @@ def test_deeper_ones_become_a_tiff_with_the_sensors_values(tmp_path, name):
 
 
 def test_what_cannot_be_laid_out_is_kept_as_bytes_with_what_they_are(tmp_path):
-    frame = Frame(np.arange(200, dtype=np.uint8), 20, 10, pfnc.by_code(0x81080001), 5)
+    frame = Frame(np.arange(200, dtype=np.uint8), 20, 10, pfnc.by_code(0x81090001), 5)
     path = save(frame, tmp_path, INFO, MOMENT)
     assert path.suffix == ".raw"
     assert path.read_bytes() == bytes(range(200))
     told = json.loads(path.with_suffix(".json").read_text())
     assert (told["width"], told["height"], told["bytes"]) == (20, 10, 200)
-    assert told["pixel_format_code"] == "0x81080001"
+    assert told["pixel_format_code"] == "0x81090001"
     assert told["source"]["serial"] == "GV01"
 
 
@@ -77,7 +77,7 @@ def test_no_file_is_overwritten(tmp_path):
 
 
 def test_a_raw_file_that_exists_keeps_its_json(tmp_path):
-    frame = Frame(np.zeros(200, np.uint8), 20, 10, pfnc.by_code(0x81080001))
+    frame = Frame(np.zeros(200, np.uint8), 20, 10, pfnc.by_code(0x81090001))
     for _ in range(2):
         save(frame, tmp_path, INFO, MOMENT)
     assert len(list(tmp_path.glob("*.json"))) == 2

@@ -84,13 +84,13 @@ def test_a_standing_picture_follows_the_view(stream, picture):
 def test_a_format_that_cannot_be_shown_is_told_once_and_the_frame_is_kept(stream, picture):
     problems = []
     picture.failed.connect(problems.append)
-    strange = pfnc.by_code(0x81080001)
+    strange = pfnc.by_code(0x81090001)
     stream.send(frame(1, pixel_format=strange))
     until(lambda: problems)
     stream.send(frame(2, pixel_format=strange))
     until(lambda: picture.frame is not None and picture.frame.frame_id == 2)
     assert len(problems) == 1
-    assert "0x81080001" in problems[0]
+    assert "0x81090001" in problems[0]
     stream.send(frame(3))
     assert until(picture.take).frame.frame_id == 3
     assert picture.problem == ""
