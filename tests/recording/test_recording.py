@@ -372,7 +372,7 @@ def test_compressed_files_of_others_are_played(tmp_path):
 
 def test_what_nobody_can_lay_out_is_kept_as_its_bytes(tmp_path):
     pixel_format = pfnc.by_code(0x81090001)
-    payload = np.arange(64, dtype=np.uint8)
+    payload = np.arange(72, dtype=np.uint8)
     frame = Frame(payload, 8, 8, pixel_format, received_ns=START)
     recording = open_recording(written(RecordingKind.PNG, tmp_path / "x", [frame]))
     back = recording.frame(0, 0)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.driver import gendc
+from grabbergui.driver.sim.packing import sensor_depth
 from grabbergui.driver.sim.payload import append_chunks, chunk_bytes, chunks_alone
 from grabbergui.driver.sim.registers import Chunk
 from grabbergui.driver.sim.video import H264Encoder
@@ -100,12 +101,12 @@ def complete(
     if kind in (PayloadType.MULTI_PART, PayloadType.GENDC):
         return _write_pieces(settings, frame_id, chunk_values, out, little_endian=little_endian)
     if kind is PayloadType.H264:
-        data = video.encode(frame_id, _eight_bits(values, settings.pixel_format.depth))
+        data = video.encode(frame_id, _eight_bits(values, sensor_depth(settings.pixel_format)))
         out[: len(data)] = data
         return len(data)
     length = settings.image_bytes
     if kind in _SUFFIX:
-        data = _compressed(values, settings.pixel_format.depth, kind, length + COMPRESSED_RESERVE)
+        data = _compressed(values, sensor_depth(settings.pixel_format), kind, length + COMPRESSED_RESERVE)
         length = len(data)
         out[:length] = data
     if not chunks:
