@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
+import tempfile
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,11 +86,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_tiago(parser: argparse.ArgumentParser) -> None:
     """Options of a TIAGo, for both ends: its URDF and frames, and the topics of its controllers."""
     group = parser.add_argument_group("TIAGo on ROS 2")
-    group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's (example-robot-data's)")
+    group.add_argument("--urdf", type=Path, metavar="FILE", help="the robot's (/robot_description)")
     group.add_argument(
         "--hand-frame", metavar="FRAME", help="frame of the end effector (hand_grasping_frame)"
     )
-    group.add_argument("--camera-frame", metavar="FRAME", help="of the pictures (xtion_rgb_optical_frame)")
+    group.add_argument("--camera-frame", metavar="FRAME", help="of the pictures (that of camera_info)")
     group.add_argument("--arm-topic", metavar="/TOPIC", help="its twists (/servo_node/delta_twist_cmds)")
     group.add_argument(
         "--head-topic", metavar="/TOPIC", help="its trajectories (/head_controller/joint_trajectory)"
@@ -123,7 +124,7 @@ def tiago_model(options: argparse.Namespace) -> KinematicModel:
     """TIAGo as the options have it. Raises SourceUnavailableError."""
     from grabbergui.servo.robots import tiago
 
-    return tiago.model(options.urdf, options.hand_frame or tiago.HAND, options.camera_frame or tiago.CAMERA)
+    return tiago.model(options.urdf, options.hand_frame or "", options.camera_frame or "")
 
 
 def tiago_topics(options: argparse.Namespace) -> Topics:
@@ -197,24 +198,43 @@ def _teo(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene
 
 
 def _tiago(options: argparse.Namespace, config: Config, stack: ExitStack) -> Scene:
-    from grabbergui.net.ros2.camera_info import receive_calibration
-    from grabbergui.servo.robots import tiago_ros2
+    from grabbergui.net.ros2.camera_info import receive_camera_info
+    from grabbergui.servo.robots import tiago, tiago_ros2
 
     source = options.source = options.source or "ros2:/camera"
-    robot = tiago_ros2.TiagoOverRos2(tiago_model(options), tiago_topics(options), listen_only=options.dry_run)
+    given = options.calibration is not None or options.field_of_view is not None
+    received, frame = None, ""
+    if not given and source.startswith("ros2:"):
+        # Of a camera that perhaps is being started only now: this waits for it.
+        received, frame = receive_camera_info(source.removeprefix("ros2:"))
+    urdf = options.urdf or _described_urdf(stack)
+    model = tiago.model(urdf, options.hand_frame or "", options.camera_frame or "", seen_in=frame)
+    topics = tiago_topics(options)
+    if frame and not options.camera_frame:
+        topics = replace(topics, camera_frame=frame)
+    robot = tiago_ros2.TiagoOverRos2(model, topics, listen_only=options.dry_run)
     robot.connect()
     stack.callback(robot.close)
     print(robot.summary, flush=True)
     guardian = None if options.dry_run else _guardian(robot, config, stack)
     robot.open()
-    given = options.calibration is not None or options.field_of_view is not None
-    if given or not source.startswith("ros2:"):
-        grabber = stack.enter_context(opened(source))
-        return Scene(robot, grabber, _calibration(options, grabber), real=True, guardian=guardian)
-    # Of a camera that perhaps is being started only now: this waits for it.
-    calibration = receive_calibration(source.removeprefix("ros2:"))
     grabber = stack.enter_context(opened(source))
-    return Scene(robot, grabber, calibration.scaled_to, real=True, guardian=guardian)
+    calibration = _calibration(options, grabber) if received is None else received.scaled_to
+    return Scene(robot, grabber, calibration, real=True, guardian=guardian)
+
+
+def _described_urdf(stack: ExitStack) -> Path | None:
+    """A file with what the robot says of itself on `/robot_description`; None if it says nothing."""
+    from grabbergui.servo.robots.tiago_manager import receive_description
+    from grabbergui.servo.ros2_packages import ROBOT, require_packages
+
+    require_packages(*ROBOT)
+    description = receive_description()
+    if not description:
+        return None
+    path = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "robot_description.urdf"
+    path.write_text(description, "utf-8")
+    return path
 
 
 def _guardian(robot: Robot, config: Config, stack: ExitStack) -> GuardianLink:

@@ -15,15 +15,18 @@ pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[
 pytestmark = pytest.mark.ros2
 
 from fake_tiago import FakeTiago  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 
 from grabbergui.calibration import geometry  # noqa: E402
-from grabbergui.core.errors import SourceNotFoundError, TransportError  # noqa: E402
+from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError  # noqa: E402
 from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
+from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
+from grabbergui.servo.robots.tiago_manager import receive_description  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
 from grabbergui.servo.runner import Runner  # noqa: E402
 from grabbergui.servo.state_machine import State  # noqa: E402
@@ -139,3 +142,24 @@ def test_whoever_only_listens_makes_no_publisher(fake, model):
             assert node.count_publishers(topic) == 0
     finally:
         robot.close()
+
+
+def test_a_robot_s_own_description_and_its_camera_s_frame_make_the_model(domain, tmp_path):
+    from std_msgs.msg import String
+
+    text = tiago.shipped_urdf().read_text("utf-8")
+    text = text.replace("xtion_rgb_optical_frame", "head_front_camera_color_optical_frame")
+    publisher = Ros2Node("robot_state_publisher")
+    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    publisher.node.create_publisher(String, "/robot_description", latched).publish(String(data=text))
+    publisher.start()
+    try:
+        received = until(receive_description)
+    finally:
+        publisher.close()
+    path = tmp_path / "robot.urdf"
+    path.write_text(received, "utf-8")
+    model = tiago.model(path, seen_in="nothing_of_the_urdf")
+    assert model.camera == pytest.approx(tiago.model().camera)
+    with pytest.raises(SourceUnavailableError, match="has no xtion_rgb_optical_frame"):
+        tiago.model(path, camera="xtion_rgb_optical_frame")

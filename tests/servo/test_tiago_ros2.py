@@ -30,7 +30,7 @@ from grabbergui import sources  # noqa: E402
 from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError  # noqa: E402
 from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
-from grabbergui.net.ros2.camera_info import receive_calibration  # noqa: E402
+from grabbergui.net.ros2.camera_info import receive_camera_info  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
 from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
@@ -485,7 +485,7 @@ def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys
     )
     try:
         assert "TIAGo listens to" in simulation.stdout.readline()
-        assert receive_calibration("/camera/image_raw").matrix == pytest.approx(
+        assert receive_camera_info("/camera/image_raw")[0].matrix == pytest.approx(
             closed_loop.calibration().matrix
         )
         so_long = ("--seconds", str(PROGRAM), "--until-reached")
@@ -504,4 +504,4 @@ def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys
 
 def test_a_camera_that_tells_no_calibration_is_named(domain):
     with pytest.raises(SourceNotFoundError, match="nobody publishes /nobody/camera_info"):
-        receive_calibration("/nobody", timeout=0.2)
+        receive_camera_info("/nobody", timeout=0.2)[0]

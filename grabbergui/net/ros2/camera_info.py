@@ -101,9 +101,10 @@ def _share_of(package: str, url: str) -> Path:
         raise UsageError(f"camera_info_url {url}: package {package} is not found: {error}") from error
 
 
-def receive_calibration(camera: str, timeout: float = 15.0) -> Calibration:
+def receive_camera_info(camera: str, timeout: float = 15.0) -> tuple[Calibration, str]:
     """Wait for one `sensor_msgs/CameraInfo` of a camera, named as itself or by its `image_raw`.
 
+    Returns its calibration and the frame that its images are taken in, empty if it names none.
     Raises SourceNotFoundError where none comes within `timeout` seconds, UsageError where it is empty.
     """
     name, _, last = camera.partition("?")[0].rstrip("/").rpartition("/")
@@ -117,7 +118,8 @@ def receive_calibration(camera: str, timeout: float = 15.0) -> Calibration:
         ros.node.create_subscription(CameraInfo, topic, messages.put, qos_profile_sensor_data)
         ros.start()
         try:
-            return read_camera_info(messages.get(timeout=timeout), camera)
+            message = messages.get(timeout=timeout)
+            return read_camera_info(message, camera), message.header.frame_id.lstrip("/")
         except queue.Empty:
             raise SourceNotFoundError(f"nobody publishes {topic}; give --calibration FILE") from None
         except UsageError as error:

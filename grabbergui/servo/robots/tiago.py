@@ -15,7 +15,14 @@ from grabbergui.calibration.geometry import pose
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.servo.collision import Body, Capsule, CapsuleBody
 from grabbergui.servo.robots.robot import KinematicModel
-from grabbergui.servo.robots.urdf_chain import HOW_TO_GET_IT, UrdfBody, UrdfChain, frame_pose, load_urdf
+from grabbergui.servo.robots.urdf_chain import (
+    HOW_TO_GET_IT,
+    UrdfBody,
+    UrdfChain,
+    first_frame,
+    frame_pose,
+    load_urdf,
+)
 
 log = logging.getLogger(__name__)
 
@@ -27,6 +34,10 @@ HEAD_SIGNS = np.array([1.0, -1.0])
 ARM_JOINTS = tuple(f"arm_{number}_joint" for number in range(1, 8))
 HAND = "hand_grasping_frame"
 CAMERA = "xtion_rgb_optical_frame"
+HANDS = (HAND, "gripper_grasping_frame", "arm_tool_link")
+"Frames that reach, of a Hey5 hand, of PAL's gripper, and of neither; x points out of all of them."
+CAMERAS = ("head_front_camera_color_optical_frame", "head_front_camera_rgb_optical_frame", CAMERA)
+"Optical frames of the camera in the head, on today's robots and on older ones."
 
 _HAND_AXES = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
 "Our hand's axes as seen from TIAGo's, whose x points out of the palm: z forward, x down at home."
@@ -42,13 +53,15 @@ def shipped_urdf() -> Path:
     return Path(getModelPath(file) + file)
 
 
-def model(urdf: Path | None = None, hand: str = HAND, camera: str = CAMERA) -> KinematicModel:
+def model(urdf: Path | None = None, hand: str = "", camera: str = "", *, seen_in: str = "") -> KinematicModel:
     """TIAGo by a URDF, the shipped one by default; `hand` and `camera` are frames in it.
 
-    Raises SourceUnavailableError without Pinocchio, its robots, or the frames.
+    By default they are the first of `HANDS` and `CAMERAS` that the URDF has; before those, `seen_in` is the
+    frame that the camera itself names. Raises SourceUnavailableError without Pinocchio, a robot, or a frame.
     """
     path = urdf or shipped_urdf()
     model = load_urdf(path)
+    hand, camera = hand or first_frame(model, HANDS), camera or first_frame(model, (seen_in, *CAMERAS))
     arm = UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES)
     return KinematicModel(
         "TIAGo",

@@ -1,13 +1,14 @@
-"""The services of a TIAGo's ROS 2 nodes: its controller manager's list, and the start of MoveIt Servo."""
+"""What a TIAGo's other nodes offer: its description, its controllers' list, the start of MoveIt Servo."""
 
 from __future__ import annotations
 
 import logging
+import queue
 import time
 from typing import Any
 
 from grabbergui.core.errors import TransportError
-from grabbergui.net.ros2.runtime import load_type_support
+from grabbergui.net.ros2.runtime import Ros2Node, load_type_support
 from grabbergui.servo.robots.tiago_controllers import Controller
 
 log = logging.getLogger(__name__)
@@ -17,6 +18,26 @@ PERIOD = 0.5
 "Seconds between two looks at the list."
 ANSWER_S = 2.0
 "Seconds to wait for MoveIt Servo's services."
+
+
+def receive_description(timeout: float = 3.0) -> str:
+    """Wait for the URDF that robot_state_publisher latches on `/robot_description`; empty if none comes."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from std_msgs.msg import String
+
+    received: queue.Queue[str] = queue.Queue()
+    ros = Ros2Node(f"grabbergui_description_{time.time_ns() % 10**9}")
+    try:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        ros.node.create_subscription(
+            String, "/robot_description", lambda message: received.put(message.data), latched
+        )
+        ros.start()
+        return received.get(timeout=timeout)
+    except queue.Empty:
+        return ""
+    finally:
+        ros.close()
 
 
 class ControllerManager:

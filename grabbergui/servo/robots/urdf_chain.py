@@ -43,6 +43,16 @@ def frame_pose(model: Any, ancestor: str, frame: str) -> Pose:
     return seen
 
 
+def first_frame(model: Any, names: Sequence[str]) -> str:
+    """The first of these frames that the model has. Raises SourceUnavailableError where it has none."""
+    found = next((name for name in names if name and model.existFrame(name)), "")
+    if not found:
+        raise SourceUnavailableError(
+            f"the robot's URDF has none of the frames {', '.join(filter(None, names))}"
+        )
+    return found
+
+
 def _require(model: Any, names: Sequence[str]) -> None:
     known = {frame.name for frame in model.frames}
     if missing := [name for name in names if name not in known]:
