@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from grabbergui.core.errors import (
         AccessDeniedError,
+        CameraFileError,
         DeviceLostError,
         FeatureAccessError,
         FeatureError,
@@ -71,6 +72,7 @@ _HOMES = {
     "FeatureValueError": "core.errors",
     "FrameTimeoutError": "core.errors",
     "PixelFormatError": "core.errors",
+    "CameraFileError": "core.errors",
 }
 """Public name to the module that defines it, below `grabbergui`."""
 
@@ -78,6 +80,7 @@ __all__ = [
     "AccessDeniedError",
     "AsyncFrames",
     "Camera",
+    "CameraFileError",
     "CameraGroup",
     "DeviceEvent",
     "DeviceInfo",

@@ -43,7 +43,7 @@ EXIT_CODES = {
 """Exit codes."""
 
 _FAMILIES = (
-    "gui", "machine", "features", "events", "frames", "serve", "simulate",
+    "gui", "machine", "features", "files", "events", "frames", "serve", "simulate",
     "gige", "calibrate", "servo", "yarp_server", "setup",
 )  # fmt: skip
 """Modules here. Imported within `main`: what they need takes long enough for a Ctrl-C."""

@@ -2,7 +2,7 @@
 
 A file is opened, moved block by block through the register FileAccessBuffer, and closed. A transfer holds the
 grabber for `TURN` seconds at a time; between turns other callers see its selectors where they stood. Local
-cameras have the register; other sources refuse.
+cameras have the register; other sources can only list files.
 """
 
 from __future__ import annotations
@@ -123,7 +123,8 @@ def read_file(
     """Return the bytes of a file.
 
     Raises UsageError for a name that the camera does not list, CameraFileError for what it refuses,
-    TransferCancelledError after `cancelled` was set, TransportError when the camera is lost.
+    TransferCancelledError after `cancelled` was set, TransportError when the camera is lost,
+    FeatureAccessError for a remote source.
     """
     transfer = _Transfer(grabber, name, "reading", cancelled)
     with transfer.opened("Read"):
@@ -195,6 +196,8 @@ class _Transfer:
         names = [entry.name for entry in grabber.feature(_SELECTOR).entries if entry.available]
         if name not in names:
             raise UsageError(f"{grabber.info.title} has no file {name}; it has {', '.join(names)}")
+        # Before anything is opened in a camera whose buffer does not travel.
+        grabber.register_length(_BUFFER)
         self._grabber = grabber
         self._name = name
         self._doing = doing
@@ -342,8 +345,6 @@ class _Transfer:
 def _require(grabber: FrameGrabber) -> None:
     if not has_files(grabber):
         raise UsageError(f"{grabber.info.title} has no files (no FileAccessControl in its description)")
-    # Before anything is opened in a camera whose buffer does not travel.
-    grabber.register_length(_BUFFER)
 
 
 def _select(grabber: FrameGrabber, name: str, value: str | int) -> None:

@@ -19,8 +19,9 @@ from grabbergui.core.sfnc import Role
 from grabbergui.library.callbacks import Callbacks, Occasion
 from grabbergui.library.effect import Effects, SettingEffect
 from grabbergui.library.features import FeatureAccess
+from grabbergui.library.files import CameraFiles
 from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
-from grabbergui.models.settings import files
+from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
 from grabbergui.recording.recorder import RecordingLimits
@@ -289,6 +290,11 @@ class Camera(FeatureAccess):
         return self._callbacks.add(occasion, callback)
 
     # -- files -----------------------------------------------------------------------------------
+    @property
+    def files(self) -> CameraFiles:
+        """The files in the camera: `camera.files.list()`, `read`, `write`, `delete`."""
+        return CameraFiles(self._grabber)
+
     def record(
         self,
         path: str | Path,
@@ -308,14 +314,14 @@ class Camera(FeatureAccess):
 
     def save_settings(self, path: str | Path) -> None:
         """Write every setting to a file: GenICam's feature stream, or YAML for `.yaml`."""
-        files.save(capture(self._grabber), Path(path))
+        settings_files.save(capture(self._grabber), Path(path))
 
     def load_settings(self, path: str | Path, *, dry_run: bool = False) -> LoadReport:
         """Set the camera as a file says and report what became of each setting; see `LoadReport.lines`.
 
         With `dry_run` nothing is written. A setting that the camera refuses is reported and hinders no other.
         """
-        features = files.load(Path(path), self._grabber.selectors.of)
+        features = settings_files.load(Path(path), self._grabber.selectors.of)
         report = load_onto(self._grabber, features, dry_run=dry_run)
         self._keep_trigger |= not dry_run and any(key.name == "TriggerMode" for key in features.settings)
         return report

@@ -15,7 +15,7 @@ from grabbergui.core.errors import (
     UsageError,
 )
 from grabbergui.core.file_access import delete_file, list_files, read_file, write_file
-from grabbergui.core.grabber import Access
+from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.read_only import ReadOnlyGrabber
 from grabbergui.core.selection import SettingKey
 from grabbergui.core.shared import SharedGrabber
@@ -207,6 +207,26 @@ def test_a_shared_grabber_passes_files_on_and_a_read_only_one_refuses(camera):
         write_file(ReadOnlyGrabber(camera), "LUTLuminance", GAMMA)
     with pytest.raises(FeatureAccessError, match="FileAccessBuffer"):
         ReadOnlyGrabber(camera).write_register("FileAccessBuffer", b"")
+
+
+class RemoteGrabber(SharedGrabber):
+    """Features travel, registers do not."""
+
+    register_length = FrameGrabber.register_length
+    read_register = FrameGrabber.read_register
+    write_register = FrameGrabber.write_register
+
+
+def test_a_remote_source_lists_files_and_refuses_to_move_them(camera):
+    remote = RemoteGrabber(camera)
+    assert list_files(remote) == list_files(camera)
+    for transfer in (
+        lambda: read_file(remote, "LUTLuminance"),
+        lambda: write_file(remote, "LUTLuminance", b""),
+    ):
+        with pytest.raises(FeatureAccessError, match="FileAccessBuffer; only a camera that is attached"):
+            transfer()
+    assert read_file(camera, "LUTLuminance")
 
 
 def test_a_loss_says_that_the_upload_must_be_repeated(camera, monkeypatch):

@@ -327,3 +327,21 @@ def test_discover_finds_what_open_opens() -> None:
     with grabbergui.open(simulated) as camera:
         assert camera.info.serial == "SIM001"
         assert "SIM001" in repr(camera)
+
+
+# -- files in the camera -----------------------------------------------------------------------------
+def test_files_in_the_camera(camera: grabbergui.Camera, tmp_path: Path) -> None:
+    assert "LUTLuminance" in [file.name for file in camera.files.list()]
+    table = np.frombuffer(camera.files.read("LUTLuminance"), "<u2")
+    half = (table // 2).tobytes()
+    assert camera.files.write("LUTLuminance", half).verified
+    assert camera.files.read("LUTLuminance") == half
+    (tmp_path / "table.bin").write_bytes(table.tobytes())
+    camera.files.write("LUTLuminance", tmp_path / "table.bin")
+    assert camera.files.read("LUTLuminance") == table.tobytes()
+    camera.files.delete("ShadingCorrection")
+    assert camera.files.read("ShadingCorrection") == b""
+    with pytest.raises(UsageError, match="replace_firmware"):
+        camera.files.write("Firmware", b"")
+    with pytest.raises(grabbergui.CameraFileError, match="DeviceLog"):
+        camera.files.write("DeviceLog", b"")

@@ -1,0 +1,152 @@
+"""The command about files in a camera: `files`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from grabbergui.cli.opening import add_source, opened
+from grabbergui.cli.process import stop_on_signals
+from grabbergui.core.errors import UsageError
+from grabbergui.core.file_access import (
+    CameraFile,
+    Progress,
+    delete_file,
+    list_files,
+    read_file,
+    write_file,
+)
+
+_ARGUMENTS = {"list": (0, 0), "get": (1, 2), "put": (2, 2), "delete": (1, 1)}
+"How many arguments each action takes: at least, at most."
+
+
+def add_commands(commands: Any) -> None:
+    """Add the parser of this family."""
+    parser = commands.add_parser(
+        "files",
+        help="list, download, upload and delete files in a camera",
+        example="grabbergui files gige: put LUTLuminance gamma.bin",
+    )
+    add_source(parser)
+    parser.add_argument(
+        "action",
+        nargs="?",
+        choices=tuple(_ARGUMENTS),
+        default="list",
+        help="list (the default), get NAME [PATH], put NAME PATH, or delete NAME",
+    )
+    parser.add_argument("name", metavar="NAME", nargs="?", help="a file, as `files SOURCE list` shows it")
+    parser.add_argument(
+        "path",
+        metavar="PATH",
+        nargs="?",
+        type=Path,
+        help="a file on this computer (get: NAME in this folder)",
+    )
+    parser.add_argument(
+        "--replace-firmware",
+        action="store_true",
+        help="let put write firmware; a wrong file, or a power cut meanwhile, may leave the camera useless",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON array (list) or object")
+    parser.set_defaults(run=_files)
+
+
+def _files(options: argparse.Namespace) -> int:
+    given = sum(argument is not None for argument in (options.name, options.path))
+    least, most = _ARGUMENTS[options.action]
+    if not least <= given <= most:
+        needed = {"get": "NAME and perhaps PATH", "put": "NAME and PATH", "delete": "NAME"}
+        raise UsageError(f"files {options.action} takes {needed.get(options.action, 'no further argument')}")
+    action = {"list": _list, "get": _get, "put": _put, "delete": _delete}[options.action]
+    action(options)
+    return 0
+
+
+def _list(options: argparse.Namespace) -> None:
+    with opened(options.source) as grabber:
+        files = list_files(grabber)
+    if options.json:
+        print(json.dumps([file.as_dict() for file in files], indent=2))
+        return
+    width = max((len(file.name) for file in files), default=0)
+    for file in files:
+        print(_line(file, width))
+
+
+def _line(file: CameraFile, width: int) -> str:
+    size = "?" if file.size is None else str(file.size)
+    details = ", ".join(f"{name} = {value}" for name, value in file.details.items())
+    return f"{file.name:{width}}  {size:>9} B  {details}".rstrip()
+
+
+def _get(options: argparse.Namespace) -> None:
+    path = options.path or Path(options.name)
+    if path.exists():
+        raise UsageError(f"{path} exists already; nothing is overwritten. Name another file")
+    with (
+        opened(options.source) as grabber,
+        stop_on_signals() as cancelled,
+        _progress(options.name) as progress,
+    ):
+        content = read_file(grabber, options.name, progress=progress, cancelled=cancelled)
+    path.write_bytes(content)
+    _report(options, {"file": options.name, "size": len(content), "path": str(path)}, f"saved as {path}")
+
+
+def _put(options: argparse.Namespace) -> None:
+    content = options.path.read_bytes()
+    with (
+        opened(options.source) as grabber,
+        stop_on_signals() as cancelled,
+        _progress(options.name) as progress,
+    ):
+        written = write_file(
+            grabber,
+            options.name,
+            content,
+            replace_firmware=options.replace_firmware,
+            progress=progress,
+            cancelled=cancelled,
+        )
+    outcome = (
+        "written and read back" if written.verified else "written; the camera does not let it be read back"
+    )
+    result = {"file": options.name, "size": written.size, "verified": written.verified}
+    _report(options, result, outcome)
+
+
+def _delete(options: argparse.Namespace) -> None:
+    with opened(options.source) as grabber:
+        delete_file(grabber, options.name)
+    if options.json:
+        print(json.dumps({"file": options.name, "deleted": True}))
+    else:
+        print(f"{options.name}: deleted")
+
+
+def _report(options: argparse.Namespace, result: dict[str, Any], outcome: str) -> None:
+    print(json.dumps(result) if options.json else f"{options.name}: {result['size']} bytes {outcome}")
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Progress]:
+    """Show how far a transfer is on a terminal's stderr, in one line that is gone afterwards."""
+    if not sys.stderr.isatty():
+        yield lambda done, of: None
+        return
+    try:
+        yield lambda done, of: print(
+            f"\r{name}: {100 * done // of} %" if of else f"\r{name}: {done} bytes",
+            end="",
+            file=sys.stderr,
+            flush=True,
+        )
+    finally:
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
