@@ -10,7 +10,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.models.language import set_translator
 
 WRITTEN_IN = "en"
-"What the texts in the sources are."
+"The language of the texts in the sources."
 _PREFIX, _SUFFIX = "grabbergui_", ".qm"
 
 

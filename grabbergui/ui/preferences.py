@@ -1,4 +1,4 @@
-"""What the window remembers from one run to the next."""
+"""Preferences that the window keeps from one run to the next."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Preferences:
         self._set("window/layout", layout)
 
     def favourites_of(self, model: str) -> list[str] | None:
-        """Names of the features at hand, as they were chosen for a model of camera; None where none were."""
+        """Names of the features that were pinned for a model of camera; None if none were chosen."""
         value = self._get(_of_model(model, "favourites"))
         return [name for name in value.split(",") if name] if isinstance(value, str) else None
 

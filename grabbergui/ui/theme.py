@@ -1,4 +1,4 @@
-"""Light and dark looks, following the desktop unless told otherwise."""
+"""Light and dark looks; the desktop's by default."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Theme(Enum):
 
 @dataclass(frozen=True)
 class Colours:
-    """What a look is made of; style.qss uses the same names."""
+    """The colours of a look; style.qss uses the same names."""
 
     window: str
     panel: str
@@ -133,7 +133,7 @@ def dress(app: QApplication, theme: Theme = Theme.AUTO) -> Colours:
 
 
 def desktop_is_dark(app: QApplication) -> bool:
-    """What the desktop prefers: by its settings portal, or else by the palette it gave to Qt."""
+    """Return the desktop's preference: from its settings portal, or else from the palette it gave to Qt."""
     if app.platformName() not in ("offscreen", "minimal"):
         preference = _portal_preference()
         if preference:

@@ -22,7 +22,7 @@ from grabbergui.ui.views.calibration_dialogs import CalibrationChoiceDialog, Cal
 class CalibratingController(QObject):
     """Leads through the steps. Make it on the GUI thread, for a source that streams.
 
-    It ends with its dialog. `on_saved` is told of every file that was written.
+    It ends with its dialog. `on_saved` is called for every file that was written.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class CalibratingController(QObject):
         self.model.open()
 
     def close(self) -> None:
-        """Let go of the source; the thread ends after the picture at hand. May be called twice."""
+        """Release the source; the thread ends after the current frame. May be called twice."""
         self._bridge.close()
         self.model.close(0)
 
@@ -155,7 +155,7 @@ class CalibrationChooser(QObject):
     def __init__(self, dialog: CalibrationChoiceDialog, grabber: FrameGrabber) -> None:
         super().__init__(dialog)
         self.choice: CalibrationChoice | None = None
-        """What was chosen."""
+        """The choice of the user."""
         self.calibrating: CalibrationDialog | None = None
         """Open on top of the dialog."""
         self._dialog, self._grabber = dialog, grabber
@@ -164,7 +164,7 @@ class CalibrationChooser(QObject):
         dialog.nominalRequested.connect(self._assume)
 
     def use(self, path: Path) -> None:
-        """Take a file's calibration, or say what is wrong with it."""
+        """Take a file's calibration, or report its fault."""
         try:
             self.choice = CalibrationChoice.file(path)
         except (UsageError, OSError) as error:

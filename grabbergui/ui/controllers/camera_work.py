@@ -25,9 +25,9 @@ from grabbergui.ui.widgets.labels import TaskRow, TaskStack
 T = TypeVar("T")
 
 Work = Callable[[ChangeTrackingGrabber, Progress, threading.Event], T]
-"""Does something with a camera, tells how far it is, and gives up once the event is set."""
+"""Works with a camera, reports its progress, and stops once the event is set."""
 
-TELL = 0.05
+REPORT_PERIOD = 0.05
 """Seconds between two reports of how far it is: more often nobody sees."""
 
 
@@ -49,9 +49,10 @@ class CameraWork(QObject):
     ) -> None:
         """Show `title` while it is done, then call `done` here with the result.
 
-        What was changed before, by a slider let go just now, is written before.
+        Earlier changes, for instance of a slider that was just released, are written first.
 
-        With `undoable`, all that is written is one step of that name to undo. A failure is told by `failed`.
+        With `undoable`, all that is written is one step of that name to undo. A failure is reported by
+        `failed`.
         """
         source = self._connection.source
         if source is None or source.tracked_grabber is None or source.features is None:
@@ -85,13 +86,13 @@ class CameraWork(QObject):
             end(lambda: None)
 
     def _progress(self, row: TaskRow) -> Progress:
-        told = 0.0
+        reported = 0.0
 
         def progress(done: int, of: int) -> None:
-            nonlocal told
+            nonlocal reported
             now = time.monotonic()
-            if now - told >= TELL or done >= of:
-                told = now
+            if now - reported >= REPORT_PERIOD or done >= of:
+                reported = now
                 self._bridge.call(lambda: row.setShare(done / max(of, 1)))
 
         return progress
@@ -127,10 +128,10 @@ class CameraAbility(QObject):
         if grabber is None or source.read_only:
             return
 
-        def told(present: bool) -> None:
+        def on_answer(present: bool) -> None:
             self._bridge.call(lambda: self._allow(source, present))
 
-        source.worker.submit(lambda: self._ask(grabber), done=told)
+        source.worker.submit(lambda: self._ask(grabber), done=on_answer)
 
     def _allow(self, source: OpenSource, present: bool) -> None:
         self._present = present and source is self._connection.source

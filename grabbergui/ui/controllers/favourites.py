@@ -85,7 +85,7 @@ class FavouritesController(QObject):
         self._preferences.keep_favourites(self._model, None)
 
     def keep_layout(self) -> None:
-        """Remember how the window is arranged now for the camera at hand."""
+        """Remember the arrangement of the window for the current camera."""
         if self._model:
             self._preferences.keep_layout_of(self._model, self._layout.saveState(LAYOUT_VERSION))
             self._model = ""
@@ -98,7 +98,7 @@ class FavouritesController(QObject):
 
 
 class FeatureMenuController(QObject):
-    """What can be done with any feature, whatever its kind."""
+    """The context menu of any feature."""
 
     plotRequested = pyqtSignal(FeatureDescription)
 
@@ -114,7 +114,7 @@ class FeatureMenuController(QObject):
         self._window = window
         self._connection = connection
         self.menu: QMenu | None = None
-        "Open just now, if any."
+        "The menu that is open, if any."
         for rows in shown:
             rows.menuRequested.connect(self._on_menu_requested)
 

@@ -75,7 +75,7 @@ class FeatureController(QObject):
 
     @property
     def favourites(self) -> tuple[str, ...]:
-        """Names of the features at hand, as far as the camera has them."""
+        """Names of the pinned features that the camera has."""
         model = self._model
         if model is None:
             return ()
@@ -83,7 +83,7 @@ class FeatureController(QObject):
         return tuple(name for name in names if model.description(name) is not None)
 
     def show_favourites(self, names: Sequence[str] | None) -> None:
-        """Have these at hand until another source is shown; with None, those that suit any camera."""
+        """Pin these until another source is shown; with None, the usual ones."""
         self._chosen = tuple(names) if names is not None else None
         self._fill_favourites()
         self._watch()

@@ -63,7 +63,7 @@ class HelpController(QObject):
         dialog.show()
 
     def show_doctor(self) -> None:
-        """Check this computer, and show what is found as it is found."""
+        """Check this computer, and show each finding at once."""
         if self.doctor is not None:
             self.doctor.raise_()
             return
@@ -106,7 +106,7 @@ def _explanation(widget: QWidget | None) -> str:
 
 
 class LogController(QObject):
-    """Shows what is logged from wherever."""
+    """Shows the log of the whole program."""
 
     def __init__(self, panel: LogPanel, book: LogBook) -> None:
         super().__init__(panel)

@@ -50,7 +50,7 @@ class MeasuringController(QObject):
         bridge.bind(measuring.measured, self._on_measured)
         bridge.bind(connection.opened, lambda _: self._forget())
         bridge.bind(connection.closing, lambda _: self._forget())
-        # A dock behind another one counts as visible for Qt; its signal tells better.
+        # A dock behind another one counts as visible for Qt; its signal is reliable.
         self._seen_docks = dict.fromkeys((panels.histogramDock, panels.focusDock, panels.profileDock), False)
         for dock in self._seen_docks:
             dock.visibilityChanged.connect(partial(self._on_dock_seen, dock))

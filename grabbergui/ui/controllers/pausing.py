@@ -45,7 +45,7 @@ class PauseController(QObject):
         bridge = Bridge(self)
         bridge.bind(connection.opened, self._on_connection_opened)
         bridge.bind(connection.state_changed, self._on_connection_state_changed)
-        # Not over the bridge: the queue must be let go before the grabber is closed.
+        # Not over the bridge: the queue must be closed before the grabber.
         connection.closing.connect(self._on_connection_closing, check_nargs=False)
         bar.frameChosen.connect(self._show)
         bar.liveRequested.connect(lambda: actions.actionPause.setChecked(False))

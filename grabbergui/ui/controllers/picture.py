@@ -68,7 +68,7 @@ class AcquisitionController(QObject):
         bridge.bind(self._connection.state_changed, self._on_connection_state_changed)
         bridge.bind(self._snapshots.saved, self._on_snapshot_saved)
         bridge.bind(self._snapshots.failed, self._messages.error)
-        # Not over the bridge: the queue must be let go before the grabber is closed.
+        # Not over the bridge: the queue must be closed before the grabber.
         self._connection.closing.connect(self._on_connection_closing, check_nargs=False)
         self._bridge = bridge
 
@@ -161,7 +161,7 @@ class AcquisitionController(QObject):
 
 
 class DisplayController(QObject):
-    """Nothing here changes the camera, or what is saved."""
+    """Nothing here changes the camera or saved frames."""
 
     orientationChanged = pyqtSignal()
 

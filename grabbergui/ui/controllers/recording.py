@@ -1,4 +1,4 @@
-"""The current source to its recording; asks before what is being recorded is closed."""
+"""Connects the current source to its recording; asks before a recorded source is closed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class RecordingController(QObject):
         self._recordings = recordings
         self._preferences = preferences
         self.question: QMessageBox | None = None
-        """Whether to close what is being recorded, while it is asked."""
+        """Ask whether to close a source that is being recorded."""
         bridge = Bridge(self)
         bridge.bind(recordings.changed, lambda _: self._show())
         bridge.bind(connection.state_changed, lambda *_: self._show())

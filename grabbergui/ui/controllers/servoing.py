@@ -32,7 +32,7 @@ class ServoController(QObject):
     """Make it on the GUI thread; `close` it before the runner is gone."""
 
     refused = Signal(str)
-    """Start let nothing move; why, for people. On a thread of its own."""
+    """*Start* failed; the reason as display text. Emitted on a thread of its own."""
 
     def __init__(self, window: ServoWindow, runner: Runner, calibration: CalibrationFor) -> None:
         super().__init__(window)
@@ -57,7 +57,7 @@ class ServoController(QObject):
         self.model.open()
 
     def close(self) -> None:
-        """Let go of the runner. May be called twice."""
+        """Release the runner. May be called twice."""
         self._timer.stop()
         if self.calibrating is not None:
             self.calibrating.reject()

@@ -69,7 +69,7 @@ class SettingsFilesController(QObject):
         return super().eventFilter(watched, event)
 
     def open_file(self, path: Path) -> None:
-        """Play what is a recording by its ending, load anything else as settings."""
+        """Play a file with the ending of a recording, load any other as settings."""
         if path.is_dir() or path.suffix.lower() in (".mcap", *VIDEO_SUFFIXES):
             self.playRequested.emit(str(SourceUri("file", str(path))))
         else:

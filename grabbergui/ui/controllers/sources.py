@@ -26,11 +26,11 @@ log = logging.getLogger(__name__)
 
 SIMULATED = "sim"
 SHOWN_AFTER_MS = 300
-"Of opening in place of what is at hand: what takes no longer would only make the picture jump."
+"Of opening in place of the current source: a shorter notice would only make the picture jump."
 
 
 class SourcesController(QObject):
-    """Shows what is found; connects to what is chosen or typed."""
+    """Shows the sources that are found, and connects to the chosen or typed one."""
 
     def __init__(
         self,
@@ -51,7 +51,7 @@ class SourcesController(QObject):
         self._tasks = tasks
         self._confirm = confirm
         self._row: TaskRow | None = None
-        "What is being opened in place of what is at hand."
+        "The source that is being opened in place of the current one."
         bridge = Bridge(self)
         bridge.bind(model.changed, self._on_model_changed)
         bridge.bind(model.searching, view.setSearching)
@@ -70,7 +70,7 @@ class SourcesController(QObject):
         view.setSources(model.sources)
 
     def connect_to(self, uri: str, *, start: bool = True) -> None:
-        """Open a source, and `start` it; what is wrong with its URI comes by `failed`."""
+        """Open a source, and `start` it. A fault of its URI is reported by `failed`."""
         try:
             replaced = self._connection.replaced_by(uri)
         except UsageError as error:
@@ -83,7 +83,7 @@ class SourcesController(QObject):
         self._confirm([self._connection.source], self._connection.disconnect)
 
     def open_additional(self, uri: str) -> None:
-        """Open one source more; what is wrong with its URI comes by `failed`."""
+        """Open an additional source. A fault of its URI is reported by `failed`."""
         try:
             self._connection.open_additional(uri)
         except UsageError as error:
@@ -152,7 +152,7 @@ PERIOD_MS = 100
 
 
 class GalleryController(QObject):
-    """Shows a tile for each open source; takes one to hand that is clicked."""
+    """Shows a tile for each open source; a click makes it current."""
 
     def __init__(
         self,
@@ -170,7 +170,7 @@ class GalleryController(QObject):
         self._connection = connection
         self._shown: dict[Tile, CameraTile] = {}
         bridge = Bridge(self)
-        # What is shown then may be newer than what was told: only the model knows.
+        # The current source may have changed since the signal: only the model knows.
         bridge.bind(model.changed, lambda _: self._show())
         bridge.bind(connection.opened, lambda _: self._show())
         self._timer = QTimer(self)
@@ -178,7 +178,7 @@ class GalleryController(QObject):
         self._timer.timeout.connect(self._refresh)
 
     def take_next(self) -> None:
-        """Take the source to hand that stands behind the one at hand; after the last, the first."""
+        """Make the next open source current, starting over after the last."""
         sources, at_hand = self._connection.sources, self._connection.source
         if at_hand in sources and len(sources) > 1:
             self._connection.make_current(sources[(sources.index(at_hand) + 1) % len(sources)])

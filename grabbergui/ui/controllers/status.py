@@ -21,7 +21,7 @@ _RUNNING = (Condition.STARTING, Condition.LIVE, Condition.PLAYING, Condition.STA
 
 
 class StatusController(QObject):
-    """Looks at the models several times a second, and tells the views."""
+    """Reads the models several times a second, and updates the views."""
 
     titleChanged = pyqtSignal(str)
     """The window's title, without the program's name."""
@@ -106,7 +106,7 @@ class StatusController(QObject):
         known = f"{frame.width} × {frame.height}  {frame.pixel_format}" if frame is not None else ""
         self._strip.setFormat(known)
         running = status.condition in (*_RUNNING, Condition.PAUSED, Condition.WAITING)
-        # What is remembered of the last second would pass for something that goes on.
+        # The state of the last second would look current.
         self._strip.setRates(*((statistics.frame_rate, self._picture.painted_rate) if running else (0, 0)))
         self._strip.setBandwidth(statistics.bandwidth if running else 0)
         self._strip.setLosses(status.health.text, status.loss_tone, status.health.detail)
@@ -135,7 +135,7 @@ class StatusController(QObject):
             self._messages.post(Message(text, Severity.WARNING, source, Cause.PICTURE))
 
     def _note(self, source: OpenSource | None, status: SourceStatus) -> tuple[str, str, Stage | None]:
-        """What to say of the picture, what to do, and where its way ends."""
+        """Return the note on a missing image: its reason, the remedy, and the stage at which it is lost."""
         condition = status.condition
         if source is None:
             return (

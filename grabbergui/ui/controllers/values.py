@@ -19,7 +19,7 @@ from grabbergui.ui.views.values_panel import ValuesPanel
 
 
 class ValuesController(QObject):
-    """Reads what is plotted while the plots can be seen, and nothing otherwise."""
+    """Reads the plotted features while the plots are visible, and nothing otherwise."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class ValuesController(QObject):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is plotted."""
+        """The plotted features."""
         return self._watch.names
 
     def plot(self, description: FeatureDescription) -> None:

@@ -66,7 +66,7 @@ class _Combo(QComboBox):
             self.activated[int].emit(found[0])
 
     def _show_chosen(self) -> None:
-        """What was typed is no entry: show the one that is set."""
+        """Show the current entry again: the typed text is no entry."""
         self.setEditText(self.itemText(self.currentIndex()))
 
 

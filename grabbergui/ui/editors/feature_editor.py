@@ -1,4 +1,4 @@
-"""What all editors share, and the editors of switches, commands, texts and coded numbers."""
+"""The base class of editors, and the editors of switches, commands, texts and coded numbers."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class TextEditor(FeatureEditor):
         self.line.editingFinished.connect(self._on_line_editing_finished)
 
     def setFeature(self, feature: Feature) -> None:
-        """Show the value; what is being typed stays."""
+        """Show the value. A text that is being typed stays."""
         self._feature = feature
         self.line.setAccessibleName(feature.title)
         if feature.maximum_length:
@@ -132,11 +132,11 @@ class TextEditor(FeatureEditor):
         super().keyPressEvent(event)
 
     def text_of(self, feature: Feature) -> str:
-        """What the line shows."""
+        """The text of the line."""
         return "" if feature.value is None else str(feature.value)
 
     def value_of(self, feature: Feature, text: str) -> FeatureValue:
-        """What was typed, as a value. Raises ValueError."""
+        """The typed text as a value. Raises ValueError."""
         return text
 
     def _show(self) -> None:

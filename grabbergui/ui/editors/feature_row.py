@@ -26,7 +26,7 @@ from grabbergui.ui.editors.feature_editor import (
 from grabbergui.ui.editors.number_editors import NumberEditor, RangeEditor
 
 FEATURE_MIME = "application/x-grabbergui-feature"
-"""What is dragged: the feature's name in UTF-8."""
+"""MIME type of a dragged feature; the data is its name in UTF-8."""
 
 
 def dragged_feature(event: QDropEvent) -> str:
@@ -82,7 +82,7 @@ _EDITABLE_LATER = (FeatureKind.BOOLEAN, FeatureKind.COMMAND)
 def editor_class(feature: Feature, current: type[FeatureEditor] | None = None) -> type[FeatureEditor]:
     """The class of editor for a feature that is shown by one of class `current`, if any.
 
-    What can only be read is a label, unless it had an editor: a control that is locked for a while turns
+    A read-only feature is a label, unless it had an editor: a control that is locked for a while turns
     grey instead of going away.
     """
     if feature.problem:
@@ -121,7 +121,7 @@ class FeatureRow(QWidget):
     held = pyqtSignal(str)
     released = pyqtSignal(str)
     menuRequested = pyqtSignal(str, QPoint)
-    """What else can be done with it is wanted, at a place on the screen."""
+    """The context menu is requested, at a place on the screen."""
 
     def __init__(
         self, description: FeatureDescription, parent: QWidget | None = None, *, indented: bool = False
@@ -150,7 +150,7 @@ class FeatureRow(QWidget):
         for line in (self._cell_line, self._slider_line):
             line.setContentsMargins(0, 0, 0, 0)
             line.setSpacing(6)
-        if indented:  # what is typed into stays in its column
+        if indented:  # input fields stay in their column
             self._label.setContentsMargins(INDENT, 0, 0, 0)
             self._slider_line.setContentsMargins(INDENT, 0, 0, 0)
         self._grid = grid = QGridLayout(self)
@@ -237,7 +237,7 @@ class FeatureRow(QWidget):
         self.editor.setFeature(feature)
         usable = feature.access.writable
         self._label.setEnabled(usable or feature.access.readable)
-        # What can only be read stays legible and can be copied.
+        # Read-only values stay legible and can be copied.
         self.editor.setEnabled(usable or (feature.access.readable and wanted is ReadingLabel))
         if (slider := self.editor.slider()) is not None:
             slider.setEnabled(usable)

@@ -46,7 +46,7 @@ class NumberField(QAbstractSpinBox):
         self._feature: Feature | None = None
         self._typing = False
         self._shown_in = ""
-        "The unit of what is shown, which may be larger than the feature's own."
+        "The unit of the shown value, which may be larger than the feature's own."
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setAccelerated(True)
         self._wheel_guard = WheelGuard(self)
@@ -58,7 +58,7 @@ class NumberField(QAbstractSpinBox):
         self.editingFinished.connect(self._take_typed)
 
     def setFeature(self, feature: Feature) -> None:
-        """Show a number feature; what is being typed stays."""
+        """Show a number feature. A text that is being typed stays."""
         self._feature = feature
         if not self._typing:
             self._show()
@@ -207,7 +207,7 @@ class NumberEditor(FeatureEditor):
 class RangeEditor(NumberEditor):
     """A spin box with a slider over the real range; each follows the other while a person moves it.
 
-    What pauses the stream is emitted once the slider is released, and not on the way there.
+    For a feature that pauses the stream only the value on release is emitted.
     """
 
     def __init__(self, parent: QWidget | None = None) -> None:

@@ -171,7 +171,7 @@ class ValueSlider(QSlider):
             self.setValue(part.to_position(number))
 
     def _reach(self, part: SliderScale) -> str:
-        """What the track shows, and how to get beyond it; empty where it shows everything."""
+        """Describe the range of the track and how to leave it; empty if it shows the whole range."""
         if part == self._whole or self._feature is None:
             return ""
         unit = self._feature.unit

@@ -33,7 +33,7 @@ _LEVELS = {
 EXIT_FATAL = 1
 
 _HARMLESS = ("This plugin does not support ", "QStandardPaths: XDG_RUNTIME_DIR not set")
-"""Beginnings of what is no warning: platforms without a display or a desktop lack these things."""
+"""Beginnings of messages that are no warnings: platforms without a display or a desktop lack these."""
 
 
 def application() -> QApplication:

@@ -158,13 +158,13 @@ class Program(QObject):
                 self.window.picture.painted.disconnect(self._search)
 
     def shut_down(self, timeout: float) -> list[str]:
-        """Let everything go. What did not end within `timeout` seconds, for people; may be asked again."""
+        """Release everything; return as text what did not end in `timeout` seconds. May be called again."""
         if not self._down:
             self._down = True
             self.preferences.keep_window(self.window.saveGeometry(), self.window.saveState(LAYOUT_VERSION))
             self.favourites.keep_layout()
             self.features.set_model(None)
-            self.source_list.stop(0)  # a search under way ends while the rest is closed
+            self.source_list.stop(0)  # a search in progress ends while the rest is closed
             self.connection.close_all()
         deadline = time.monotonic() + timeout
         waits: tuple[tuple[str, Callable[[float], bool]], ...] = (

@@ -28,13 +28,13 @@ from grabbergui.ui.views.main_window import MainWindow
 log = logging.getLogger(__name__)
 
 FIRST_URI = "sim:colour"
-"""What a first start shows: a camera on which every control has something to act on, white balance too."""
+"""The source of a first start: a camera on which every control has an effect, white balance too."""
 SCREENSHOT_FRAMES = 20
 "Pictures to be painted before the window's own picture is taken: the controls are there by then."
 SCREENSHOT_PATIENCE = 15.0
 "Seconds to wait for the first frame where no duration is given."
 FINISH_TIME = 30.0
-"Seconds that the program waits, its window closed, for files to be finished and cameras to be let go."
+"Seconds that the program waits, its window closed, for files to be finished and cameras to be released."
 
 
 def run(
@@ -98,7 +98,7 @@ def run(
 
 
 def first_source(uri: str | None, preferences: Preferences) -> str:
-    """What to open: what was asked for, what was open last, or the simulated camera."""
+    """Return the source to open: the requested one, the last one, or the simulated camera."""
     recent = preferences.recent
     return uri or (recent[0] if recent else FIRST_URI)
 

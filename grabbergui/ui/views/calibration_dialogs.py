@@ -168,7 +168,7 @@ class CalibrationDialog(QDialog):
         self._enable_markers()
 
     def setLook(self, look: Look, wanted: int) -> None:
-        """Show what the newest picture shows, and what is covered."""
+        """Show the newest frame and the coverage."""
         if look.image is None:
             self._set_verdict(self.tr("no pictures come from the camera"), "bad")
         else:
@@ -245,7 +245,7 @@ class CalibrationDialog(QDialog):
 
     @property
     def board(self) -> BoardSettings:
-        """What is set on the first page."""
+        """The settings of the first page."""
         return BoardSettings(
             KINDS[self.kindBox.currentIndex()],
             self.columnsBox.value(),

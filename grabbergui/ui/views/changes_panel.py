@@ -1,4 +1,4 @@
-"""What was changed, by whom, and how to do it again."""
+"""The panel of the change history: changes, their authors, and copying them as commands."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WHOSE = (frozenset(Origin), frozenset(Origin) - {Origin.CAMERA}, frozenset({Ori
 
 
 class CopyAs(Enum):
-    """What changes can be copied as."""
+    """The forms in which changes can be copied."""
 
     COMMAND = "command"
     PROGRAM = "program"
@@ -30,7 +30,7 @@ class CopyAs(Enum):
 
 
 class ChangesPanel(QWidget):
-    """Setters for the changes; signals for what is to be done with them."""
+    """Setters for the changes; signals for the requested actions."""
 
     copyRequested = pyqtSignal(CopyAs)
     saveRequested = pyqtSignal()

@@ -1,4 +1,4 @@
-"""The few controls that matter, at hand above the picture."""
+"""The pinned controls above the picture."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ class FeaturePanel(QWidget):
         return _LEVELS[self.levelBox.currentIndex()]
 
     def _message(self, root: Category, text: str, found: int) -> str:
-        """What is not shown, and how to see it."""
+        """Show which features are hidden, and how to see them."""
         if text and found > MOST_FOUND:
             return self.tr("{0} more match; type another letter.").format(found - MOST_FOUND)
         if found and not text:

@@ -75,7 +75,7 @@ class CameraTile(QFrame):
         self.thumbnail.setDimmed(dimmed)
 
     def setCurrent(self, current: bool) -> None:
-        """Whether it is the source at hand."""
+        """Mark the tile of the current source."""
         self.setToolTip(
             self.tr("This is the current source") if current else self.tr("Make this the current source")
         )

@@ -266,7 +266,7 @@ class MainWindow(QMainWindow):
         action = QAction(dock.windowTitle(), self)
         action.setCheckable(True)
         action.setShortcut(key)
-        # For Qt a panel behind another one is visible; its signal tells whether it can be seen.
+        # For Qt a panel behind another one is visible; its signal reports whether it can be seen.
         dock.visibilityChanged.connect(action.setChecked)
 
         def show(wanted: bool) -> None:

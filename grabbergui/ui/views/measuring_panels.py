@@ -26,7 +26,7 @@ class HistogramPanel(QWidget):
     """Setters for the histogram and the levels; a signal for levels that were dragged."""
 
     levelsDragged = pyqtSignal(float, float)
-    """What is to be shown as black and as white, as fractions of the sensor's range."""
+    """The levels shown as black and as white, as fractions of the sensor's range."""
     levelsReset = pyqtSignal()
 
     figuresLabel: ElidedLabel
@@ -94,7 +94,7 @@ class HistogramPanel(QWidget):
         if self.logBox.isChecked():
             counts = {name: np.log10(count + 1) for name, count in counts.items()}
         self.plot.setChannels(self._edges(bins), dict(counts))
-        # What is clipped towers over all the rest: it may end above the plot.
+        # Clipped values tower over all others: their bars may end above the plot.
         inner = max(count[1:-1].max() for count in counts.values())
         self.plot.setYRange(0, HEADROOM * (inner or max(count.max() for count in counts.values()) or 1))
 
@@ -113,7 +113,7 @@ class HistogramPanel(QWidget):
 
 
 class FocusPanel(QWidget):
-    """Setters for the scores; signals for what is to be scored."""
+    """Setters for the scores; signals for the requested region."""
 
     regionRequested = pyqtSignal()
     """A region is to be drawn."""
@@ -152,7 +152,7 @@ class FocusPanel(QWidget):
         self.scoreLabel.setText(localized(text.format(values[-1], best, share)))
 
     def setWhat(self, region: str) -> None:
-        """Say what is scored."""
+        """Show the scored region as text."""
         self.wholeButton.setEnabled(bool(region))
         self.scoreLabel.setToolTip(region or self.tr("of the whole picture"))
 

@@ -88,7 +88,7 @@ class PictureView(QWidget):
         self.zoomLabel.clear()
 
     def setCursorText(self, text: str) -> None:
-        """What to say of the pixel under the cursor."""
+        """Show a text about the pixel under the cursor."""
         self.cursorLabel.setText(text)
 
     def draw(self, purpose: Purpose) -> None:
@@ -125,7 +125,7 @@ class PictureView(QWidget):
             return
         canvas = self.canvas.geometry()
         width = min(NOTE_WIDTH, canvas.width() - 2 * NOTE_MARGIN)
-        # Wrapped labels tell their height only once they know their width.
+        # Wrapped labels know their height only once they know their width.
         height = self.note.heightForWidth(width)
         x = canvas.x() + (canvas.width() - width) // 2
         self.note.setGeometry(x, canvas.center().y() - height // 2, width, height)

@@ -35,10 +35,10 @@ class _Limit:
     "Of RecordingLimits."
     unit: str
     usual: float
-    "What is offered at first."
+    "The initial value."
     decimals: int = 0
     scale: float = 1
-    "From what is typed to what the field holds."
+    "Converts the typed text to the field's value."
 
 
 _LIMITS = (
@@ -107,7 +107,7 @@ class RecordingBar(QWidget):
         """Whether a recording runs."""
         self.recordButton.setChecked(recording)
         self.recordButton.setText(self.tr("Stop recording") if recording else self.tr("Record"))
-        # What runs cannot be changed, and its progress needs the room.
+        # A running recording cannot be changed, and its progress needs the space.
         for choice in (self.kindBox, self.limitBox):
             choice.setVisible(not recording)
         self._arrange()
@@ -116,7 +116,7 @@ class RecordingBar(QWidget):
         self.progressLabel.clear()
 
     def setProgress(self, progress: RecordingProgress) -> None:
-        """Length, size, what was lost, what is left."""
+        """Show length, size, lost frames and free space."""
         minutes, seconds = divmod(progress.seconds, 60)
         frames = self.tr("{0} frames").format(progress.frames)
         parts = [localized(f"{int(minutes):02d}:{seconds:04.1f}"), frames, _bytes(progress.size)]
@@ -150,7 +150,7 @@ class RecordingBar(QWidget):
         self.playButton.setText("" if narrow else self.tr("Play"))
 
     def _spared(self) -> tuple[QWidget, ...]:
-        """What a narrow bar does not show."""
+        """The parts that a narrow bar hides."""
         recording = self.recordButton.isChecked()
         return (self.folderButton,) if recording else (self.folderButton, self.progressLabel)
 
@@ -158,7 +158,7 @@ class RecordingBar(QWidget):
         return self.playButton.iconSize().width() + _ICON_ROOM
 
     def _on_record_clicked(self, checked: bool) -> None:
-        # The button shows what is, not what was asked for: the program sets it back once it records.
+        # The button shows the state, not the request: the program sets it once it records.
         self.recordButton.setChecked(not checked)
         if checked:
             self.recordRequested.emit(self.kindBox.currentData(), self.limits)

@@ -36,7 +36,7 @@ STOP_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Escape)
 
 
 class ServoWindow(QWidget):
-    """Setters and signals; what is shown is decided elsewhere."""
+    """Setters and signals, without logic."""
 
     stopPressed = pyqtSignal()
     startPressed = pyqtSignal()
@@ -70,7 +70,7 @@ class ServoWindow(QWidget):
         load_form("servo", self)
         self.sides.setSizes([760, 600])
         self.drawing = DrawingItem()
-        """What lies over the picture."""
+        """The overlay of the picture."""
         self.canvas.addOverlay(self.drawing)
         self.canvas.viewChanged.connect(self.viewChanged)
         self.distancePlot.setUp(self.tr("Hand to goal, mm"), (), CURVE_SECONDS, 10)

@@ -156,7 +156,7 @@ class SettingsDifference(QDialog):
         self.table.setColumnWidth(0, self.table.columnWidth(0) + TICK_WIDTH)
 
     def checked(self) -> list[SettingKey]:
-        """What is ticked."""
+        """The ticked settings."""
         return checked_keys(self.table)
 
     def _shown(self, value: FeatureValue | None) -> str:
@@ -171,7 +171,7 @@ _SET_ROLE = Qt.ItemDataRole.UserRole
 
 
 class UserSetsDialog(QDialog):
-    """Setters for the sets; signals, with a set's name, for what is to be done with it."""
+    """Setters for the sets; signals, with a set's name, for the requested actions."""
 
     loadRequested = pyqtSignal(str)
     saveRequested = pyqtSignal(str)

@@ -31,9 +31,9 @@ class SourceListView(QWidget):
     stillRequested = pyqtSignal(str)
     """The URI of a source to open, but not to start."""
     besideRequested = pyqtSignal(str)
-    """The URI of a source to open beside what is open."""
+    """The URI of an additional source to open."""
     addressEntered = pyqtSignal(str)
-    """What was typed into the address field."""
+    """The text of the address field."""
     disconnectRequested = pyqtSignal()
     refreshRequested = pyqtSignal()
     forgetRequested = pyqtSignal(str)
@@ -52,7 +52,7 @@ class SourceListView(QWidget):
         self._connected = False
         self._current = ""
         self._select_current = False
-        "Whether what is at hand is to be selected once it is listed."
+        "Whether to select the current source once it is listed."
         self._recent = QStringListModel(self)
         completer = QCompleter(self._recent, self)
         completer.setFilterMode(Qt.MatchFlag.MatchContains)
@@ -114,11 +114,11 @@ class SourceListView(QWidget):
         self._update_button()
 
     def setRecent(self, uris: Sequence[str]) -> None:
-        """What the address field offers to complete."""
+        """Set the completions of the address field."""
         self._recent.setStringList(list(uris))
 
     def setSearching(self, searching: bool) -> None:
-        """Whether a search is under way."""
+        """Whether a search is in progress."""
         self.refreshButton.setEnabled(not searching)
 
     def focusAddress(self) -> None:
@@ -137,14 +137,14 @@ class SourceListView(QWidget):
             self.focusAddress()
 
     def requestStill(self) -> None:
-        """Open what is typed or chosen, or what is to be typed, without starting it."""
+        """Open the typed or chosen source without starting it; focus the address field if there is none."""
         if chosen := self.addressEdit.text().strip() or self.selected:
             self.stillRequested.emit(chosen)
         else:
             self.focusAddress()
 
     def requestBeside(self) -> None:
-        """As if the button were pressed that opens what is typed or chosen beside what is open."""
+        """Open the typed or chosen source as an additional one, as its button does."""
         if other := self._other():
             self.addressEdit.clear()
             self.besideRequested.emit(other)
@@ -186,11 +186,11 @@ class SourceListView(QWidget):
             self.requestConnect()
 
     def _leaves(self) -> bool:
-        """Whether the button lets go: something is open and nothing else was chosen."""
+        """Whether the button disconnects: a source is open and no other was chosen."""
         return self._connected and not self._other()
 
     def _other(self) -> str:
-        """What was typed or chosen besides what is at hand; empty for nothing."""
+        """The typed or chosen source, if it is not the current one; else empty."""
         return self.addressEdit.text().strip() or (self.selected if self.selected != self._current else "")
 
     def _update_button(self) -> None:

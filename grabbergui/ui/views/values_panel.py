@@ -23,7 +23,7 @@ COLOURS = ("#2f7ed8", "#d9480f", "#2b8a3e", "#9c36b5", "#c92a2a", "#0b7285")
 
 
 class ValuesPanel(QWidget):
-    """Setters for the curves and their samples; signals for what is wanted."""
+    """Setters for the curves and their samples; signals for the requested actions."""
 
     removed = pyqtSignal(str)
     """A curve is not wanted any more."""

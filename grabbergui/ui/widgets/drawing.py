@@ -18,7 +18,7 @@ LEAST = 2.0
 
 
 class Purpose(Enum):
-    """What is drawn."""
+    """The shape that is drawn."""
 
     SENSOR_REGION = "sensor region"
     FOCUS_REGION = "focus region"
@@ -48,7 +48,7 @@ class DrawingTool(QObject):
 
     @property
     def purpose(self) -> Purpose | None:
-        """What is being drawn."""
+        """The shape in progress."""
         return self._purpose
 
     def begin(self, purpose: Purpose) -> None:

@@ -15,7 +15,7 @@ GRID_PARTS = 6
 
 
 class Mark(Enum):
-    """What is marked by a person, and in which colour."""
+    """The marks of the user, and their colours."""
 
     DRAFT = "#ffffff"
     "Being drawn."
@@ -95,7 +95,7 @@ class PictureMarks(pg.GraphicsObject):  # type: ignore[misc]  # the library has 
                 self._tell_size(painter, chosen)
 
     def _darken_around(self, painter: QPainter, chosen: QRectF) -> None:
-        """What is not chosen steps back, so that the choice can be judged while it is made."""
+        """Dims the area outside the choice, so that the choice can be judged while it is made."""
         around = QPainterPath()
         around.addRect(self.boundingRect())
         around.addRect(chosen.intersected(self.boundingRect()))

@@ -94,7 +94,7 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
         self._lines.clear()
 
     def values(self, name: str) -> NDArray[Any] | None:
-        """What is shown of a channel."""
+        """The shown values of a channel."""
         return self._lines[name].yData if name in self._lines else None
 
     def changeEvent(self, event: QEvent) -> None:

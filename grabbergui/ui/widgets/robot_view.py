@@ -40,7 +40,7 @@ class Orbit:
     centre: tuple[float, float, float] = (0.3, -0.15, 0.28)
 
     def turned(self, right: float, down: float) -> Orbit:
-        """As after a drag by so many radians: what is seen follows the hand."""
+        """Turn the view by so many radians, as a drag does: the scene follows the pointer."""
         elevation = min(max(self.elevation + down, -STEEPEST), STEEPEST)
         return replace(self, azimuth=self.azimuth - right, elevation=elevation)
 
@@ -140,7 +140,7 @@ class RobotView(QWidget):
             self.update()
 
     def mouseReleaseEvent(self, event: QMouseEvent | None) -> None:
-        """Let go."""
+        """End the drag."""
         self._grip = None
         self.setCursor(Qt.CursorShape.OpenHandCursor)
 
@@ -157,7 +157,7 @@ class RobotView(QWidget):
             event.accept()
 
     def paintEvent(self, event: QPaintEvent | None) -> None:
-        """Draw everything, what is farther away first."""
+        """Draw everything, farther parts first."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillRect(self.rect(), self.palette().color(QPalette.ColorRole.Base))

@@ -40,7 +40,7 @@ class StateStrip(QWidget):
 
     @property
     def state(self) -> State | None:
-        """What is lit."""
+        """The lit state."""
         return self._state
 
     def setState(self, state: State) -> None:
@@ -142,7 +142,7 @@ class TimePlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
             line.setData(times, column)
 
     def values(self, curve: int = 0) -> NDArray[Any] | None:
-        """What is shown of a curve."""
+        """The shown samples of a curve."""
         values: NDArray[Any] | None = self._lines[curve].yData
         return values
 

@@ -50,7 +50,7 @@ class SourceDelegate(QStyledItemDelegate):
         hindered = bool(source.info.note)
         ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
         line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
-        # The serial number at the end tells a camera from its neighbours.
+        # The serial number at the end distinguishes a camera from its neighbours.
         line = _text(painter, line, title, ink, _title(source), Qt.TextElideMode.ElideMiddle)
         muted = palette.color(QPalette.PlaceholderText)
         for detail in _details(source):
@@ -81,7 +81,7 @@ class SourceDelegate(QStyledItemDelegate):
 
 
 def _title(source: ListedSource) -> str:
-    """The vendor stands below, so that there is room for what tells it from its neighbours."""
+    """The vendor stands below, so that there is space for the serial number."""
     return source.info.short_title
 
 

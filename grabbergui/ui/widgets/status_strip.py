@@ -20,7 +20,7 @@ LEAST_TITLE = 60
 ROOM = 20
 "Pixels above and below the text: buttons of messages stand there."
 MOST_MESSAGE = 640
-"Pixels of a message for which figures make way; what is longer is shown in full by its button."
+"Pixels of a message for which figures make way; a longer one is shown in full by its button."
 
 
 class StatusStrip(QWidget):
@@ -84,7 +84,7 @@ class StatusStrip(QWidget):
         self._show(self.bandwidthLabel, localized(f"{bytes_per_second / 1e6:.1f} MB/s"))
 
     def setLosses(self, text: str, tone: Tone, detail: str) -> None:
-        """What was lost, how bad that is, and every counter for the tooltip."""
+        """Show the losses, their severity, and every counter in the tooltip."""
         self._show(self.lossLabel, text)
         self.lossLabel.setToolTip(detail)
         restyle(self.lossLabel, "tone", tone.value)

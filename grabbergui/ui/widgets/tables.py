@@ -76,7 +76,7 @@ class ChangeTable(QAbstractTableModel):
             self._forget(SOME)
 
     def texts(self, change: Change) -> tuple[str, ...]:
-        """What the columns show of a change."""
+        """The columns' texts for a change."""
         seconds = time.strftime("%H:%M:%S", time.localtime(change.time))
         moment = f"{seconds}.{int(change.time * 1000) % 1000:03d}"
         values = (self.tr("run"), "") if change.command else (change.before, change.after)
