@@ -247,6 +247,8 @@ class Operator:
 
     def resize(self, width: int, height: int) -> None:
         """As with the mouse at the window's edge: the size that the window manager is asked for."""
+        # Qt knows that its window is active before the window manager has said so to everybody.
+        until(lambda: not _xdotool(self._environment, "getactivewindow")[0], "an active window")
         self._do("getactivewindow", "windowsize", "--sync", width, height)
 
     def shot(self, name: str) -> None:

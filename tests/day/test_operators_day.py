@@ -239,10 +239,17 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     operator.wheel(SLIDER, -2)
     until(lambda: first.exposure < before, "a shorter exposure by the wheel")
     day.agrees("tuned by wheel")
-    before = first.exposure
-    operator.keys("Right")
-    until(lambda: first.exposure > before, "a longer exposure by an arrow key")
-    day.agrees("tuned by key")
+    # An arrow key is 1 %, with Shift a tenth of that and with Ctrl ten times as much.
+    for keys, microseconds in (("Right", 200), ("shift+Right", 20), ("ctrl+Right", 2000)):
+        type_exposure(operator, "20 ms")
+        until(lambda: first.exposure == 20000, "20 ms")
+        operator.click("row('ExposureTime').editor.field", 0.2)
+        operator.keys("Tab")
+        operator.until(f"{SLIDER}.hasFocus()")
+        operator.keys(keys)
+        until(lambda: first.exposure != 20000, f"a step by {keys}")
+        day.agrees(f"stepped by {keys}")
+        assert first.exposure == 20000 + microseconds, keys
     type_exposure(operator, "25 ms")
     until(lambda: first.exposure == 25000, "25 ms")
     day.agrees("typed")
