@@ -510,17 +510,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="52"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="53"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="83"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="79"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="83"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>

@@ -15,10 +15,11 @@ from grabbergui.ui.widgets.picture_items import Thumbnail
 
 TILE_WIDTH = 204
 TILE_HEIGHT = 156
+COMPACT_WIDTH = 152
 COMPACT_HEIGHT = 62
-"Of a tile where the window is low."
+"Of a tile where the window is low: two stand beside each other on 800 pixels."
 PICTURE = (150, 84)
-COMPACT_PICTURE = (72, 50)
+COMPACT_PICTURE = (60, 50)
 "Least pixels of a tile's picture."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 
@@ -59,7 +60,10 @@ class CameraTile(QFrame):
         self.verticalLayout.setSpacing(6 if compact else 1)
         self.thumbnail.setMinimumSize(*(COMPACT_PICTURE if compact else PICTURE))
         self.thumbnail.setMaximumWidth(COMPACT_PICTURE[0] if compact else TILE_WIDTH)
-        self.setFixedSize(TILE_WIDTH, COMPACT_HEIGHT if compact else TILE_HEIGHT)
+        if compact:
+            self.setFixedSize(COMPACT_WIDTH, COMPACT_HEIGHT)
+        else:
+            self.setFixedSize(TILE_WIDTH, TILE_HEIGHT)
 
     def setState(self, text: str, tone: Tone) -> None:
         """How it is doing, in a word or a figure, and how good that is."""
