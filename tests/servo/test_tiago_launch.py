@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from grabbergui.cli import servo, simulate
+from grabbergui.cli.parsing import CommandParser
 from patience import PROGRAM
 
 LAUNCH_FILE = Path(__file__).parents[2] / "resources/ros2/tiago-demo.launch.py"
@@ -58,7 +59,7 @@ def described(monkeypatch):
 
 def options(*arguments):
     parser = argparse.ArgumentParser()
-    commands = parser.add_subparsers(required=True)
+    commands = parser.add_subparsers(required=True, parser_class=CommandParser)
     for family in (servo, simulate):
         family.add_commands(commands)
     return parser.parse_args(arguments)
