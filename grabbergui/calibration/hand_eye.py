@@ -1,0 +1,396 @@
+"""Hand–eye calibration: where a camera sits on a robot, from images of one target in many joint poses.
+
+One model covers every arrangement. The camera hangs on a chain of joints or stands still, and so does the
+target: eye in head and eye in hand have the camera on a chain, eye to hand has the target on one, and a head
+that looks at a board in the hand has both. Sought are the camera on its chain's tool, the target on its, and
+the constant offsets of the joints.
+
+OpenCV's closed-form methods (Tsai, Park, Horaud, Andreff, Daniilidis) give a start, and the best one is
+refined by Levenberg–Marquardt on the pixels of all corners at once, weighted by how noisy corners and joint
+readings are. Two offsets cannot be told from the poses that are sought, so they stay zero and are part of
+them: that of a chain's last joint, which turns the tool as the camera's own rotation does, and, where the
+other side stands still, that of the first joint, which turns the whole scene.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
+
+FEWEST_VIEWS = 5
+LEAST_NOISE = 0.01
+"Pixels below which no detection of corners is."
+OFFSET_SPREAD = math.radians(0.5)
+"Standard deviation that joint offsets are expected to have before anything is measured."
+READING_SPREADS = tuple(math.radians(degrees) for degrees in (0.0, 0.02, 0.05, 0.1, 0.2, 0.5))
+"Noise of joint readings that is tried, standard deviations."
+OUTLIER = 4.0
+"A view that is so many times further off than the median is left out."
+_TOO_LITTLE = "the views differ too little: turn camera or target about two axes between them"
+_METHODS = (
+    cv2.CALIB_HAND_EYE_PARK,
+    cv2.CALIB_HAND_EYE_HORAUD,
+    cv2.CALIB_HAND_EYE_DANIILIDIS,
+    cv2.CALIB_HAND_EYE_TSAI,
+    cv2.CALIB_HAND_EYE_ANDREFF,
+)
+_STEP = 1e-6
+_ITERATIONS = 60
+
+
+class Joints(Protocol):
+    """A chain of rotary joints, as `servo.kinematics` has them."""
+
+    @property
+    def low(self) -> Vector:
+        """Lower limit of every joint, radians."""
+        ...
+
+    @property
+    def high(self) -> Vector:
+        """Upper limit of every joint, radians."""
+        ...
+
+    def forward(self, angles: Vector) -> Pose:
+        """Return the tool's pose in the base."""
+        ...
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """What moves: the camera's chain and the target's; None for a part that stands still in the base."""
+
+    camera: Joints | None
+    target: Joints | None
+
+    def __post_init__(self) -> None:
+        if self.camera is None and self.target is None:
+            raise UsageError("nothing moves: camera or target must be on a chain of joints")
+
+    def free_offsets(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which joint offsets of the camera's and of the target's chain can be found."""
+        camera, target = (
+            np.ones(0 if chain is None else len(chain.low), bool) for chain in (self.camera, self.target)
+        )
+        for own, other in ((camera, target), (target, camera)):
+            own[-1:] = False
+            if not other.size:
+                own[:1] = False
+        return camera, target
+
+
+@dataclass(frozen=True, eq=False)
+class HandEyeView:
+    """The target in one image, and the joints meanwhile."""
+
+    camera_angles: Vector
+    "Radians; empty for a camera that stands still."
+    target_angles: Vector
+    "Radians; empty for a target that stands still."
+    points: NDArray[np.float64]
+    "(n, 3) corners in the target's frame, metres."
+    pixels: NDArray[np.float64]
+    "(n, 2) where they are seen."
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """What is sought."""
+
+    camera: Pose
+    "The optical frame on its chain's tool, or in the base."
+    target: Pose
+    "The target on its chain's tool, or in the base."
+    camera_offsets: Vector
+    "Radians to be added to the camera chain's readings."
+    target_offsets: Vector
+    "Radians to be added to the target chain's readings."
+
+
+@dataclass(frozen=True, eq=False)
+class HandEyeResult(Guess):
+    """The outcome and how sure it is."""
+
+    covariance: NDArray[np.float64] = field(default_factory=lambda: np.zeros((6, 6)))
+    "(6, 6) of the camera's pose: metres along, then radians about the axes of what it is mounted on."
+    rms: float = 0.0
+    "Pixels, of the views that were used."
+    errors: tuple[float, ...] = ()
+    "Root mean square of every view's corners, pixels; NaN for one that was left out."
+    reading_spread: float = 0.0
+    "Radians: standard deviation of the joint readings, of `READING_SPREADS`."
+
+    @property
+    def uncertainty(self) -> tuple[float, float]:
+        """Return the camera's standard deviations: metres, and radians (root sum of squares of the axes)."""
+        spread = np.diag(self.covariance)
+        return math.sqrt(float(spread[:3].sum())), math.sqrt(float(spread[3:].sum()))
+
+
+def camera_from_target(arrangement: Arrangement, guess: Guess, camera: Vector, target: Vector) -> Pose:
+    """Return the target's pose in the camera's optical frame for joint readings."""
+    eye, held = guess.camera, guess.target
+    if arrangement.camera is not None:
+        eye = arrangement.camera.forward(camera + guess.camera_offsets) @ eye
+    if arrangement.target is not None:
+        held = arrangement.target.forward(target + guess.target_offsets) @ held
+    return geometry.inverse(eye) @ held
+
+
+def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: Calibration) -> HandEyeResult:
+    """Find camera, target and joint offsets. Raises UsageError for too few views or too little motion.
+
+    How noisy corners are is measured by fitting the target to each image alone, how noisy joint readings are
+    by which of `READING_SPREADS` makes all views together the most likely.
+    """
+    if len(views) < FEWEST_VIEWS:
+        raise UsageError(f"hand–eye calibration needs {FEWEST_VIEWS} views or more, not {len(views)}")
+    problem = Problem(arrangement, calibration)
+    start, pixel = _start(problem, views)
+    used = list(views)
+    fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
+    best = max(fits, key=lambda fit: fit.likelihood)
+    strange = [best.strangeness(view, best.guess) for view in views]
+    limit = OUTLIER * max(float(np.median(strange)), 1.0)
+    used = [view for view, much in zip(views, strange, strict=True) if much <= limit]
+    if len(used) < FEWEST_VIEWS:
+        raise UsageError("the views contradict one another: check the target's size and the calibration")
+    if len(used) < len(views):
+        fits = [_Fit(problem, used, start, pixel, spread) for spread in READING_SPREADS]
+        best = max(fits, key=lambda fit: fit.likelihood)
+    guess, errors = best.guess, [problem.error(view, best.guess) for view in views]
+    return HandEyeResult(
+        guess.camera,
+        guess.target,
+        guess.camera_offsets,
+        guess.target_offsets,
+        best.covariance()[:6, :6],
+        math.sqrt(float(np.mean([problem.error(view, guess) ** 2 for view in used]))),
+        tuple(error if much <= limit else math.nan for error, much in zip(errors, strange, strict=True)),
+        best.spread,
+    )
+
+
+class Problem:
+    """Residuals of an arrangement and their derivatives.
+
+    Parameters are small changes to a guess: camera (6) and target (6), each metres along and radians about
+    the axes of what it is mounted on, then the joint offsets that can be found.
+    """
+
+    def __init__(self, arrangement: Arrangement, calibration: Calibration) -> None:
+        self.arrangement, self.calibration = arrangement, calibration
+        self._free = arrangement.free_offsets()
+        self.size = 12 + int(self._free[0].sum() + self._free[1].sum())
+
+    def prior(self, guess: Guess) -> Vector:
+        """Return the offsets over their expected spread, the residuals that keep them small."""
+        offsets = (guess.camera_offsets[self._free[0]], guess.target_offsets[self._free[1]])
+        return np.concatenate(offsets) / OFFSET_SPREAD
+
+    def changed(self, guess: Guess, change: Vector) -> Guess:
+        """Return the guess after a small change of the parameters."""
+        offsets, start = [], 12
+        for free, before in zip(self._free, (guess.camera_offsets, guess.target_offsets), strict=True):
+            after, end = before.copy(), start + int(free.sum())
+            after[free] += change[start:end]
+            offsets.append(after)
+            start = end
+        return Guess(
+            geometry.add_delta(guess.camera, change[:6]),
+            geometry.add_delta(guess.target, change[6:12]),
+            *offsets,
+        )
+
+    def residuals(self, view: HandEyeView, guess: Guess) -> Vector:
+        """Return (2 n,) pixels from where corners are seen to where the guess has them."""
+        pose = camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
+        seen, _ = cv2.projectPoints(
+            view.points,
+            geometry.vector_from_rotation(pose[:3, :3]),
+            pose[:3, 3],
+            self.calibration.matrix,
+            self.calibration.distortion,
+        )
+        return np.ravel(np.asarray(seen, np.float64).reshape(-1, 2) - view.pixels)
+
+    def jacobian(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+        """Return (2 n, size): the residuals' derivatives, by differences."""
+        columns = []
+        for change in np.eye(self.size) * _STEP:
+            ahead, behind = self.changed(guess, change), self.changed(guess, -change)
+            columns.append((self.residuals(view, ahead) - self.residuals(view, behind)) / (2 * _STEP))
+        return np.column_stack(columns)
+
+    def by_readings(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+        """Return (2 n, joints): the residuals' derivatives by the readings of all joints."""
+        columns = []
+        for name in ("camera_angles", "target_angles"):
+            angles: Vector = getattr(view, name)
+            for change in np.eye(len(angles)) * _STEP:
+                ahead = self.residuals(replace(view, **{name: angles + change}), guess)
+                behind = self.residuals(replace(view, **{name: angles - change}), guess)
+                columns.append((ahead - behind) / (2 * _STEP))
+        return np.column_stack(columns)
+
+    def error(self, view: HandEyeView, guess: Guess) -> float:
+        """Return the root mean square distance of a view's corners, pixels."""
+        residuals = self.residuals(view, guess)
+        return math.sqrt(float(residuals @ residuals) / len(view.points))
+
+
+def information(
+    problem: Problem, views: Sequence[HandEyeView], guess: Guess, pixel: float
+) -> NDArray[np.float64]:
+    """Return (size, size): what views and prior know of the parameters; corners are `pixel` pixels sure."""
+    known = np.zeros((problem.size, problem.size))
+    known[12:, 12:] = np.eye(problem.size - 12) / OFFSET_SPREAD**2
+    for view in views:
+        jacobian = problem.jacobian(view, guess)
+        known += jacobian.T @ jacobian / pixel**2
+    return known
+
+
+class _Fit:
+    """The most likely guess if corners and joint readings are so noisy, by Levenberg–Marquardt."""
+
+    def __init__(
+        self, problem: Problem, views: Sequence[HandEyeView], start: Guess, pixel: float, spread: float
+    ) -> None:
+        self.spread = spread
+        self._problem, self._views, self._pixel = problem, views, pixel
+        self._white = self._whitening(start)
+        self.guess = self._descended(start)
+        # Once more, as noise of the readings acts through the geometry that was just found.
+        self._white = self._whitening(self.guess)
+        self.guess = self._descended(self.guess)
+        self.likelihood = self._trimmed_likelihood()
+
+    def strangeness(self, view: HandEyeView, guess: Guess) -> float:
+        """Return how many times its noise a view is off, root mean square."""
+        white = self._whitened(view, guess) @ self._problem.residuals(view, guess)
+        return math.sqrt(float(white @ white) / len(white))
+
+    def covariance(self) -> NDArray[np.float64]:
+        """Return the parameters' covariance. Raises UsageError if something was not found at all."""
+        jacobian, residuals = self._jacobian(self.guess), self._residuals(self.guess)
+        known = jacobian.T @ jacobian
+        if np.linalg.cond(known) > 1e14:
+            raise UsageError(_TOO_LITTLE)
+        freedom = max(len(residuals) - len(known), 1)
+        return np.linalg.inv(known).astype(np.float64) * max(1.0, float(residuals @ residuals) / freedom)
+
+    def _descended(self, guess: Guess) -> Guess:
+        now, damping = self._residuals(guess), 1e-3
+        for _ in range(_ITERATIONS):
+            jacobian = self._jacobian(guess)
+            known, gradient = jacobian.T @ jacobian, jacobian.T @ now
+            while damping < 1e9:
+                step = np.linalg.solve(known + damping * np.diag(np.diag(known)), -gradient)
+                after = self._problem.changed(guess, step.astype(np.float64))
+                then = self._residuals(after)
+                if then @ then < now @ now:
+                    break
+                damping *= 10
+            else:
+                return guess
+            gained = float(now @ now - then @ then)
+            guess, now, damping = after, then, max(damping / 10, 1e-9)
+            if gained < 1e-5 * float(now @ now):
+                break
+        return guess
+
+    def _residuals(self, guess: Guess) -> Vector:
+        corners = [
+            white @ self._problem.residuals(view, guess)
+            for white, view in zip(self._white, self._views, strict=True)
+        ]
+        return np.concatenate([*corners, self._problem.prior(guess)])
+
+    def _jacobian(self, guess: Guess) -> NDArray[np.float64]:
+        corners = [
+            white @ self._problem.jacobian(view, guess)
+            for white, view in zip(self._white, self._views, strict=True)
+        ]
+        offsets = self._problem.size - 12
+        prior = np.hstack((np.zeros((offsets, 12)), np.eye(offsets) / OFFSET_SPREAD))
+        return np.vstack([*corners, prior])
+
+    def _whitening(self, guess: Guess) -> list[NDArray[np.float64]]:
+        """Return every view's weights; views that are far off get less, so that one cannot bend the rest."""
+        strange = np.array([self.strangeness(view, guess) for view in self._views])
+        shares = np.minimum(1.0, 2 * max(float(np.median(strange)), 1.0) / np.maximum(strange, 1e-9))
+        return [share * self._whitened(view, guess) for share, view in zip(shares, self._views, strict=True)]
+
+    def _trimmed_likelihood(self) -> float:
+        """Return the logarithm of how likely the views are, the least likely tenth left out."""
+        each = []
+        for view in self._views:
+            weight = self._whitened(view, self.guess)
+            white = weight @ self._problem.residuals(view, self.guess)
+            each.append(float(np.log(np.diag(weight)).sum()) - 0.5 * float(white @ white))
+        return sum(sorted(each)[math.ceil(len(each) / 10) :])
+
+    def _whitened(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+        """Return (2 n, 2 n): what makes a view's residuals independent and of unit variance."""
+        moved = self._problem.by_readings(view, guess) * self.spread
+        covariance = self._pixel**2 * np.eye(len(moved)) + moved @ moved.T
+        return np.linalg.inv(np.linalg.cholesky(covariance)).astype(np.float64)
+
+
+def _start(problem: Problem, views: Sequence[HandEyeView]) -> tuple[Guess, float]:
+    """Return the best of OpenCV's closed-form solutions, and the noise of corners in pixels."""
+    arrangement, calibration = problem.arrangement, problem.calibration
+    none = [
+        np.zeros(0 if chain is None else len(chain.low)) for chain in (arrangement.camera, arrangement.target)
+    ]
+    still = Guess(np.eye(4), np.eye(4), *none)
+    tools, targets, squares, freedom = [], [], 0.0, 0
+    for view in views:
+        found, turn, place = cv2.solvePnP(
+            view.points, view.pixels, calibration.matrix, calibration.distortion
+        )
+        if not found:
+            raise UsageError("a view shows the target so that no pose fits it; leave it out")
+        targets.append(geometry.pose(geometry.rotation_from_vector(turn.ravel()), place.ravel()))
+        seen, _ = cv2.projectPoints(view.points, turn, place, calibration.matrix, calibration.distortion)
+        squares += float(np.sum((np.asarray(seen).reshape(-1, 2) - view.pixels) ** 2))
+        freedom += 2 * len(view.points) - 6
+        # The camera's mount as seen from the target's.
+        tools.append(
+            geometry.inverse(camera_from_target(arrangement, still, view.camera_angles, view.target_angles))
+        )
+    best, least = None, math.inf
+    for method in _METHODS:
+        try:
+            rotation, place = cv2.calibrateHandEye(
+                [tool[:3, :3] for tool in tools],
+                [tool[:3, 3] for tool in tools],
+                [target[:3, :3] for target in targets],
+                [target[:3, 3] for target in targets],
+                method=method,
+            )
+        except cv2.error:
+            continue
+        camera = geometry.pose(rotation, np.ravel(place))
+        if not geometry.is_pose(camera):
+            continue
+        for tool, target in zip(tools, targets, strict=True):
+            guess = Guess(camera, tool @ camera @ target, *none)
+            error = float(np.median([problem.error(view, guess) for view in views]))
+            if error < least:
+                best, least = guess, error
+    if best is None:
+        raise UsageError(_TOO_LITTLE)
+    return best, max(math.sqrt(squares / max(freedom, 1)), LEAST_NOISE)
