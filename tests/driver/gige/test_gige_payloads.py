@@ -34,6 +34,7 @@ from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.contents import FILE_NAME, range_image
+from grabbergui.driver.sim.gige.packets import Block
 from grabbergui.driver.sim.gige.server import GigeCamera
 from grabbergui.driver.sim.gige.stream import Faults
 from grabbergui.driver.sim.model import CameraModel
@@ -254,3 +255,14 @@ def test_raw_data_whose_last_packet_is_padded() -> None:
     (block,) = assembler.finished()
     frame = FrameBuilder(0).build(block)
     assert frame.payload.tobytes() == b"\1" * 100 + b"\2" * 100 + b"\3" * 50
+
+
+def test_the_leaders_header_counts_the_parts() -> None:
+    """With 64-bit ids; Aravis reads no part without it."""
+    model = CameraModel(power_on=SMALL | dict.fromkeys(reg.COMPONENT_ENABLE, 1))
+    model.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
+    plan = model.next_frame(PATIENCE)
+    assert plan is not None
+    block = Block(plan, np.zeros(plan.payload_bytes, np.uint8), 1500, extended=True)
+    header = PacketHeader.decode(block.leader())
+    assert (header.parts, len(Leader.decode(block.leader()[header.size :]).parts)) == (3, 3)

@@ -146,7 +146,10 @@ class Block:
                 settings.offset_x,
                 settings.offset_y,
             )
-        return self._header(PacketFormat.LEADER, 0) + body.encode()
+        header = PacketHeader(
+            PacketFormat.LEADER, self.block_id, 0, extended=self.extended, parts=len(body.parts)
+        )
+        return header.encode() + body.encode()
 
     def trailer(self) -> bytes:
         """The trailer's datagram."""
