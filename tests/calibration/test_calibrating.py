@@ -11,6 +11,7 @@ from grabbergui.calibration.boards import CharucoBoard, Chessboard
 from grabbergui.calibration.collector import Collector, Verdict, placed
 from grabbergui.calibration.coverage import Coverage, Placement
 from grabbergui.cli import calibrate
+from grabbergui.cli.parsing import CommandParser
 from grabbergui.core.errors import UsageError
 from grabbergui.driver.sim.rendered.scene import at
 from grabbergui.driver.sim.rendered.world import Panel, draw
@@ -164,7 +165,7 @@ def test_what_is_missing_is_told_until_nothing_is():
 
 def options(*arguments):
     parser = argparse.ArgumentParser()
-    calibrate.add_commands(parser.add_subparsers(required=True))
+    calibrate.add_commands(parser.add_subparsers(required=True, parser_class=CommandParser))
     return parser.parse_args(("calibrate", *arguments))
 
 

@@ -5,6 +5,7 @@ import argparse
 import pytest
 
 from grabbergui.cli import features, frames
+from grabbergui.cli.parsing import CommandParser
 from grabbergui.core.errors import GrabberError, UsageError
 from grabbergui.recording.recording import open_recording
 
@@ -13,7 +14,7 @@ SMALL = "sim:?width=64&height=48&fps=100"
 
 def run(*arguments):
     parser = argparse.ArgumentParser()
-    commands = parser.add_subparsers(required=True)
+    commands = parser.add_subparsers(required=True, parser_class=CommandParser)
     features.add_commands(commands)
     frames.add_commands(commands)
     options = parser.parse_args([str(argument) for argument in arguments])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from grabbergui.cli import servo as command
+from grabbergui.cli.parsing import CommandParser
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
@@ -256,7 +257,7 @@ def test_ticks_are_round_and_few(low, high):
 
 def options(*arguments):
     parser = argparse.ArgumentParser()
-    command.add_commands(parser.add_subparsers(required=True))
+    command.add_commands(parser.add_subparsers(required=True, parser_class=CommandParser))
     return parser.parse_args(arguments)
 
 
