@@ -46,6 +46,10 @@ class ReadOnlyGrabber(SharedGrabber):
         """Return False: no write gets as far as to pause the stream."""
         return False
 
+    def offered(self, feature: Feature) -> Feature:
+        """Return the feature as nobody may write it."""
+        return FrameGrabber.offered(self, feature)  # which asks for the access of this class
+
     def execute(self, name: str) -> None:
         """Raise FeatureAccessError, or FeatureNotFoundError."""
         raise FeatureAccessError(f"{super().feature(name).name} cannot be run: {_REASON}", name)

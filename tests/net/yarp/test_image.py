@@ -3,7 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grabbergui.core import pfnc
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
+from grabbergui.core.frame import Frame
 from grabbergui.net.yarp import image
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.values import Vocab
@@ -65,3 +67,21 @@ def test_arrays_that_fit_no_code_are_refused():
         image.encode(np.zeros((4, 4), np.uint8), "rgb")
     with pytest.raises(LocalProtocolError, match="no pixel code xyz"):
         image.encode(np.zeros((4, 4), np.uint8), "xyz")
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "dtype"),
+    [
+        ("Mono8", "mono", np.uint8),
+        ("Mono12p", "mo16", np.uint16),
+        ("Mono8s", "mono", np.uint8),
+        ("Coord3D_C32f", "mono", np.uint8),
+        ("RGB16", "rgb", np.uint8),
+        ("RGB8", "rgb", np.uint8),
+    ],
+)
+def test_values_that_yarp_has_no_code_for_are_sent_as_they_are_shown(name, code, dtype):
+    pixel_format = pfnc.by_name(name)
+    payload = np.random.default_rng(1).integers(0, 120, pixel_format.image_bytes(8, 4), np.uint8)
+    pixels, sent = image.Capability.RAW.picture(Frame(payload, 8, 4, pixel_format))
+    assert (sent, pixels.dtype) == (code, dtype)
