@@ -49,7 +49,8 @@ def test_every_file_of_the_repository_is_in_the_source_distribution():
 class Installation:
     """The program, installed from its source distribution into an environment of its own.
 
-    The packages that it needs are those of the tests' environment, without what is installed editable there.
+    The packages that it needs, pip and setuptools too, are those of the tests' environment, without what is
+    installed editable there. Nothing is fetched.
     """
 
     def __init__(self, folder):
@@ -62,19 +63,10 @@ class Installation:
             target.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / path, target)
         self.prefix = folder / "environment"
-        venv.create(self.prefix, with_pip=True)
+        venv.create(self.prefix)
         self.bin = self.prefix / ("Scripts" if os.name == "nt" else "bin")
         site = next(self.prefix.rglob("site-packages"))
         site.joinpath("borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n", "utf-8")
-        self.python(
-            "-m",
-            "pip",
-            "install",
-            "-q",
-            "--disable-pip-version-check",
-            "--ignore-installed",
-            "setuptools>=77",
-        )
         self.python(
             "-c",
             f"from setuptools import build_meta; build_meta.build_sdist({str(folder)!r})",

@@ -39,6 +39,8 @@ CONFIDENCE = 0.6
 "YuNet's score below which a box is no face."
 _SMALLEST = 24
 _CASCADE_FILE = "haarcascade_frontalface_default.xml"
+FEWEST_PIXELS = 16
+"Of the shorter side of an image in which a face may be recognised."
 _BRIGHT, _STRONGEST_GAIN = 220, 4.0
 "What the brightest percent of a dark image is raised to, and how far at most."
 
@@ -115,11 +117,13 @@ class YuNetFaceDetector(FaceDetector):
     def detect(self, grey: Grey) -> list[FaceDetection]:
         """Return all faces in an image (rows, columns) uint8."""
         height, width = grey.shape
+        if min(height, width) < FEWEST_PIXELS:
+            return []
         factor = max(1.0, math.sqrt(grey.size / self._search_pixels))
         reduced = _brightened(_reduced(grey, round(width / factor), max(1, round(height / factor))))
         self._network.setInputSize((reduced.shape[1], reduced.shape[0]))
         _, faces = self._network.detect(cv2.cvtColor(reduced, cv2.COLOR_GRAY2BGR))
-        # Of an image of a few pixels the network makes boxes without an end.
+        # The network may make boxes without an end.
         boxes = [] if faces is None else [box[:4] for box in faces if np.isfinite(box).all()]
         return [_face(box, factor, NETWORK_BOX, self._calibration, grey) for box in boxes]
 

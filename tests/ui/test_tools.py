@@ -114,7 +114,7 @@ def test_levels_are_fitted_to_a_dark_picture_of_twelve_bits(window_desk):
     levels = window_desk.program.picture.settings.levels
     assert 0 <= levels.black < levels.white < 0.5
     window_desk.watch(5)
-    assert screen(window_desk).mean() > 1.25 * before, "margins included"
+    assert screen(window_desk).mean() > 1.1 * before, "margins included"
     window_desk.qtbot.mouseClick(panel.resetButton, Qt.LeftButton)
     assert window_desk.program.picture.settings.levels.neutral
 

@@ -134,7 +134,8 @@ class Gallery(QWidget):
             tile.setCompact(compact)
         bar = self.scrollArea.horizontalScrollBar()
         below = bar.sizeHint().height() if bar is not None else 0
-        self.setFixedHeight((COMPACT_HEIGHT if compact else TILE_HEIGHT) + 10 + below // 2)
+        # A compact tile has no room at its foot that the scroll bar could cover.
+        self.setFixedHeight(COMPACT_HEIGHT + 10 + below if compact else TILE_HEIGHT + 10 + below // 2)
 
     def addTile(self) -> CameraTile:
         """One more, on the right."""

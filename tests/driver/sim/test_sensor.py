@@ -162,7 +162,7 @@ def test_every_format_fills_its_payload(lit, pixel_format):
     bench = lit(PIXEL_FORMAT=pixel_format.code)
     plan, payload = bench.payload()
     assert len(payload) == plan.payload_bytes == pixel_format.image_bytes(64, 48)
-    assert payload.any() or pixel_format.depth == 1  # the scene is darker than one half
+    assert payload.any() or pixel_format.depth <= 2  # the scene is darker than a quarter
 
 
 def test_the_default_scene_moves(make_bench):
