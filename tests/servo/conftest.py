@@ -29,7 +29,7 @@ def names():
 
 @pytest.fixture
 def config():
-    """Of a session in real time: on a machine that is slow just now, pictures and readings may be older.
+    """Of a run in real time: on a machine that is slow just now, pictures and readings may be older.
 
     With the limits of a real robot it would rightly not move at all there. Tests in simulated time hold them.
     """
