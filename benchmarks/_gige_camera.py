@@ -75,7 +75,7 @@ def serve(conditions: Conditions) -> None:
 
 @contextlib.contextmanager
 def camera_process(conditions: Conditions) -> Iterator[dict[int, float]]:
-    """The camera, started anew so that every receiver meets it fresh.
+    """The camera, started for each receiver, so that none meets a used one.
 
     Gives when each block's last payload packet left (monotonic seconds, by block id), filled at the end.
     """

@@ -48,7 +48,7 @@ class Run:
     arrivals: dict[str, float] = field(default_factory=dict)
     "When each frame was in the consumer's hands, by block id; monotonic seconds."
     resent: int = 0
-    "Packets that came because they were asked for again, where that is told."
+    "Packets received after a resend request, if the receiver reports them."
 
     @property
     def frames_per_second(self) -> float:

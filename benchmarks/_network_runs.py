@@ -21,7 +21,7 @@ CONTEXT = multiprocessing.get_context("spawn")
 SAME_STAMP = 100_000
 """Nanoseconds: YARP's envelope keeps some ten microseconds of a stamp."""
 IN_FLIGHT = 300_000_000
-"""Nanoseconds at the end of a measurement whose frames may still be under way; they are not judged."""
+"""Nanoseconds at the end of a measurement whose frames may still be in transit; they are not judged."""
 
 
 def on_this_machine_only() -> None:

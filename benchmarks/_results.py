@@ -86,7 +86,7 @@ class Section:
 
 
 def machine() -> str:
-    """The machine in one line, with how busy it is just now."""
+    """The machine in one line, with its current load."""
     known = Path("/proc/cpuinfo")
     lines = known.read_text().splitlines() if known.exists() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -76,7 +76,7 @@ def _send(pipe: Connection, order: Order, send: Callable[[int], object]) -> None
 
 
 def send_ours(pipe: Connection, order: Order) -> None:
-    """Answers that it is there; once told to begin, see `_send`."""
+    """Answer that it is there; after the command to begin, see `_send`."""
     header, body = image.encode(picture(*order.size), "rgb")
     port = OutputPort(SENDER, NameClient.find(order.names))
     with port:

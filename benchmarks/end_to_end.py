@@ -200,7 +200,7 @@ def may_open_packet_sockets() -> bool:
     return bool(effective >> CAP_NET_RAW & 1)
 
 
-# -- what is told ------------------------------------------------------------------------------------
+# -- the section ------------------------------------------------------------------------------------
 Figure = Callable[[Run], float]
 
 

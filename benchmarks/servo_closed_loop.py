@@ -193,7 +193,7 @@ def goals(found: dict[str, list[Result]], reached: dict[str, list[Result]]) -> l
 
 
 def many(model: KinematicModel, starts: int, seed: int) -> list[Result]:
-    """So many starts, told where one is not reached."""
+    """Run so many starts and report each that is not reached."""
     random = np.random.default_rng(seed)
     results: list[Result] = []
     for number in range(starts):

@@ -26,7 +26,7 @@ the widget's signal to the write in the camera, which notes it. *Picture*: to th
 other grey value; each frame's grey value says which gain it was exposed with. GigE Vision, YARP and ROS 2
 have the camera in another process; `sim:` and U3V (the protocol without a kernel's USB stack) in the
 window's own, and so has GenTL (EMVA's simulated producer, of which the frame rate is changed and no picture
-can be told from another).
+can be distinguished from another).
 
 Then the slider is dragged from end to end for {DRAG_SECONDS:g} s at {DRAG_RATE:g} signals a second. CPU is
 all of the window's process: with the stream, the painting and the camera where it is in there."""

@@ -47,7 +47,7 @@ CONTEXT = multiprocessing.get_context("spawn")
 METHOD = """RGB pictures from one process to another on the loopback, each sent when the one before is gone,
 for {seconds:g} seconds, {rounds} rounds in turn. Rates are those of the best round. *× YARP* compares runs of
 one round, which follow each other within seconds, and is the median of the rounds: what else the machine does
-hits both. *YARP* is {version}; its ports are C++, told what to do from Python. {without}CPU is of both
+hits both. *YARP* is {version}; its ports are C++, controlled from Python. {without}CPU is of both
 processes."""
 WITHOUT = "**It could not be imported here (`import yarp`), so that ours is only compared with ours.** "
 

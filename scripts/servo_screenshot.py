@@ -38,7 +38,7 @@ class Follower:
 
 
 def picture(run: closed_loop.ClosedLoop, number: int) -> Frame:
-    """What the camera sees just now, in colour."""
+    """What the camera sees at the moment, in colour."""
     settings = closed_loop.settings("RGB8")
     out = run._sensor.render(settings, number, int(run.now * 1e9), np.empty(settings.image_bytes, np.uint8))
     return Frame(out.reshape(-1).copy(), settings.width, settings.height, settings.pixel_format, number)

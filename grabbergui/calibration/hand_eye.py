@@ -7,7 +7,7 @@ the constant offsets of the joints.
 
 OpenCV's closed-form methods (Tsai, Park, Horaud, Andreff, Daniilidis) give a start, and the best one is
 refined by Levenberg–Marquardt on the pixels of all corners at once, weighted by how noisy corners and joint
-readings are. Two offsets cannot be told from the poses that are sought, so they stay zero and are part of
+readings are. Two offsets cannot be separated from the poses that are sought; they stay zero and are part of
 them: that of a chain's last joint, which turns the tool as the camera's own rotation does, and, where the
 other side stands still, that of the first joint, which turns the whole scene.
 """

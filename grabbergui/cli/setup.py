@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.config.shipped_files import MANUAL, RESOURCES
+from grabbergui.core import folders
 from grabbergui.core.errors import MissingFileError, UsageError
 from grabbergui.core.invocation import program
-from grabbergui.setup import completion, folders, udev
+from grabbergui.setup import completion, udev
 from grabbergui.setup.desktop import DesktopEntry
 from grabbergui.setup.words import SHELLS
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from grabbergui.core import folders
 from grabbergui.core.errors import FrameTimeoutError
 from grabbergui.core.features import Feature
 from grabbergui.core.frame import Frame
@@ -152,7 +153,7 @@ class _Measurement:
 
 
 class _Known:
-    """Latencies by camera, in `XDG_CACHE_HOME/grabbergui/latency.json`; a file that is damaged knows none."""
+    """Latencies by camera, kept in a file of the user's cache; a damaged one holds none."""
 
     @staticmethod
     def name_of(info: DeviceInfo) -> str:
@@ -161,8 +162,7 @@ class _Known:
 
     @staticmethod
     def path() -> Path:
-        home = os.environ.get("XDG_CACHE_HOME") or Path(os.environ.get("HOME") or "/") / ".cache"
-        return Path(home) / "grabbergui" / "latency.json"
+        return folders.cache_home() / "grabbergui" / "latency.json"
 
     @classmethod
     def read(cls) -> dict[str, int]:

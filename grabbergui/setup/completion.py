@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from grabbergui.core.errors import UsageError
-from grabbergui.setup.folders import config_home, data_home
+from grabbergui.core.folders import config_home, data_home
 from grabbergui.setup.words import SHELLS
 
 _BASH = """\

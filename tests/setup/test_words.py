@@ -160,4 +160,6 @@ def test_a_damaged_file_is_as_none(tmp_path, content):
 
 def test_a_folder_that_cannot_be_written_is_no_failure(tmp_path):
     (tmp_path / "file").touch()
-    Seen(tmp_path / "file" / "seen.json").keep_sources(FOUND)
+    seen = Seen(tmp_path / "file" / "seen.json")
+    seen.keep_sources(FOUND)
+    assert seen.sources(60) is None

@@ -25,6 +25,7 @@ from pathlib import Path
 import genicam
 
 import grabbergui
+from grabbergui.core import folders
 
 FORMAT = 1
 "To be raised with every change of what vetting refuses or rewrites."
@@ -99,8 +100,7 @@ def forget(xml: str) -> None:
 
 
 def _folder() -> Path:
-    home = os.environ.get("XDG_CACHE_HOME") or Path(os.environ.get("HOME") or "/") / ".cache"
-    return Path(home) / "grabbergui" / "descriptions"
+    return folders.cache_home() / "grabbergui" / "descriptions"
 
 
 def _key(xml: str) -> str:

@@ -24,7 +24,7 @@ from grabbergui.driver.u3v.stream_protocol import round_up
 from grabbergui.driver.u3v.usb import EndpointHaltedError, UsbHandle, UsbTimeoutError
 
 FIRST_TRANSFER = 128
-"Bytes of a transfer until the device has told how long they may be."
+"Bytes of a transfer until the device has reported their limit."
 LONGEST_TRANSFER = 65536
 "More than any device takes; guards against a broken register."
 

@@ -57,7 +57,7 @@ class TransferQueue(ABC):
 
     @abstractmethod
     def submit(self, request: Request) -> bool:
-        """Queue a request behind the others; False where the system has no room just now: wait first.
+        """Queue a request behind the others; return False if the system has no room and the caller must wait.
 
         Raises DeviceLostError, TransportError.
         """
@@ -80,7 +80,7 @@ class TransferQueue(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Cancel and let go. May be called twice; never raises."""
+        """Cancel and release everything. May be called twice; never raises."""
 
     def _count(self, request: Request, sign: int) -> None:
         self.held += sign
@@ -128,7 +128,7 @@ class SynchronousQueue(TransferQueue):
         return Completion(request, length, outcome)
 
     def cancel(self) -> None:
-        """Forget the requests; none is under way outside `wait`."""
+        """Forget the requests; none is in progress outside `wait`."""
         self._requests.clear()
         self.held = self.held_bytes = 0
 

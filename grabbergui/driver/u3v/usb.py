@@ -154,7 +154,7 @@ class UsbHandle:
                 return length
 
     def clear_halt(self, endpoint: int) -> None:
-        """End a stall, and begin the endpoint's sequence anew on both sides."""
+        """End a stall and restart the endpoint's sequence on both sides."""
         with translated(self.name):
             self._backend.clear_halt(self._handle, endpoint)
 

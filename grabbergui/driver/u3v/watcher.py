@@ -50,7 +50,7 @@ class DeviceClock:
         self._offset = None
 
     def host_time(self, device_ns: int, arrival_ns: int) -> int:
-        """Host time of a device time stamp; the arrival where it cannot be told or would be later."""
+        """Return the host time of a device time stamp; the arrival if that is unknown or would be later."""
         if self._offset is None or not device_ns:
             return arrival_ns
         mapped = device_ns + self._offset

@@ -35,7 +35,7 @@ _ARM_FRESH = 0.3
 class TeoOverYarp(Robot):
     """A TEO, real or simulated, whose ports begin with `remote`. Readings arrive on threads of their own.
 
-    Its drives go on until they are told otherwise: it is the gate's watchdog that ends a velocity in time.
+    Its drives keep their velocity until the next command: the gate's watchdog ends it in time.
     """
 
     def __init__(

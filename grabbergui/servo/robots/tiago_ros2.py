@@ -167,7 +167,7 @@ class TiagoOverRos2(Robot):
                 fresh = state is not None and (now - state.time < FRESH_S or part.target is None)
                 part.stop(angles if fresh else None, self._stamp())
             except Exception as error:  # rclpy has no common ancestor of what publishing may raise
-                log.error("%s could not be told to stop: %s", self.name, error)
+                log.error("%s could not be stopped: %s", self.name, error)
                 delivered = False
         return delivered
 
@@ -185,7 +185,7 @@ class TiagoOverRos2(Robot):
     # -- commands ------------------------------------------------------------------------------------
     def _known(self) -> RobotState:
         if self._state is None:
-            raise TransportError(f"{self.name} has not told where its joints are")
+            raise TransportError(f"{self.name} has not reported the positions of its joints")
         return self._state
 
     def _part(self, name: str) -> Part | None:

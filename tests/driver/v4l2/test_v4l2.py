@@ -159,7 +159,10 @@ def test_it_is_found_by_each_of_its_names(
     monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
     camera = Camera(V4l2Device(name, DeviceInfo(f"v4l2:{name}"), lambda path: video))  # type: ignore[arg-type, return-value]
     camera.open()
-    camera.close()
+    try:
+        assert (camera.info.model, camera.info.uri) == ("Eye", f"v4l2:{name}")
+    finally:
+        camera.close()
 
 
 def test_a_locked_setting_is_not_written(camera: Camera) -> None:

@@ -25,4 +25,11 @@ def cache_home(environment: Mapping[str, str] = os.environ) -> Path:
 def _folder(environment: Mapping[str, str], variable: str, default: str) -> Path:
     # The specification ignores a relative path.
     named = environment.get(variable, "")
-    return Path(named) if Path(named).is_absolute() else Path.home() / default
+    return Path(named) if Path(named).is_absolute() else _home() / default
+
+
+def _home() -> Path:
+    try:
+        return Path.home()
+    except RuntimeError:  # a user that the system does not know, as in containers
+        return Path("/")
