@@ -220,16 +220,9 @@ def choose_file(operator, keys, path):
 SLIDER = "row('ExposureTime').editor.slider()"
 
 
-def test_an_operators_day(sit_down, cameras, tmp_path):
-    first, second = cameras
-    day = sit_down(ENGLISH, 1280, 800)
+def tune(day, first):
+    """Tune: by mouse, wheel and keyboard, and back."""
     operator = day.operator
-
-    open_by_address(day, first)
-    day.front = first
-    day.agrees("open")
-
-    # -- tune: by mouse, wheel and keyboard, and back
     before = first.exposure
     operator.drag(SLIDER, 0.5, 40)
     until(lambda: first.exposure > before, "a longer exposure by the mouse")
@@ -262,7 +255,10 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     operator.keys("ctrl+shift+z")
     until(lambda: first.exposure == 25000, "25 ms")
 
-    # -- trigger
+
+def trigger(day, first):
+    """Trigger."""
+    operator = day.operator
     operator.keys("ctrl+f")
     operator.until("window.features.filterEdit.hasFocus()")
     operator.type("TriggerMode")
@@ -279,7 +275,9 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     operator.click("button('Trigger off')")
     day.agrees("trigger off")
 
-    # -- lose, return: by power and by cable
+
+def lose_and_return(day, first):
+    """Lose, return: by power and by cable."""
     first.lose_power()
     day.agrees("lost", (LOST,))
     first.begin()
@@ -289,7 +287,10 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     day.agrees("cable pulled", (LOST,))
     first.plug_cable()
 
-    # -- a second camera, both recorded, one lost behind the other
+
+def record_two(day, first, second):
+    """A second camera, both recorded, one lost behind the other."""
+    operator = day.operator
     open_by_address(day, second, "ctrl+b")
     day.agrees("second camera")
     operator.keys("ctrl+r")
@@ -318,8 +319,11 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     until(lambda: not operator.is_writing(first.serial), "the end of the recording")
     day.agrees("recorded")
 
-    # -- save settings, load them, and take that back
-    settings = tmp_path / "day.yaml"
+
+def save_and_load(day, first, folder):
+    """Save settings, load them, and take that back."""
+    operator = day.operator
+    settings = folder / "day.yaml"
     choose_file(operator, "ctrl+shift+s", settings)
     until(settings.exists, "the file")
     assert "ExposureTime: 25000" in settings.read_text()
@@ -336,21 +340,43 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     until(lambda: first.exposure == 40000, "the exposure from before")
     day.agrees("settings taken back")
 
-    # -- little room
+
+def make_little_room(day):
+    """Little room."""
+    operator = day.operator
     operator.resize(800, 600)
     operator.until("(window.width(), window.height()) == (800, 600)")
     day.agrees("little room")
     assert operator.ask("cut_off()") == []
 
-    # -- stop, and go home
+
+def go_home(day, first, second):
+    """Stop, and go home."""
+    operator = day.operator
     operator.keys("F7")
     until(lambda: not first.streams, "the end of the stream")
     day.agrees("stopped")
     operator.keys("ctrl+q")
     until(lambda: operator.process.poll() is not None, "the end of the program", PROGRAM)
     assert not operator.complaints()
-    for camera in cameras:
+    for camera in (first, second):
         assert not camera.streams, "what was opened was let go"
+
+
+def test_an_operators_day(sit_down, cameras, tmp_path):
+    first, second = cameras
+    day = sit_down(ENGLISH, 1280, 800)
+
+    open_by_address(day, first)
+    day.front = first
+    day.agrees("open")
+    tune(day, first)
+    trigger(day, first)
+    lose_and_return(day, first)
+    record_two(day, first, second)
+    save_and_load(day, first, tmp_path)
+    make_little_room(day)
+    go_home(day, first, second)
 
 
 def test_in_spanish_on_a_small_screen_of_twice_as_many_pixels(sit_down, cameras):

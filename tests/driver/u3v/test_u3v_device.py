@@ -1,51 +1,27 @@
-"""Host and simulated camera on a bus within the process."""
+"""Host and simulated camera on a bus within the process: frames, registers, events, chunks."""
 
 from __future__ import annotations
 
 import threading
 import time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from u3v_frames import grab
 
 from grabbergui.core import buffers
 from grabbergui.core.errors import (
     AccessDeniedError,
-    AckTimeoutError,
-    DeviceLostError,
     DeviceStatusError,
-    GrabberError,
-    OtherCameraError,
     PixelFormatError,
-    SourceNotFoundError,
-    UsageError,
 )
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent
-from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.device import StreamRequest
 from grabbergui.driver.sim import registers as reg
-from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.u3v.backend import SimulatedBus
-from grabbergui.driver.sim.u3v.descriptors import CONTROL_IN, STREAM_IN
-from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice, U3vFaults
-from grabbergui.driver.u3v import source
 from grabbergui.driver.u3v.bootstrap import Abrm
-from grabbergui.driver.u3v.device import U3vDevice
-from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
-from patience import PATIENCE, attempts, until
-
-
-def grab(camera: Camera, count: int) -> list[Frame]:
-    queue = camera.open_queue(count)
-    camera.start()
-    try:
-        return [queue.get(PATIENCE) for _ in range(count)]
-    finally:
-        camera.stop()
-        queue.close()
+from patience import PATIENCE, until
 
 
 def test_fifty_frames_arrive_whole(plug_in) -> None:
@@ -287,250 +263,3 @@ def test_events_are_features_and_a_signal(plug_in) -> None:
         event.values["EventExposureEndFrameID"] for event in told
     }
     camera.close()
-
-
-# -- finding ---------------------------------------------------------------------------------------
-def test_a_camera_is_found_by_serial_guid_or_place() -> None:
-    bus = SimulatedBus(SimulatedU3vDevice())
-    for name in ("", "SIM001", "sim001", "GRUI00SIM001", "1-1"):
-        assert find_camera(name, bus).info.serial == "SIM001"
-    with pytest.raises(SourceNotFoundError, match="there is u3v:SIM001"):
-        find_camera("OTHER", bus)
-    assert bus.opened == 0
-
-
-class TwoPorts(SimulatedBus):
-    """Two cameras, at 1-1 and 1-2."""
-
-    def __init__(self, *cameras: SimulatedU3vDevice) -> None:
-        super().__init__(cameras[0])
-        self.cameras = cameras
-
-    def enumerate_devices(self) -> list[SimulatedU3vDevice]:
-        return list(self.cameras)
-
-    def get_device_descriptor(self, dev: SimulatedU3vDevice) -> SimpleNamespace:
-        port = self.cameras.index(dev) + 1
-        descriptor = super().get_device_descriptor(dev)
-        descriptor.address, descriptor.port_numbers = port, (port,)
-        return descriptor
-
-
-def camera_of(model: str) -> SimulatedU3vDevice:
-    return SimulatedU3vDevice(CameraModel(power_on={reg.DEVICE_MODEL_NAME: model}))
-
-
-def test_a_serial_number_that_two_cameras_have_opens_neither_and_names_both() -> None:
-    bus = TwoPorts(SimulatedU3vDevice(), SimulatedU3vDevice())
-    with pytest.raises(OtherCameraError, match=r"u3v:1-1, .* and u3v:1-2, "):
-        find_camera("SIM001", bus)
-    assert find_camera("1-2", bus).info.address == "1-2"
-
-
-@pytest.mark.parametrize("name", ["", "SIM001", "1-1"])
-def test_another_camera_of_the_same_serial_number_is_refused_in_its_place(name: str) -> None:
-    first, other = camera_of("First"), camera_of("Other")
-    bus = SimulatedBus(first)
-    device = U3vDevice(name, backend=bus)
-    device.open(Access.CONTROL)
-    assert device.info.uri == f"u3v:{name or 'SIM001'}"
-    device.close()
-    bus.camera = other
-    with pytest.raises((OtherCameraError, SourceNotFoundError), match=r"Other|SIM001"):
-        device.open(Access.CONTROL)
-    bus.camera = first
-    device.open(Access.CONTROL)
-    assert device.info.model == "First"
-    device.close()
-    assert bus.opened == 0
-
-
-def test_without_permission_the_camera_is_listed_with_the_cure() -> None:
-    bus = SimulatedBus(SimulatedU3vDevice(), forbidden=True)
-    (found,) = find_cameras(bus)
-    assert "setup udev" in found.info.note
-    with pytest.raises(AccessDeniedError, match=r"sudo /.* setup udev"):
-        U3vDevice(backend=bus).open(Access.CONTROL)
-
-
-def test_a_second_host_is_told_that_the_camera_is_in_use(plug_in) -> None:
-    _, device = plug_in()
-    device.open(Access.CONTROL)
-    second = U3vDevice(backend=device._backend)
-    with pytest.raises(AccessDeniedError, match="another application"):
-        second.open(Access.CONTROL)
-    device.close()
-    second.open(Access.CONTROL)
-    second.close()
-
-
-def test_looking_for_cameras_is_quick_and_silent_without_any() -> None:
-    for watch in attempts(2.0):
-        with watch:
-            found = source.discover(1.0)
-    assert all(info.bus == "USB3 Vision" for info in found)
-
-
-@pytest.mark.parametrize("text", ["u3v:?transfer_size=12", "u3v:?transfers=many", "u3v:?transfers=0"])
-def test_options_out_of_range_are_refused(text: str) -> None:
-    with pytest.raises(UsageError, match="a number from"):
-        source.create(SourceUri.parse(text))
-
-
-# -- faults ----------------------------------------------------------------------------------------
-def test_unanswered_and_pending_commands_are_waited_for(plug_in) -> None:
-    _, device = plug_in(U3vFaults(ignore_every=7, pending_every=5))
-    device.open(Access.CONTROL)
-    for _ in range(20):
-        assert device.read(0, 4) == b"\1\0\1\0"
-
-
-def test_a_dead_control_channel_is_given_up(plug_in) -> None:
-    simulated, device = plug_in()
-    device.open(Access.CONTROL)
-    simulated.faults.ignore_every = 1
-    with pytest.raises(AckTimeoutError, match="did not answer READMEM"):
-        device.read(0, 4)
-    simulated.faults.ignore_every = 0
-    assert device.read(0, 4) == b"\1\0\1\0"
-
-
-def test_halts_that_a_former_host_left_are_cleared(plug_in) -> None:
-    simulated, device = plug_in()
-    simulated.pipes[CONTROL_IN].set_halt()
-    simulated.pipes[STREAM_IN].set_halt()
-    camera = Camera(device)
-    camera.open()
-    assert len(grab(camera, 3)) == 3
-    camera.close()
-
-
-def test_a_stream_that_a_former_host_left_on_is_taken_over(plug_in) -> None:
-    simulated, device = plug_in()
-    camera = Camera(device)
-    camera.open()
-    simulated.registers.stream_enabled = True
-    assert len(grab(camera, 3)) == 3
-    camera.close()
-
-
-def test_a_stale_answer_is_dropped(plug_in) -> None:
-    simulated, device = plug_in()
-    device.open(Access.CONTROL)
-    simulated.pipes[CONTROL_IN].put(bytes.fromhex("5533564300000108080016ff0000010000000000"))
-    assert device.read(0, 4) == b"\1\0\1\0"
-
-
-def test_stalls_are_cleared_and_the_stream_goes_on(plug_in) -> None:
-    _, device = plug_in(U3vFaults(stall_every=5))
-    camera = Camera(device)
-    camera.open()
-    frames = grab(camera, 20)
-    statistics = camera.statistics()
-    camera.close()
-    assert all(frame.complete for frame in frames)
-    assert statistics.lost >= 3
-    assert statistics.packets_missing >= 3
-
-
-def test_short_frames_are_counted_or_delivered_as_such(plug_in) -> None:
-    _, device = plug_in(U3vFaults(short_every=4))
-    device.open(Access.CONTROL)
-    frames: list[Frame] = []
-    device.open_stream(StreamRequest(64 * 48, deliver_incomplete=True), frames.append)
-    device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
-    until(lambda: len(frames) >= 12)
-    device.close_stream()
-    short = [frame for frame in frames if not frame.complete]
-    assert short
-    assert all(frame.missing_bytes == 64 * 24 for frame in short)
-    assert device.stream_statistics().incomplete == len(short)
-
-
-def test_frames_that_end_early_are_complete_and_lower(plug_in) -> None:
-    _, device = plug_in(U3vFaults(early_every=1), width=256, height=32)
-    camera = Camera(device)
-    camera.open()
-    frames = grab(camera, 10)
-    camera.close()
-    assert all(frame.complete and frame.height == 16 for frame in frames)
-
-
-def test_unplugging_while_streaming_is_told_once_and_the_camera_comes_back(plug_in) -> None:
-    simulated, device = plug_in(U3vFaults(unplug_after_frames=10))
-    camera = Camera(device)
-    states: list[ConnectionState] = []
-    camera.connection_changed.connect(lambda state, reason: states.append(state))
-    camera.open()
-    camera.start()
-    until(lambda: ConnectionState.LOST in states)
-    camera.close()
-    assert states.count(ConnectionState.LOST) == 1
-    simulated.faults.unplug_after_frames = 0
-    simulated.plug_in()
-    camera = Camera(device)
-    camera.open()
-    assert len(grab(camera, 3)) == 3
-    camera.close()
-
-
-def test_unplugging_an_idle_camera_is_noticed(plug_in) -> None:
-    simulated, device = plug_in()
-    reasons: list[str] = []
-    device.on_lost = reasons.append
-    device.open(Access.CONTROL)
-    simulated.unplug()
-    until(lambda: bool(reasons))
-    with pytest.raises(DeviceLostError, match="unplugged"):
-        device.read(0, 4)
-    device.close()
-    assert len(reasons) == 1
-
-
-def _everything(device: U3vDevice) -> None:
-    """Open, describe, stream a little, stop."""
-    device.open(Access.CONTROL)
-    device.description()
-    got = threading.Event()
-    device.open_stream(StreamRequest(64 * 48), lambda frame: got.set())
-    device.write(reg.ACQUISITION_START.address, (1).to_bytes(4, "big"))
-    assert got.wait(PATIENCE)
-    device.write(reg.ACQUISITION_STOP.address, (1).to_bytes(4, "big"))
-    device.close_stream()
-    device.close()
-
-
-def test_unplugged_at_every_step_it_fails_clearly_and_opens_again(plug_in) -> None:
-    simulated, device = plug_in()
-    _everything(device)
-    commands = simulated.commands_seen
-    assert commands > 40
-    for step in range(1, commands + 1):
-        simulated.plug_in()
-        simulated.faults.unplug_after_commands = step
-        try:
-            _everything(device)
-        except GrabberError as error:
-            assert isinstance(error, (DeviceLostError, SourceNotFoundError)), f"step {step}: {error!r}"
-        device.close()
-        simulated.unplug()
-    simulated.faults.unplug_after_commands = 0
-    simulated.plug_in()
-    _everything(device)
-
-
-def test_opening_that_fails_at_any_step_leaves_nothing_behind(plug_in) -> None:
-    simulated, device = plug_in()
-    device.open(Access.CONTROL)
-    device.close()
-    commands, bus = simulated.commands_seen, device._backend
-    threads = set(threading.enumerate())
-    for step in range(1, commands):
-        simulated.plug_in()
-        simulated.faults.unplug_after_commands = step
-        with pytest.raises(GrabberError):
-            device.open(Access.CONTROL)
-        assert bus.opened == 0, f"step {step}"
-        assert set(threading.enumerate()) <= threads, f"step {step}"
-        simulated.unplug()
-    simulated.faults.unplug_after_commands = 0

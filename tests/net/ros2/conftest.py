@@ -85,3 +85,46 @@ def remote(server):
     grabber.open()
     yield grabber
     grabber.close()
+
+
+@pytest.fixture
+def drive(domain):
+    """Makes drivers of somebody else, and ends them."""
+    from other_driver import Driver
+
+    drivers = []
+
+    def drive(*arguments, **options):
+        drivers.append(Driver(*arguments, **options))
+        return drivers[-1]
+
+    yield drive
+    for driver in drivers:
+        driver.close()
+
+
+@pytest.fixture
+def driver(drive):
+    return drive()
+
+
+@pytest.fixture
+def notices():
+    return []
+
+
+@pytest.fixture
+def opened(notices):
+    """Opens sources, collects what they notice, and closes them."""
+    grabbers = []
+
+    def opened(uri):
+        grabber = sources.create(uri)
+        grabbers.append(grabber)
+        grabber.noticed.connect(notices.append)
+        grabber.open()
+        return grabber
+
+    yield opened
+    for grabber in grabbers:
+        grabber.close()

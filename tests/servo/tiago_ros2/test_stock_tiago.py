@@ -33,11 +33,6 @@ from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PROGRAM, until  # noqa: E402
 
 
-@pytest.fixture(scope="module")
-def model():
-    return tiago.model()
-
-
 @pytest.fixture
 def fake(domain, model, request):
     fake = FakeTiago(SimRobot(model), servo=getattr(request, "param", "") == "servo node")

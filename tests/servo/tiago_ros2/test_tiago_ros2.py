@@ -1,15 +1,12 @@
-"""TIAGo over ROS 2 with real rclpy: both ends, what goes wrong between them, and what others see."""
+"""TIAGo over ROS 2 with real rclpy: both ends, what others see, and the commands."""
 
 import itertools
 import json
 import math
-import queue
 import signal
 import subprocess
 import sys
-import threading
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,138 +18,21 @@ pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install
 pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
 pytestmark = pytest.mark.ros2
 
-from geometry_msgs.msg import PoseStamped, TwistStamped  # noqa: E402
-from sensor_msgs.msg import JointState  # noqa: E402
+from geometry_msgs.msg import PoseStamped  # noqa: E402
 from test_closed_loop import options  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
 
-from grabbergui import sources  # noqa: E402
 from grabbergui.calibration import geometry  # noqa: E402
-from grabbergui.core.errors import SourceNotFoundError, TransportError, UsageError  # noqa: E402
-from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
+from grabbergui.core.errors import SourceNotFoundError, UsageError  # noqa: E402
 from grabbergui.net.ros2.camera_info import receive_camera_info  # noqa: E402
-from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
-from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
 from grabbergui.servo import closed_loop  # noqa: E402
-from grabbergui.servo.config import Config  # noqa: E402
 from grabbergui.servo.publisher_ros2 import Ros2Publisher  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
-from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
-from grabbergui.servo.robots.tiago_topics import TiagoTopics  # noqa: E402
-from grabbergui.servo.runner import Runner  # noqa: E402
 from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, PROGRAM, attempts, until  # noqa: E402
 
 
-class Faulty(TiagoTopics):
-    """Controllers whose joint states cease, or stand still, when told to."""
-
-    def __init__(self, robot):
-        super().__init__(robot)
-        self.robot = robot
-        self.silent = self.frozen = False
-        self.joint_states = 0
-
-    def _tell(self):
-        if self.frozen:
-            last = self._robot.state() if self._robot is self.robot else None
-            if last is not None:
-                self._robot = Still(self.robot, last)
-        if not self.silent:
-            self.joint_states += 1
-            super()._tell()
-
-
-class Still:
-    """A robot whose readings repeat themselves, though it moves."""
-
-    def __init__(self, robot, last):
-        self._robot, self._last = robot, last
-
-    def state(self):
-        return self._last
-
-    def __getattr__(self, name):
-        return getattr(self._robot, name)
-
-
-class Listener:
-    """An independent node that hears what is commanded and what is published."""
-
-    def __init__(self):
-        self.ros = Ros2Node("listener")
-        self.node = self.ros.node
-        self.ros.start()
-
-    def hear(self, kind, topic):
-        """What comes from now on: networks find their ends late, and what was sent by then is lost."""
-        heard = queue.Queue()
-        subscription = self.node.create_subscription(kind, topic, heard.put, 50)
-        until(subscription.get_publisher_count, f"a publisher of {topic}")
-        return heard
-
-    def call(self, service):
-        from std_srvs.srv import Trigger
-
-        client = self.node.create_client(Trigger, service)
-        assert client.wait_for_service(PATIENCE)
-        future = client.call_async(Trigger.Request())
-        until(future.done)
-        return future.result()
-
-
-@pytest.fixture(scope="module")
-def model():
-    return tiago.model()
-
-
-@pytest.fixture
-def simulated(domain, model):
-    topics = Faulty(SimRobot(model))
-    topics.open()
-    yield topics
-    topics.close()
-
-
-@pytest.fixture
-def robot(simulated, model):
-    client = TiagoOverRos2(model)
-    client.open()
-    yield client
-    client.close()
-
-
-@pytest.fixture
-def listener(domain):
-    listener = Listener()
-    yield listener
-    listener.ros.close()
-
-
-@pytest.fixture
-def board_shown():
-    """Set while the person shows the board with the marker; clear it to see the person alone."""
-    shown = threading.Event()
-    shown.set()
-    return shown
-
-
-@pytest.fixture
-def runner(robot, simulated, config, board_shown):
-    """The whole loop, its pictures from the simulated head: a person, and a second later the marker."""
-    things = Things(board=lambda seconds: board_pose() if seconds > 1 and board_shown.is_set() else None)
-    camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker, things))
-    camera.open()
-    runner = Runner(
-        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
-    yield runner
-    runner.stop()
-    camera.close()
-
-
-# -- both ends -----------------------------------------------------------------------------------
 def test_readings_arrive_as_they_are(robot, simulated):
     truth, seen = simulated.robot.state(), robot.state()
     assert seen.head == pytest.approx(truth.head, abs=1e-9)
@@ -228,157 +108,6 @@ def test_the_whole_chain_reaches_the_marker(runner, simulated):
     assert geometry.distance(hand, goal) < 0.010
     assert math.degrees(geometry.angle_between(hand, goal)) < 2
     assert simulated.robot.limit_violations == 0
-
-
-# -- what goes wrong -----------------------------------------------------------------------------
-def approaching(runner, simulated):
-    runner.start()
-    until(lambda: runner.loop.machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
-
-
-def test_joint_states_that_cease_end_all_motion(runner, simulated, listener):
-    twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
-    approaching(runner, simulated)
-    until(twists.qsize)
-    simulated.silent = True
-    until(lambda: runner.loop.machine.state is State.LOST)
-    until(lambda: simulated.robot.speed < 1e-3)
-    sent = runner.gate.sent
-    time.sleep(0.3)  # a while in which no command may follow
-    assert runner.gate.sent == sent
-    last = [twists.get() for _ in range(twists.qsize())][-1].twist
-    assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
-    simulated.silent = False
-    until(lambda: simulated.robot.speed > 0.01)
-
-
-def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, listener):
-    twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
-    approaching(runner, simulated)
-    simulated.frozen = True
-    until(lambda: runner.loop.machine.state is State.STOPPED)
-    assert "encoders stand still" in runner.loop.machine.reason
-    until(lambda: simulated.robot.speed < 1e-3)
-    last = [twists.get() for _ in range(twists.qsize())][-1].twist
-    assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
-
-
-def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated, config):
-    others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
-    limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
-    object.__setattr__(config, "safety", limits)
-    camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker))
-    camera.open()
-    server = Ros2GrabberServer(camera, "/camera")
-    server.start()
-    pictures = sources.create("ros2:/camera")
-    runner = Runner(
-        pictures, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
-    cycles = []
-    runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
-    try:
-        pictures.open()
-        approaching(runner, simulated)
-        server.stop()
-        until(lambda: cycles[-1].state is State.LOST and cycles[-1].time - last_moving(cycles).time > 0.3)
-        assert last_moving(cycles).time - runner.loop.sighting.captured <= config.safety.picture_timeout
-        assert "no fresh picture" in cycles[-1].reason
-        until(lambda: simulated.robot.speed < 1e-3)
-    finally:
-        runner.stop()
-        pictures.close()
-        server.stop()
-        camera.close()
-
-
-def last_moving(cycles):
-    return next(cycle for cycle in reversed(cycles) if cycle.command.moves)
-
-
-def test_a_stop_goes_out_though_the_robot_says_nothing(robot, simulated, listener):
-    twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
-    heads = listener.hear(JointTrajectory, "/head_controller/joint_trajectory")
-    simulated.silent = True
-    until(lambda: time.monotonic() - robot.state().time > 0.3)
-    until(lambda: robot.stop() or (twists.qsize() and heads.qsize()))
-
-
-def test_a_head_of_which_old_news_is_known_is_not_turned_back(robot, simulated):
-    """Told to hold, it holds where it was last sent, not where it was when it fell silent."""
-    robot.move_head(np.array([0.0, 0.0]))
-    simulated.silent = True
-    robot.step_head(np.radians([8.0, 0.0]))
-    until(lambda: simulated.robot.state().head[0] > np.radians(7.5))
-    until(lambda: time.monotonic() - robot.state().time > 0.3)
-    robot.stop()
-    time.sleep(0.3)  # a while in which it might cycle back
-    assert np.degrees(simulated.robot.state().head[0]) == pytest.approx(8, abs=0.6)
-
-
-def test_a_robot_that_is_gone_takes_no_command_and_a_stop_does_not_hang(robot, simulated):
-    simulated.close()
-
-    def refused():
-        try:
-            robot.move_hand(np.zeros(6))
-        except TransportError as error:
-            return "nobody listens to /servo_node/delta_twist_cmds" in str(error)
-        return False
-
-    until(refused)
-    with pytest.raises(TransportError, match="/head_controller/joint_trajectory"):
-        robot.move_head(np.array([0.1, 0.0]))
-    for watch in attempts(1.0):
-        with watch:
-            robot.stop()
-
-
-def test_a_robot_that_is_not_there_is_said_not_to_be(domain, model):
-    with pytest.raises(SourceNotFoundError, match="nobody tells of TIAGo's joints at /joint_states"):
-        TiagoOverRos2(model, timeout=0.3).open()
-
-
-@pytest.mark.parametrize(
-    ("joints", "complaint"),
-    [
-        ((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS[:-1]), "nothing of arm_7_joint"),
-        ((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS), "nobody listens to"),
-    ],
-)
-def test_half_a_robot_is_told_from_a_whole_one(listener, model, joints, complaint):
-    states = listener.node.create_publisher(JointState, "/joint_states", 5)
-    message = JointState(name=list(joints), position=[0.1] * len(joints))
-    listener.node.create_timer(0.02, lambda: states.publish(message))
-
-    def complained():
-        with pytest.raises(SourceNotFoundError) as refused:
-            TiagoOverRos2(model, timeout=1.5).open()
-        return complaint in str(refused.value)
-
-    until(complained)
-
-
-def test_readings_that_are_no_numbers_are_not_believed(robot, simulated, listener):
-    states = listener.node.create_publisher(JointState, "/joint_states", 5)
-    simulated.silent = True
-    names = [*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS]
-    until(lambda: states.get_subscription_count())
-    before = robot.state()
-    for positions in ([math.nan] * 9, [0.1] * 8, [math.inf] * 9):
-        states.publish(JointState(name=names, position=positions))
-    states.publish(JointState(name=names, position=[0.05] * 9))
-    until(lambda: robot.state() is not before)
-    assert np.isfinite(robot.state().hand).all()
-
-
-def test_commands_before_it_is_open_are_refused(model):
-    robot = TiagoOverRos2(model)
-    for command in (lambda: robot.move_head(np.zeros(2)), lambda: robot.move_hand(np.zeros(6))):
-        with pytest.raises(TransportError):
-            command()
-    robot.stop()
-    robot.close()
 
 
 # -- tf ------------------------------------------------------------------------------------------

@@ -1,0 +1,111 @@
+"""Which USB3 Vision camera a name leads to, and what is said where none can be opened."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from grabbergui.core.errors import (
+    AccessDeniedError,
+    OtherCameraError,
+    SourceNotFoundError,
+    UsageError,
+)
+from grabbergui.core.grabber import Access
+from grabbergui.core.uri import SourceUri
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.model import CameraModel
+from grabbergui.driver.sim.u3v.backend import SimulatedBus
+from grabbergui.driver.sim.u3v.device import SimulatedU3vDevice
+from grabbergui.driver.u3v import source
+from grabbergui.driver.u3v.device import U3vDevice
+from grabbergui.driver.u3v.enumeration import find_camera, find_cameras
+from patience import attempts
+
+
+def test_a_camera_is_found_by_serial_guid_or_place() -> None:
+    bus = SimulatedBus(SimulatedU3vDevice())
+    for name in ("", "SIM001", "sim001", "GRUI00SIM001", "1-1"):
+        assert find_camera(name, bus).info.serial == "SIM001"
+    with pytest.raises(SourceNotFoundError, match="there is u3v:SIM001"):
+        find_camera("OTHER", bus)
+    assert bus.opened == 0
+
+
+class TwoPorts(SimulatedBus):
+    """Two cameras, at 1-1 and 1-2."""
+
+    def __init__(self, *cameras: SimulatedU3vDevice) -> None:
+        super().__init__(cameras[0])
+        self.cameras = cameras
+
+    def enumerate_devices(self) -> list[SimulatedU3vDevice]:
+        return list(self.cameras)
+
+    def get_device_descriptor(self, dev: SimulatedU3vDevice) -> SimpleNamespace:
+        port = self.cameras.index(dev) + 1
+        descriptor = super().get_device_descriptor(dev)
+        descriptor.address, descriptor.port_numbers = port, (port,)
+        return descriptor
+
+
+def camera_of(model: str) -> SimulatedU3vDevice:
+    return SimulatedU3vDevice(CameraModel(power_on={reg.DEVICE_MODEL_NAME: model}))
+
+
+def test_a_serial_number_that_two_cameras_have_opens_neither_and_names_both() -> None:
+    bus = TwoPorts(SimulatedU3vDevice(), SimulatedU3vDevice())
+    with pytest.raises(OtherCameraError, match=r"u3v:1-1, .* and u3v:1-2, "):
+        find_camera("SIM001", bus)
+    assert find_camera("1-2", bus).info.address == "1-2"
+
+
+@pytest.mark.parametrize("name", ["", "SIM001", "1-1"])
+def test_another_camera_of_the_same_serial_number_is_refused_in_its_place(name: str) -> None:
+    first, other = camera_of("First"), camera_of("Other")
+    bus = SimulatedBus(first)
+    device = U3vDevice(name, backend=bus)
+    device.open(Access.CONTROL)
+    assert device.info.uri == f"u3v:{name or 'SIM001'}"
+    device.close()
+    bus.camera = other
+    with pytest.raises((OtherCameraError, SourceNotFoundError), match=r"Other|SIM001"):
+        device.open(Access.CONTROL)
+    bus.camera = first
+    device.open(Access.CONTROL)
+    assert device.info.model == "First"
+    device.close()
+    assert bus.opened == 0
+
+
+def test_without_permission_the_camera_is_listed_with_the_cure() -> None:
+    bus = SimulatedBus(SimulatedU3vDevice(), forbidden=True)
+    (found,) = find_cameras(bus)
+    assert "setup udev" in found.info.note
+    with pytest.raises(AccessDeniedError, match=r"sudo /.* setup udev"):
+        U3vDevice(backend=bus).open(Access.CONTROL)
+
+
+def test_a_second_host_is_told_that_the_camera_is_in_use(plug_in) -> None:
+    _, device = plug_in()
+    device.open(Access.CONTROL)
+    second = U3vDevice(backend=device._backend)
+    with pytest.raises(AccessDeniedError, match="another application"):
+        second.open(Access.CONTROL)
+    device.close()
+    second.open(Access.CONTROL)
+    second.close()
+
+
+def test_looking_for_cameras_is_quick_and_silent_without_any() -> None:
+    for watch in attempts(2.0):
+        with watch:
+            found = source.discover(1.0)
+    assert all(info.bus == "USB3 Vision" for info in found)
+
+
+@pytest.mark.parametrize("text", ["u3v:?transfer_size=12", "u3v:?transfers=many", "u3v:?transfers=0"])
+def test_options_out_of_range_are_refused(text: str) -> None:
+    with pytest.raises(UsageError, match="a number from"):
+        source.create(SourceUri.parse(text))

@@ -1,0 +1,354 @@
+"""Our client on other people's camera drivers: controls from parameters, odd and wrong messages."""
+
+import queue
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+pytestmark = pytest.mark.ros2
+
+from other_driver import image, information, said  # noqa: E402
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import ReliabilityPolicy  # noqa: E402
+from ros2_peers import until  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, RegionOfInterest  # noqa: E402
+
+from grabbergui import sources  # noqa: E402
+from grabbergui.core.errors import (  # noqa: E402
+    FeatureNotFoundError,
+    FeatureValueError,
+    SourceNotFoundError,
+    UsageError,
+)
+from grabbergui.core.features import FeatureKind  # noqa: E402
+from grabbergui.net.ros2.client_link import not_found  # noqa: E402
+from grabbergui.net.ros2.pictures import publishers_of  # noqa: E402
+from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
+from patience import PATIENCE  # noqa: E402
+
+
+def test_parameters_become_controls(driver, opened):
+    span = FloatingPointRange(from_value=1.0, to_value=9.0, step=0.0)
+    steps = IntegerRange(from_value=0, to_value=16, step=4)
+    declare = driver.node.declare_parameter
+    declare("exposure", 2.0, ParameterDescriptor(description="how bright", floating_point_range=[span]))
+    declare("rgb.binning", 4, ParameterDescriptor(integer_range=[steps]))
+    declare("rgb.flip", False)
+    declare("name", "left")
+    declare("serial", "4711", ParameterDescriptor(read_only=True))
+    declare("awb", "auto", ParameterDescriptor(additional_constraints="one of [off, auto, daylight]"))
+    declare("anti_flicker", 50, ParameterDescriptor(description="Mains, in Hz. Valid values: 0, 50 or 60"))
+    declare("power_line", 1, ParameterDescriptor(description="0: Disabled, 1: 50 Hz, 2: 60 Hz"))
+    declare("matrix", [1.0, 2.5])
+    declare("modes", ["off", "größer"], ParameterDescriptor(read_only=True))
+
+    remote = opened("ros2:/other")
+
+    branches = {branch.name: [m.name for m in branch.members] for branch in remote.feature_tree().members}
+    assert branches["rgb"] == ["rgb.binning", "rgb.flip"]
+    assert branches["Parameters"] == [
+        "exposure",
+        "name",
+        "serial",
+        "awb",
+        "anti_flicker",
+        "power_line",
+        "matrix",
+        "modes",
+    ]
+    exposure = remote.feature("exposure")
+    assert (exposure.kind, exposure.value, exposure.tooltip) == (FeatureKind.FLOAT, 2.0, "how bright")
+    assert (exposure.minimum, exposure.maximum) == (1.0, 9.0)
+    binning = remote.feature("rgb.binning")
+    assert (binning.kind, binning.minimum, binning.maximum, binning.increment) == (
+        FeatureKind.INTEGER,
+        0,
+        16,
+        4,
+    )
+    assert remote.feature("rgb.flip").kind is FeatureKind.BOOLEAN
+    assert remote.feature("name").kind is FeatureKind.STRING
+    assert not remote.feature("serial").access.writable
+    assert remote.feature("serial").access_problem() == "is read-only"
+    line = remote.feature("power_line")
+    assert [entry.name for entry in line.entries] == ["Disabled", "50 Hz", "60 Hz"] and line.value == "50 Hz"
+    assert remote.write_feature("power_line", "60 Hz").value == "60 Hz"
+    assert driver.node.get_parameter("power_line").value == 2
+    matrix = remote.feature("matrix")
+    assert (matrix.kind, matrix.value) == (FeatureKind.STRING, "[1.0, 2.5]")
+    assert remote.feature("modes").value == '["off", "größer"]'
+    assert not remote.feature("modes").access.writable
+    awb, flicker = remote.feature("awb"), remote.feature("anti_flicker")
+    assert [entry.name for entry in awb.entries] == ["off", "auto", "daylight"] and awb.value == "auto"
+    assert [entry.name for entry in flicker.entries] == ["0", "50", "60"] and flicker.value == "50"
+
+
+def test_controls_set_parameters(driver, opened):
+    span = FloatingPointRange(from_value=1.0, to_value=9.0, step=0.0)
+    driver.node.declare_parameter("exposure", 2.0, ParameterDescriptor(floating_point_range=[span]))
+    driver.node.declare_parameter("flip", False)
+    driver.node.declare_parameter("name", "left")
+    driver.node.declare_parameter("rate", 50, ParameterDescriptor(description="one of 50, 60"))
+    driver.node.add_on_set_parameters_callback(
+        lambda parameters: SetParametersResult(
+            successful=not any(p.value == "taken" for p in parameters), reason="that name is taken"
+        )
+    )
+    remote = opened("ros2:/other")
+
+    assert remote.write_feature("exposure", "4.5").value == 4.5
+    assert remote.write_feature("flip", True).value is True
+    assert remote.write_feature("name", "").value == ""
+    assert remote.write_feature("rate", "60").value == "60"
+
+    assert driver.node.get_parameter("rate").value == 60
+    with pytest.raises(FeatureValueError, match="allowed is 1 … 9"):
+        remote.write_feature("exposure", 10)
+    with pytest.raises(FeatureValueError, match="that name is taken"):
+        remote.write_feature("name", "taken")
+    with pytest.raises(FeatureValueError, match="no command"):
+        remote.execute("flip")
+
+
+@pytest.mark.parametrize(
+    ("before", "text", "after", "shown"),
+    [
+        ([1.0], "[0.5, 2]", [0.5, 2.0], "[0.5, 2.0]"),
+        ([1], "3, -4", [3, -4], "[3, -4]"),
+        ([True], "[false, true]", [False, True], "[false, true]"),
+        (["a"], '["left, right", ""]', ["left, right", ""], '["left, right", ""]'),
+        ([b"\x01"], "[0, 255]", [b"\x00", b"\xff"], "[0, 255]"),
+        ([1.0], "[]", [], "[]"),
+    ],
+)
+def test_arrays_are_edited_as_text(driver, opened, before, text, after, shown):
+    driver.node.declare_parameter("list", before)
+    remote = opened("ros2:/other")
+
+    assert remote.write_feature("list", text).value == shown
+
+    parameter = driver.node.get_parameter("list")
+    assert list(parameter.value) == after and parameter.type_ == Parameter("list", value=before).type_
+    with pytest.raises(FeatureValueError, match="write a list as"):
+        remote.write_feature("list", "[{}]")
+
+
+def test_what_the_driver_changes_is_told_with_its_new_range(driver, opened):
+    driver.node.declare_parameter("gain", 2, ParameterDescriptor(integer_range=[IntegerRange(to_value=9)]))
+    remote = opened("ros2:/other")
+    told = queue.Queue()
+    remote.features_changed.connect(told.put)
+
+    def changed():
+        wider = ParameterDescriptor(type=2, integer_range=[IntegerRange(to_value=20)])
+        driver.node.set_descriptor("gain", wider)
+        driver.node.set_parameters([Parameter("gain", value=15)])
+        return not told.empty()
+
+    until(changed)
+
+    assert told.get() == frozenset({"gain"})
+    gain = remote.feature("gain")
+    assert (gain.value, gain.maximum) == (15, 20)
+
+
+def test_a_node_without_parameters_is_a_picture_only(opened, drive, monkeypatch):
+    drive("bare", start_parameter_services=False)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    remote = opened("ros2:/bare")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(PATIENCE).raw().shape == (2, 4)
+    assert not list(remote.feature_tree().descriptions())
+    with pytest.raises(FeatureNotFoundError):
+        remote.feature("exposure")
+
+
+def test_a_node_that_answers_no_service_is_a_picture_only(opened, notices, drive, monkeypatch):
+    """As a program that publishes from its own loop and never spins."""
+    drive("mute", callbacks=False)
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    remote = opened("ros2:/mute")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(PATIENCE).raw().shape == (2, 4)
+    assert said(notices, "/mute/image_raw is shown without controls")()
+
+
+def test_sixteen_that_answer_no_service_are_sixteen_pictures(opened, domain, monkeypatch):
+    monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
+    mute = Ros2Node("mute_drivers")  # never started: nothing of it answers
+    publishers = [mute.node.create_publisher(Image, f"/mute{number}/image_raw", 5) for number in range(16)]
+    with ThreadPoolExecutor(16) as pool:
+        cameras = list(pool.map(opened, [f"ros2:/mute{number}" for number in range(16)]))
+    queues = [camera.open_queue() for camera in cameras]
+    for camera in cameras:
+        camera.start()
+
+    def all_seen():
+        for publisher in publishers:
+            publisher.publish(image())
+        return all(camera.statistics().frames for camera in cameras)
+
+    until(all_seen)
+    assert [queue.get(PATIENCE).width for queue in queues] == [4] * 16
+    mute.close()
+
+
+def test_a_publisher_outside_ros_has_no_name_and_is_shown(opened, notices, drive, monkeypatch):
+    drive("other")
+    monkeypatch.setattr("grabbergui.net.ros2.client.NAME_TIMEOUT", 0.1)
+    monkeypatch.setattr(
+        "grabbergui.net.ros2.client_link.publishers_of",
+        lambda node, topic: [replace(found, node="") for found in publishers_of(node, topic)],
+    )
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(PATIENCE).width == 4
+    assert said(notices, "its publisher offers no parameters")()
+
+
+def test_lines_may_be_padded(driver, opened):
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+
+    assert frames.get(PATIENCE).raw().tolist() == [[0, 1, 2, 3], [8, 9, 10, 11]]
+
+
+def test_its_camera_info_is_used(driver, opened, notices):
+    remote = opened("ros2:/other")
+    remote.start()
+    driver.info = information()
+    assert until(remote.calibration).matrix[0, 0] == 500
+
+    driver.info = information(
+        roi=RegionOfInterest(x_offset=64, y_offset=32, width=320, height=240), binning_x=2, binning_y=2
+    )
+    until(lambda: remote.calibration().width == 160)
+    driver.info = CameraInfo(width=640, height=480)
+    until(lambda: remote.calibration() is None)
+    assert not said(notices, "camera_info")()
+    driver.info = information()
+    driver.info.distortion_model, driver.info.d = "equidistant", [0.0] * 4
+    until(said(notices, "distortion model 'equidistant'"))
+
+
+def test_the_publishers_quality_of_service_is_shown(driver, opened, notices):
+    remote = opened("ros2:/other")
+
+    assert remote.info.interface == "/other_driver (reliable, volatile)"
+    assert said(notices, "/other/image_raw comes from /other_driver (reliable, volatile)")()
+
+
+def test_a_publisher_that_cannot_be_reliable_is_told_and_shown_all_the_same(opened, notices, drive):
+    drive(reliability=ReliabilityPolicy.BEST_EFFORT)
+    remote = opened("ros2:/other?qos=reliable")
+    frames = remote.open_queue()
+    remote.start()
+
+    frames.get(PATIENCE)
+
+    assert said(notices, "/other_driver (best effort, volatile) cannot send reliably")()
+
+
+def test_reliable_where_it_can_be_had(driver, opened, notices):
+    remote = opened("ros2:/other?qos=reliable")
+    remote.start()
+
+    subscription = until(lambda: driver.node.get_subscriptions_info_by_topic("/other/image_raw"))[0]
+    assert subscription.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    with pytest.raises(UsageError, match="sensor_data or reliable"):
+        sources.create("ros2:/other?qos=best")
+
+
+def test_an_encoding_that_cannot_be_shown_is_named_and_the_next_good_picture_is_shown(
+    driver, opened, notices
+):
+    driver.message = image(encoding="64FC1")
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+    until(said(notices, "encoding '64FC1' cannot be shown"))
+    assert remote.statistics().incomplete > 0
+
+    driver.message = image()
+
+    assert frames.get(PATIENCE).width == 4
+
+
+def test_images_that_contradict_themselves_are_refused(driver, opened, notices):
+    driver.message = image(width=400)
+    remote = opened("ros2:/other")
+    remote.start()
+
+    until(said(notices, "contradicts itself"))
+
+
+def test_a_changed_size_is_reported(driver, opened, notices):
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+    frames.get(PATIENCE)
+
+    driver.message = image(2, 2)
+
+    until(said(notices, "pictures are 2×2 Mono8 now, they were 4×2 Mono8"))
+    until(lambda: frames.get(PATIENCE).width == 2)
+
+
+def test_a_clock_that_jumps_back_is_told_and_times_of_arrival_are_used(driver, opened, notices):
+    remote = opened("ros2:/other")
+    frames = remote.open_queue()
+    remote.start()
+    assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
+
+    driver.stamp = lambda: time.time() - 3600
+
+    until(said(notices, "stamps went back by 3.6e+03 s"))
+    until(said(notices, "s behind this machine's clock"))
+    until(lambda: frames.get(PATIENCE).timestamp_ns < time.time_ns() - 3e12)
+    assert abs(frames.get(PATIENCE).received_ns - time.time_ns()) < 2e9
+
+
+def test_two_publishers_of_one_topic_are_reported(driver, opened, notices):
+    remote = opened("ros2:/other")
+    remote.start()
+    second = Ros2Node("second_driver")
+    second.node.create_publisher(Image, "/other/image_raw", 5)
+
+    until(said(notices, "their pictures mix"))
+    second.close()
+
+
+def test_a_topic_of_something_else_is_named(drive, probe):
+    drive("jpeg", kind=CompressedImage)
+
+    until(lambda: "carries sensor_msgs/msg/CompressedImage" in not_found(probe.node, "/jpeg/image_raw"))
+
+
+def test_a_topic_that_is_not_there(impatience):
+    with pytest.raises(SourceNotFoundError, match="nobody publishes images at /nowhere/image_raw"):
+        sources.create("ros2:/nowhere").open()
+    with pytest.raises(UsageError, match="which topic"):
+        sources.create("ros2:")
+
+
+def test_nothing_listens_after_stop(driver, opened):
+    remote = opened("ros2:/other")
+    remote.start()
+    until(lambda: driver.node.count_subscribers("/other/image_raw"))
+
+    remote.stop()
+
+    until(lambda: not driver.node.count_subscribers("/other/image_raw"))
+    assert not remote.streaming

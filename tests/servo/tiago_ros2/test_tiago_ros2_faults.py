@@ -1,0 +1,180 @@
+"""TIAGo over ROS 2 with real rclpy: what goes wrong between both ends."""
+
+import math
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed: make setup-ros2")
+pytest.importorskip("grabber_interfaces", reason="the interface package is not built: make setup-ros2")
+pytest.importorskip("trajectory_msgs", reason="ros-trajectory-msgs is not installed: make setup-ros2")
+pytest.importorskip("pinocchio", reason="Pinocchio is not installed: pip install '.[servo]'")
+pytest.importorskip("example_robot_data", reason="no robot data: pip install '.[servo]'")
+pytestmark = pytest.mark.ros2
+
+from geometry_msgs.msg import TwistStamped  # noqa: E402
+from sensor_msgs.msg import JointState  # noqa: E402
+from trajectory_msgs.msg import JointTrajectory  # noqa: E402
+
+from grabbergui import sources  # noqa: E402
+from grabbergui.core.errors import SourceNotFoundError, TransportError  # noqa: E402
+from grabbergui.net.ros2.server import Ros2GrabberServer  # noqa: E402
+from grabbergui.servo import closed_loop  # noqa: E402
+from grabbergui.servo.config import Config  # noqa: E402
+from grabbergui.servo.robots import tiago  # noqa: E402
+from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
+from grabbergui.servo.runner import Runner  # noqa: E402
+from grabbergui.servo.state_machine import State  # noqa: E402
+from patience import PATIENCE, attempts, until  # noqa: E402
+
+
+def approaching(runner, simulated):
+    runner.start()
+    until(lambda: runner.loop.machine.state is State.APPROACHING and simulated.robot.speed > 0.02)
+
+
+def test_joint_states_that_cease_end_all_motion(runner, simulated, listener):
+    twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
+    approaching(runner, simulated)
+    until(twists.qsize)
+    simulated.silent = True
+    until(lambda: runner.loop.machine.state is State.LOST)
+    until(lambda: simulated.robot.speed < 1e-3)
+    sent = runner.gate.sent
+    time.sleep(0.3)  # a while in which no command may follow
+    assert runner.gate.sent == sent
+    last = [twists.get() for _ in range(twists.qsize())][-1].twist
+    assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
+    simulated.silent = False
+    until(lambda: simulated.robot.speed > 0.01)
+
+
+def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, listener):
+    twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
+    approaching(runner, simulated)
+    simulated.frozen = True
+    until(lambda: runner.loop.machine.state is State.STOPPED)
+    assert "encoders stand still" in runner.loop.machine.reason
+    until(lambda: simulated.robot.speed < 1e-3)
+    last = [twists.get() for _ in range(twists.qsize())][-1].twist
+    assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
+
+
+def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated, config):
+    others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
+    limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
+    object.__setattr__(config, "safety", limits)
+    camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker))
+    camera.open()
+    server = Ros2GrabberServer(camera, "/camera")
+    server.start()
+    pictures = sources.create("ros2:/camera")
+    runner = Runner(
+        pictures, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
+    )
+    cycles = []
+    runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
+    try:
+        pictures.open()
+        approaching(runner, simulated)
+        server.stop()
+        until(lambda: cycles[-1].state is State.LOST and cycles[-1].time - last_moving(cycles).time > 0.3)
+        assert last_moving(cycles).time - runner.loop.sighting.captured <= config.safety.picture_timeout
+        assert "no fresh picture" in cycles[-1].reason
+        until(lambda: simulated.robot.speed < 1e-3)
+    finally:
+        runner.stop()
+        pictures.close()
+        server.stop()
+        camera.close()
+
+
+def last_moving(cycles):
+    return next(cycle for cycle in reversed(cycles) if cycle.command.moves)
+
+
+def test_a_stop_goes_out_though_the_robot_says_nothing(robot, simulated, listener):
+    twists = listener.hear(TwistStamped, "/servo_node/delta_twist_cmds")
+    heads = listener.hear(JointTrajectory, "/head_controller/joint_trajectory")
+    simulated.silent = True
+    until(lambda: time.monotonic() - robot.state().time > 0.3)
+    until(lambda: robot.stop() or (twists.qsize() and heads.qsize()))
+
+
+def test_a_head_of_which_old_news_is_known_is_not_turned_back(robot, simulated):
+    """Told to hold, it holds where it was last sent, not where it was when it fell silent."""
+    robot.move_head(np.array([0.0, 0.0]))
+    simulated.silent = True
+    robot.step_head(np.radians([8.0, 0.0]))
+    until(lambda: simulated.robot.state().head[0] > np.radians(7.5))
+    until(lambda: time.monotonic() - robot.state().time > 0.3)
+    robot.stop()
+    time.sleep(0.3)  # a while in which it might cycle back
+    assert np.degrees(simulated.robot.state().head[0]) == pytest.approx(8, abs=0.6)
+
+
+def test_a_robot_that_is_gone_takes_no_command_and_a_stop_does_not_hang(robot, simulated):
+    simulated.close()
+
+    def refused():
+        try:
+            robot.move_hand(np.zeros(6))
+        except TransportError as error:
+            return "nobody listens to /servo_node/delta_twist_cmds" in str(error)
+        return False
+
+    until(refused)
+    with pytest.raises(TransportError, match="/head_controller/joint_trajectory"):
+        robot.move_head(np.array([0.1, 0.0]))
+    for watch in attempts(1.0):
+        with watch:
+            robot.stop()
+
+
+def test_a_robot_that_is_not_there_is_said_not_to_be(domain, model):
+    with pytest.raises(SourceNotFoundError, match="nobody tells of TIAGo's joints at /joint_states"):
+        TiagoOverRos2(model, timeout=0.3).open()
+
+
+@pytest.mark.parametrize(
+    ("joints", "complaint"),
+    [
+        ((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS[:-1]), "nothing of arm_7_joint"),
+        ((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS), "nobody listens to"),
+    ],
+)
+def test_half_a_robot_is_told_from_a_whole_one(listener, model, joints, complaint):
+    states = listener.node.create_publisher(JointState, "/joint_states", 5)
+    message = JointState(name=list(joints), position=[0.1] * len(joints))
+    listener.node.create_timer(0.02, lambda: states.publish(message))
+
+    def complained():
+        with pytest.raises(SourceNotFoundError) as refused:
+            TiagoOverRos2(model, timeout=1.5).open()
+        return complaint in str(refused.value)
+
+    until(complained)
+
+
+def test_readings_that_are_no_numbers_are_not_believed(robot, simulated, listener):
+    states = listener.node.create_publisher(JointState, "/joint_states", 5)
+    simulated.silent = True
+    names = [*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS]
+    until(lambda: states.get_subscription_count())
+    before = robot.state()
+    for positions in ([math.nan] * 9, [0.1] * 8, [math.inf] * 9):
+        states.publish(JointState(name=names, position=positions))
+    states.publish(JointState(name=names, position=[0.05] * 9))
+    until(lambda: robot.state() is not before)
+    assert np.isfinite(robot.state().hand).all()
+
+
+def test_commands_before_it_is_open_are_refused(model):
+    robot = TiagoOverRos2(model)
+    for command in (lambda: robot.move_head(np.zeros(2)), lambda: robot.move_hand(np.zeros(6))):
+        with pytest.raises(TransportError):
+            command()
+    robot.stop()
+    robot.close()

@@ -1,0 +1,64 @@
+"""A simulated TIAGo whose joint states can fail, and a node that hears what it is sent."""
+
+import queue
+
+from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.servo.robots.tiago_topics import TiagoTopics
+from patience import PATIENCE, until
+
+
+class Faulty(TiagoTopics):
+    """Controllers whose joint states cease, or stand still, when told to."""
+
+    def __init__(self, robot):
+        super().__init__(robot)
+        self.robot = robot
+        self.silent = self.frozen = False
+        self.joint_states = 0
+
+    def _tell(self):
+        if self.frozen:
+            last = self._robot.state() if self._robot is self.robot else None
+            if last is not None:
+                self._robot = Still(self.robot, last)
+        if not self.silent:
+            self.joint_states += 1
+            super()._tell()
+
+
+class Still:
+    """A robot whose readings repeat themselves, though it moves."""
+
+    def __init__(self, robot, last):
+        self._robot, self._last = robot, last
+
+    def state(self):
+        return self._last
+
+    def __getattr__(self, name):
+        return getattr(self._robot, name)
+
+
+class Listener:
+    """An independent node that hears what is commanded and what is published."""
+
+    def __init__(self):
+        self.ros = Ros2Node("listener")
+        self.node = self.ros.node
+        self.ros.start()
+
+    def hear(self, kind, topic):
+        """What comes from now on: networks find their ends late, and what was sent by then is lost."""
+        heard = queue.Queue()
+        subscription = self.node.create_subscription(kind, topic, heard.put, 50)
+        until(subscription.get_publisher_count, f"a publisher of {topic}")
+        return heard
+
+    def call(self, service):
+        from std_srvs.srv import Trigger
+
+        client = self.node.create_client(Trigger, service)
+        assert client.wait_for_service(PATIENCE)
+        future = client.call_async(Trigger.Request())
+        until(future.done)
+        return future.result()
