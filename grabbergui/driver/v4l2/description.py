@@ -8,7 +8,7 @@ bytes, little-endian; `REGISTERS` has the fixed ones, `Layout.controls` those of
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 from xml.sax.saxutils import escape, quoteattr
@@ -217,8 +217,10 @@ class _Writer:
         if control.kind is ControlKind.BUTTON:
             self._add(category, name, "Command", title + lock, value, "<CommandValue>1</CommandValue>")
         elif standard and standard.entries:
-            names = {number: standard.entries[number] for number in self._values(control, standard.entries)}
-            self._enumeration(category, name, [(text, n, "") for n, text in names.items()], lock, made=True)
+            entries = [
+                (entry, value, "") for value, entry in _mode_entries(control, standard.entries).items()
+            ]
+            self._enumeration(category, name, entries, lock, made=True)
         elif control.kind is ControlKind.MENU:
             taken: set[str] = set()
             entries = [(_identifier(text, taken), number, text) for number, text in control.menu.items()]
@@ -228,11 +230,6 @@ class _Writer:
             self._add(category, name, "Boolean", title + lock, value, values)
         else:
             self._number(category, name, control, standard, title + lock)
-
-    def _values(self, control: Control, entries: dict[int, str]) -> Iterator[int]:
-        """The values of an automatic mode; a driver's own automatic entry is Continuous if it has but one."""
-        offered = control.menu if control.kind is ControlKind.MENU else (0, 1)
-        return (value for value in entries if value in offered)
 
     def _number(
         self, category: str, name: str, control: Control, standard: Standard | None, head: str
@@ -307,6 +304,17 @@ _LITTLE = "<Endianess>LittleEndian</Endianess>"
 
 def _element(kind: str, name: str, *parts: str) -> str:
     return f"<{kind} Name={quoteattr(name)}>{''.join(parts)}</{kind}>"
+
+
+def _mode_entries(control: Control, entries: dict[int, str]) -> dict[int, str]:
+    """Return the entries of an automatic mode by value: those that the driver offers.
+
+    Whatever its only automatic entry is, it is called Continuous, which is what switches a mode on.
+    """
+    offered = control.menu if control.kind is ControlKind.MENU else (0, 1)
+    names = {value: entry for value, entry in entries.items() if value in offered}
+    automatic = [value for value, entry in names.items() if entry != "Off"]
+    return names | ({automatic[0]: "Continuous"} if len(automatic) == 1 else {})
 
 
 def code_value(fourcc: str) -> int:

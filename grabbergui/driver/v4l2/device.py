@@ -120,21 +120,28 @@ class V4l2Device(Device):
             video.set_rate(_DOUBLE.unpack(data)[0])
             return
         (value,) = _INTEGER.unpack(data)
-        current = video.format()
         if address in self._layout.controls:
             video.set_control(self._layout.controls[address].id, value)
-        elif name == "PixelFormat":
-            video.set_format(value.to_bytes(4, "little").decode("ascii"), current.width, current.height)
-        elif name == "Resolution":
-            video.set_format(current.fourcc, value >> 32, value & 0xFFFFFFFF)
-        elif name == "Width":
-            video.set_format(current.fourcc, value, current.height)
-        elif name == "Height":
-            video.set_format(current.fourcc, current.width, value)
+        elif name in ("PixelFormat", "Resolution", "Width", "Height"):
+            self._set_format(name, value)
         elif name == "TLParamsLocked":
             self._locked = value
         elif name not in ("AcquisitionStart", "AcquisitionStop", "AcquisitionMode"):
             raise DeviceStatusError(f"there is no register at {address:#x} to write", 0x8003)
+
+    def _set_format(self, name: str, value: int) -> None:
+        video = self._opened()
+        current = video.format()
+        fourcc, width, height = current.fourcc, current.width, current.height
+        if name == "PixelFormat":
+            fourcc = value.to_bytes(4, "little").decode("ascii")
+        elif name == "Resolution":
+            width, height = value >> 32, value & 0xFFFFFFFF
+        elif name == "Width":
+            width = value
+        else:
+            height = value
+        video.set_format(fourcc, width, height)
 
     def _value(self, name: str, address: int) -> int:
         current = self._opened().format()
@@ -247,10 +254,10 @@ class V4l2Stream:
         return replace(self._statistics, frame_rate=frame_rate, bandwidth=bandwidth)
 
     def _run(self) -> None:
+        poll = select.poll()
+        poll.register(self._video.fileno(), select.POLLIN | select.POLLPRI)
         try:
             while not self._stopping.is_set():
-                poll = select.poll()
-                poll.register(self._video.fileno(), select.POLLIN | select.POLLPRI)
                 if not poll.poll(_STOP_PERIOD * 1000):
                     continue
                 filled = self._video.take()

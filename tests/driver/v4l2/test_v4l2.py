@@ -19,6 +19,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.v4l2 import device as v4l2_device
 from grabbergui.driver.v4l2.device import V4l2Device
+from grabbergui.driver.v4l2.video import Control, ControlKind
 from patience import PATIENCE, until
 
 INFO = DeviceInfo(
@@ -168,3 +169,27 @@ def test_it_is_found_by_each_of_its_names(
 def test_a_locked_setting_is_not_written(camera: Camera) -> None:
     with pytest.raises(FeatureAccessError):
         camera.write_feature("DeviceSerialNumber", "8")
+
+
+@pytest.mark.parametrize(
+    ("menu", "entries"),
+    [
+        ({1: "Manual", 3: "Aperture Priority"}, ["Off", "Continuous"]),
+        ({0: "Auto", 1: "Manual"}, ["Off", "Continuous"]),
+        ({0: "Auto", 1: "Manual", 3: "Aperture Priority"}, ["Off", "Continuous", "Automatic"]),
+    ],
+)
+def test_the_automatic_exposure_can_be_switched_on_whatever_the_driver_calls_it(
+    menu: dict[int, str], entries: list[str], video: FakeVideo, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mode = Control(EXPOSURE_AUTO, "Auto Exposure", ControlKind.MENU, 0, 3, 1, menu)
+    monkeypatch.setattr(v4l2_device, "find", lambda: [INFO])
+    monkeypatch.setattr(video, "controls", lambda: [mode])
+    camera = Camera(V4l2Device("", DeviceInfo("v4l2:"), lambda path: video))  # type: ignore[arg-type, return-value]
+    camera.open()
+    try:
+        assert [entry.name for entry in camera.feature("ExposureAuto").entries] == entries
+        camera.write_feature("ExposureAuto", "Continuous")
+        assert "Manual" not in menu[video.values[EXPOSURE_AUTO]]
+    finally:
+        camera.close()
