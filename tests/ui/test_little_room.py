@@ -270,3 +270,16 @@ def test_a_line_profile_without_a_line_takes_no_room(window_desk):
     assert window.profile.maximumHeight() < 60
     window.profile.setProfile({"Y": np.arange(5)})
     assert window.profile.plot.isVisible() and window.profile.maximumHeight() > 1000
+
+
+def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(window_desk):
+    window_desk.connect()
+    window_desk.program.connection.open_additional("sim:colour")
+    window_desk.window.resize(1280, 800)
+    bar = window_desk.window.recordingBar
+    bar.limitBox.setCurrentIndex(1)
+    bar.setPlayable("what was recorded")
+    window_desk.until(lambda: bar.playButton.isVisible() and bar.amountBox.isVisible())
+    needed = bar.limitBox.fontMetrics().horizontalAdvance(bar.limitBox.currentText())
+    window_desk.until(lambda: bar.limitBox.width() >= needed + 24)  # and its arrow
+    assert not bar.progressLabel.isVisible()

@@ -50,6 +50,8 @@ _LIMITS = (
 """In the order of the form's `limitBox`."""
 NARROW = 480
 "Pixels below which *Play* is an icon, the folder is in the menu alone, and what was recorded takes no room."
+_LEAST_CHOICE, _WHOLE_CHOICE = 80, 138
+"Pixels of the box that says when a recording ends, in a narrow bar and in a wide one."
 _ICON_ROOM = 20
 "Pixels beside the icon of a button without text."
 
@@ -92,6 +94,8 @@ class RecordingBar(QWidget):
                 width -= widget.minimumSizeHint().width() + spacing
         if self.playButton.text() and not self.playButton.isHidden():
             width -= max(0, self.playButton.minimumSizeHint().width() - self._play_width())
+        if not self.limitBox.isHidden():
+            width -= self.limitBox.minimumWidth() - _LEAST_CHOICE
         return QSize(width, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
@@ -110,8 +114,8 @@ class RecordingBar(QWidget):
         # A running recording cannot be changed, and its progress needs the space.
         for choice in (self.kindBox, self.limitBox):
             choice.setVisible(not recording)
-        self._arrange()
         self.amountBox.setVisible(not recording and _LIMITS[self.limitBox.currentIndex()] is not None)
+        self._arrange()
         self.playButton.setVisible(False)
         self.progressLabel.clear()
 
@@ -145,7 +149,9 @@ class RecordingBar(QWidget):
     def _arrange(self) -> None:
         narrow, recording = self.width() < NARROW, self.recordButton.isChecked()
         self.folderButton.setVisible(not narrow and not recording)
-        self.progressLabel.setVisible(not narrow or recording)
+        self.limitBox.setMinimumWidth(_LEAST_CHOICE if narrow else _WHOLE_CHOICE)
+        # Beside the length of the next recording there is no room for the figures of the last one.
+        self.progressLabel.setVisible(recording or (not narrow and self.amountBox.isHidden()))
         self.playButton.setMaximumWidth(self._play_width() if narrow else QWIDGETSIZE_MAX)
         self.playButton.setText("" if narrow else self.tr("Play"))
 
@@ -168,6 +174,7 @@ class RecordingBar(QWidget):
     def _on_limit_chosen(self, index: int) -> None:
         limit, amount = _LIMITS[index], self._amounts[index]
         self.amountBox.setVisible(limit is not None)
+        self._arrange()
         if limit is not None and amount is not None:
             self.amountBox.setDecimals(limit.decimals)
             self.amountBox.setMinimum(10**-limit.decimals)
