@@ -2,6 +2,7 @@
 
 import os
 import signal
+import threading
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -20,6 +21,9 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # How long an example takes says how busy the machine is; pytest's own limit finds what hangs.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("patient")
+
+COMPILING = "compile loops"
+"The name of the thread of `core.compiled`."
 
 pytest_plugins = ["peers"]
 
@@ -43,6 +47,13 @@ def pytest_unconfigure() -> None:
     """What one worker started for all must outlive it."""
     if not isolation.WORKER:
         isolation.end_run()
+
+
+def pytest_runtest_logreport() -> None:
+    """Wait after each phase of a test for a thread that imports modules: pytest iterates over all of them."""
+    for thread in threading.enumerate():
+        if thread.name == COMPILING:
+            thread.join()
 
 
 @pytest.hookimpl(optionalhook=True)
