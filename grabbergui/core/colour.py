@@ -156,8 +156,11 @@ def _stretch_table(bits: int) -> Bytes:
 
 def _scaled(raw: NDArray[Any], bounds: tuple[float, float]) -> Bytes:
     low, high = bounds
-    values = np.clip((raw.astype(np.float64) - low) * (254 / ((high - low) or 1.0)) + 1, 1, 255)
-    return np.where(np.isfinite(raw), values, 0).astype(np.uint8)
+    finite = np.isfinite(raw)
+    # Converting a signalling NaN, which any bytes from a camera may be, is an invalid operation.
+    values = np.where(finite, raw, 0).astype(np.float64)
+    values = np.clip((values - low) * (254 / ((high - low) or 1.0)) + 1, 1, 255)
+    return np.where(finite, values, 0).astype(np.uint8)
 
 
 def _distance(data: Bytes) -> Bytes:

@@ -252,6 +252,18 @@ def test_no_value_outside_the_picture(x, y):
         pixels.value_at(frame_of(np.zeros((5, 7), int), pfnc.by_name("Mono8")), x, y)
 
 
+@pytest.mark.parametrize("name", ["Coord3D_C32f", "Coord3D_AC32f", "Coord3D_ABC32f"])
+def test_values_that_are_no_numbers_are_black(name):
+    pixel_format = pfnc.by_name(name)
+    payload = np.tile(np.array([0x7F800001, 0x7FC00000, 0x7F800000, 0x3F800000], np.uint32), 6).view(np.uint8)
+    frame = Frame(payload, 8 // pixel_format.components, 3, pixel_format)
+    mono = frame.mono()
+    numbers = np.isfinite(frame.raw().reshape(*mono.shape, -1)[..., -1])
+    assert np.array_equal(mono > 0, numbers) and numbers.any() and not numbers.all()
+    assert np.array_equal(frame.rgb()[..., 0], mono)
+    assert pixels.for_display(frame).pixels.shape[:2] == mono.shape
+
+
 @given(
     pixel_format=st.sampled_from(CONVERTIBLE),
     width=st.integers(-1, 40),
