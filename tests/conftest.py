@@ -20,7 +20,11 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # How long an example takes says how busy the machine is; pytest's own limit finds what hangs.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.load_profile("patient")
+# The same examples in every run, so that a failure is of the change that shows it;
+# `pytest --hypothesis-profile exploring` looks for more.
+settings.register_profile("steady", settings.get_profile("patient"), derandomize=True)
+settings.register_profile("exploring", settings.get_profile("patient"), max_examples=1000)
+settings.load_profile("steady")
 
 COMPILING = "compile loops"
 "The name of the thread of `core.compiled`."

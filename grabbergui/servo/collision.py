@@ -20,6 +20,9 @@ from grabbergui.servo.kinematics import Chain
 _SAMPLES = 65
 "Points of a segment whose distances to boxes are computed."
 
+_POINT = 1e-24
+"A segment whose squared length is below this, in square metres, is a point."
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -134,14 +137,17 @@ def parse_boxes(text: str) -> tuple[Box, ...]:
 
 
 def _segment_distance(a: Vector, b: Vector, c: Vector, d: Vector) -> float:
-    """Between two segments, a to b and c to d: both may be points."""
+    """Between two segments, a to b and c to d: both may be points. Right to a micrometre for a robot's links.
+
+    Where segments are nearly parallel there is no certain place to cross: their ends decide.
+    """
     u, v, w = b - a, d - c, a - c
     uu, uv, vv, uw, vw = float(u @ u), float(u @ v), float(v @ v), float(u @ w), float(v @ w)
     determinant = uu * vv - uv * uv
-    s = float(np.clip((uv * vw - vv * uw) / determinant, 0, 1)) if determinant > 1e-12 else 0.0
-    t = (uv * s + vw) / vv if vv > 1e-12 else 0.0
+    s = float(np.clip((uv * vw - vv * uw) / determinant, 0, 1)) if determinant > 1e-14 * uu * vv else 0.0
+    t = (uv * s + vw) / vv if vv > _POINT else 0.0
     t = min(max(t, 0.0), 1.0)
-    s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > 1e-12 else 0.0
+    s = min(max((uv * t - uw) / uu, 0.0), 1.0) if uu > _POINT else 0.0
     return float(np.linalg.norm(w + s * u - t * v))
 
 

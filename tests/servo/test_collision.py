@@ -32,7 +32,17 @@ def test_no_two_points_of_two_segments_are_nearer_than_the_segments(a, b, c, d):
     sampled = np.linalg.norm(first[:, None] - second[None], axis=2).min()
     distance = _segment_distance(a, b, c, d)
     spacing = (np.linalg.norm(b - a) + np.linalg.norm(d - c)) / 80
-    assert sampled - spacing - 1e-9 <= distance <= sampled + 1e-9
+    assert sampled - spacing - 1e-6 <= distance <= sampled + 1e-6
+
+
+@pytest.mark.parametrize("length", [1e-2, 1e-4, 1e-6, 1e-7])
+def test_short_segments_are_no_points_and_cross_at_right_angles(length):
+    along, across, up = np.eye(3) * length
+    assert _segment_distance(-along, along, up - across, up + across) == pytest.approx(length)
+    assert _segment_distance(-along, along, -across + along / 2, across + along / 2) == pytest.approx(
+        0, abs=1e-12
+    )
+    assert _segment_distance(3 * along, along, np.zeros(3), np.zeros(3)) == pytest.approx(length)
 
 
 @given(points, points)
