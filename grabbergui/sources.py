@@ -167,3 +167,9 @@ def _load(scheme: str) -> ModuleType:
         return importlib.import_module(_MODULES[scheme])
     except ImportError as error:
         raise SourceUnavailableError(f"{scheme}: sources need a package that is missing: {error}") from error
+    except Exception as error:
+        log.info("loading %s", _MODULES[scheme], exc_info=True)
+        raise SourceUnavailableError(
+            f"{scheme}: sources need a package that is here but broken ({type(error).__name__}: {error});"
+            " install grabbergui again in a new environment"
+        ) from error

@@ -10,7 +10,8 @@ from grabbergui import sources
 from grabbergui.cli.numbers import positive
 from grabbergui.cli.opening import add_source, opened
 from grabbergui.cli.process import stop_on_signals
-from grabbergui.core.errors import SourceUnavailableError
+from grabbergui.core.errors import MissingFileError, SourceUnavailableError
+from grabbergui.core.uri import SourceUri
 
 
 def add_commands(commands: Any) -> None:
@@ -26,7 +27,11 @@ def _add_gui(commands: Any) -> None:
         example="grabbergui gui gige:GV01",
     )
     parser.add_argument(
-        "source", metavar="SOURCE", nargs="?", help="what to open (the one opened last; at first sim:colour)"
+        "source",
+        metavar="SOURCE",
+        nargs="?",
+        help="what to open (the one opened last; at first sim:colour). "
+        "A file of settings, as file:camera.yaml: compare the camera opened last with it",
     )
     parser.add_argument("--offscreen", action="store_true", help="run the window without a display")
     parser.add_argument("--duration", type=positive, metavar="S", help="close the window after S seconds")
@@ -45,15 +50,17 @@ def _add_gui(commands: Any) -> None:
 
 
 def _gui(options: argparse.Namespace) -> int:
-    if options.source is not None:
-        sources.parse(options.source)
+    source, settings = options.source, None
+    if source is not None and (settings := _settings_file(sources.parse(source))) is not None:
+        source = None
     try:
         from grabbergui.ui.run import window
     except ImportError as error:
         raise SourceUnavailableError(f"the window needs PyQt5, which cannot be loaded: {error}") from error
     with stop_on_signals() as stop:
         return window.run(
-            options.source,
+            source,
+            settings=settings,
             offscreen=options.offscreen,
             duration=options.duration,
             screenshot=options.screenshot,
@@ -62,6 +69,18 @@ def _gui(options: argparse.Namespace) -> int:
             language=options.language,
             stop=stop,
         )
+
+
+def _settings_file(uri: SourceUri) -> Path | None:
+    """Return the path of a file of settings, as a desktop names it when one is double-clicked."""
+    from grabbergui.models.settings.files import SETTINGS_SUFFIXES
+
+    path = Path(uri.name)
+    if uri.scheme != sources.SourceKind.FILE.value or path.suffix.lower() not in SETTINGS_SUFFIXES:
+        return None
+    if not path.is_file():
+        raise MissingFileError(f"{path} does not exist; name a file of settings, or a source such as sim:")
+    return path
 
 
 EXIT_REFUSED = 1

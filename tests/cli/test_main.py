@@ -40,6 +40,22 @@ def test_no_window_opens_on_a_source_of_no_kind(capsys):
     assert "no known kind" in capsys.readouterr().err
 
 
+def test_a_file_of_settings_is_for_the_camera_opened_last(tmp_path, monkeypatch, capsys):
+    path, runs = tmp_path / "my camera.yaml", []
+    monkeypatch.setattr(
+        "grabbergui.ui.run.window.run", lambda *arguments, **options: runs.append((arguments, options)) or 0
+    )
+    assert main([path.as_uri()]) == 2
+    assert f"{path} does not exist" in capsys.readouterr().err
+    path.write_text("device: x\nfeatures: {}\n")
+    assert main([path.as_uri()]) == 0
+    assert main([(tmp_path / "recording.mcap").as_uri()]) == 0
+    assert [(arguments[0], options["settings"]) for arguments, options in runs] == [
+        (None, path),
+        ((tmp_path / "recording.mcap").as_uri(), None),
+    ]
+
+
 def test_without_a_display_the_window_says_so():
     environment = {
         name: value

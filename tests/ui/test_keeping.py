@@ -73,6 +73,20 @@ def test_comparing_changes_nothing_until_applied(desk, tmp_path):
     desk.until(lambda: keeping.report and keeping.report.rollBackButton.isVisible())
 
 
+def test_settings_that_the_program_was_started_with_are_compared_once(window_desk, tmp_path):
+    path = tmp_path / "settings.yaml"
+    files.save(FeatureSet({SettingKey("Gain"): 3.0}), path)
+    keeping = window_desk.program.settings_files
+    window_desk.program.compare_once_open(path)
+    window_desk.connect("sim:?width=320&height=240&fps=60")
+    window_desk.until(lambda: keeping.report)
+    assert rows(keeping.report) == {"Gain": "would be written"}
+    assert window_desk.grabber.feature("Gain").value == 0
+    keeping.report.close()
+    window_desk.connect("sim:colour?width=320&height=240&fps=60")
+    assert keeping.report is None
+
+
 def test_a_file_of_settings_is_dropped_onto_the_window(desk, tmp_path):
     path = tmp_path / "settings.yaml"
     files.save(FeatureSet({SettingKey("ExposureTime"): 1234.0}), path)

@@ -31,6 +31,8 @@ BAGGER_GUID = "{4709CB3C-7322-4460-84C3-DA11DDA09939}"
 "First line of a file of several user sets."
 MAX_FILE_BYTES = 4 * 1024 * 1024
 YAML_SUFFIXES = (".yaml", ".yml")
+SETTINGS_SUFFIXES = (*YAML_SUFFIXES, ".pfs")
+"Endings that only settings have among the files that the window opens."
 
 _NAME = r"[A-Za-z_][A-Za-z0-9_]*"
 _YAML_LINE = re.compile(r"( *)((?:[^\s:\[\]#]+(?:\[[^\]]*\])?))\s*:(?:\s+(.*))?")

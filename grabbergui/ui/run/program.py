@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer, QUrl
 from PyQt5.QtGui import QDesktopServices
@@ -134,6 +135,7 @@ class Program(QObject):
         self.calibrating.saved.connect(self.calibration.load)
         self.help = HelpController(window, window.menubar, window)
         self.log = LogController(window.log, self.log_book)
+        self._settings_to_compare: Path | None = None
         self._down = False
         self._join()
         self._restore()
@@ -150,6 +152,10 @@ class Program(QObject):
         self.window.picture.painted.connect(self._search)
         QTimer.singleShot(SEARCH_AFTER_MS, self._search)
         self.sources.connect_to(uri)
+
+    def compare_once_open(self, settings: Path) -> None:
+        """Compare the first camera that opens with a file of settings, and offer to load it."""
+        self._settings_to_compare = settings
 
     def _search(self) -> None:
         if not self._down:
@@ -230,6 +236,9 @@ class Program(QObject):
         if source is self.connection.source and source.grabber is not None:
             self.features.set_model(source.features)
             self.favourites.restore(source.grabber.info)
+            if self._settings_to_compare is not None:
+                path, self._settings_to_compare = self._settings_to_compare, None
+                self.settings_files.compare(path)
 
     def _on_connection_ending(self, source: OpenSource) -> None:
         if source.features is not None:

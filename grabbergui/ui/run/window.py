@@ -40,6 +40,7 @@ FINISH_TIME = 30.0
 def run(
     uri: str | None,
     *,
+    settings: Path | None = None,
     offscreen: bool = False,
     duration: float | None = None,
     screenshot: Path | None = None,
@@ -54,7 +55,8 @@ def run(
     With `duration` it closes by itself after so many seconds. With `screenshot` it saves a picture of itself
     when frames have flown, prints where and the frame rate, and fails with 1 and a line on stderr when no
     frame came. With `script` it runs that file, whose exit code is the window's, and opens nothing by itself
-    but `uri`; see `ui.scripting`. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the
+    but `uri`; see `ui.scripting`. With `settings` the first camera that opens is compared with that file, and
+    the report offers to load it. `theme` is `light`, `dark`, or `auto` (what was chosen before, or the
     desktop's), `language` a code like `es`; without one it is the desktop's. Settings are neither read nor
     kept offscreen. `create` makes the grabber of a URI, for a program that holds one open already. Setting
     `stop` closes the window. Raises SourceUnavailableError where there is no display.
@@ -76,6 +78,8 @@ def run(
         window.show()
         wanted = screenshot is not None or (offscreen and script is None)
         report = _Report(controller, screenshot, wanted=wanted)
+        if settings is not None:
+            controller.compare_once_open(settings)
         if code_of_script is None:
             controller.begin(first_source(uri, preferences))
         else:

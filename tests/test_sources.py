@@ -1,0 +1,29 @@
+"""Opening a source by its kind."""
+
+import pytest
+
+from grabbergui import sources
+from grabbergui.core.errors import SourceUnavailableError
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "import no_such_package_anywhere",
+            r"v4l2: sources need a package that is missing: .*no_such_package",
+        ),
+        ("None.attribute", r"v4l2: .* here but broken \(AttributeError: .*install grabbergui again"),
+        (
+            "raise OSError('libX.so: wrong ELF class')",
+            r"v4l2: .* broken \(OSError: libX\.so: wrong ELF class\)",
+        ),
+    ],
+)
+def test_a_kind_whose_package_cannot_be_loaded_is_named_with_the_reason(text, said, tmp_path, monkeypatch):
+    (tmp_path / "kind_of_source_under_test.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(sources._MODULES, "v4l2", "kind_of_source_under_test")
+    with pytest.raises(SourceUnavailableError, match=said):
+        sources.create("v4l2:")
+    assert sources.discover_kind("v4l2") == []
