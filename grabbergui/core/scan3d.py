@@ -1,0 +1,198 @@
+"""The meaning of 3D data: Coord3D values to millimetres and to points (SFNC 2.7, 3D Scan Control)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.component import Component
+from grabbergui.core.derived import millimetres
+from grabbergui.core.errors import GrabberError, PixelFormatError
+from grabbergui.core.features import FeatureValue
+from grabbergui.core.frame import Frame
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.selection import SettingKey
+
+MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}
+"By the entries of Scan3dDistanceUnit."
+COORDINATES = "ABC"
+_AXES = re.compile(r"Coord3D_([ABC]+)")
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One of Scan3dCoordinateSelector's entries: value × scale + offset, in Scan3dDistanceUnit."""
+
+    scale: float = 1.0
+    offset: float = 0.0
+    invalid: float | None = None
+    "The value where nothing was measured; None if there is no such value."
+
+
+@dataclass(frozen=True)
+class Scan3d:
+    """The features of 3D Scan Control that give values of Coord3D pixels their meaning. Immutable."""
+
+    calibrated: bool = False
+    "Whether the camera reports a scale; else values have no unit, and 0 of unsigned ones is invalid."
+    coordinates: tuple[Coordinate, Coordinate, Coordinate] = (Coordinate(), Coordinate(), Coordinate())
+    "A, B and C."
+    unit: float = 1.0
+    "Millimetres of a Scan3dDistanceUnit."
+    system: str = "Cartesian"
+    "Scan3dCoordinateSystem."
+    output_mode: str = ""
+    "Scan3dOutputMode; empty if the camera does not report it."
+    focal_length: float | None = None
+    "Pixels."
+    principal_point: tuple[float, float] = (0.0, 0.0)
+    "Column and line of the sensor's region that starts at (0, 0)."
+    baseline: float | None = None
+    "Distance of a stereo camera's two cameras, millimetres."
+
+    @classmethod
+    def read(cls, grabber: FrameGrabber) -> Scan3d:
+        """Read a camera's features; a camera without them gives `Scan3d()`.
+
+        Blocks while the camera answers. Features that cannot be read have their defaults.
+        """
+        if not grabber.has_feature("Scan3dCoordinateScale"):
+            return cls()
+        focal_length = _number(grabber, "Scan3dFocalLength")
+        unit = MILLIMETRES_PER_UNIT.get(str(_value(grabber, "Scan3dDistanceUnit")), 1.0)
+        baseline = _number(grabber, "Scan3dBaseline")
+        return cls(
+            calibrated=True,
+            coordinates=(_coordinate(grabber, "A"), _coordinate(grabber, "B"), _coordinate(grabber, "C")),
+            unit=unit,
+            system=str(_value(grabber, "Scan3dCoordinateSystem") or "Cartesian"),
+            output_mode=str(_value(grabber, "Scan3dOutputMode") or ""),
+            focal_length=focal_length or None,
+            principal_point=(
+                _number(grabber, "Scan3dPrincipalPointU") or 0.0,
+                _number(grabber, "Scan3dPrincipalPointV") or 0.0,
+            ),
+            baseline=baseline * unit if baseline else None,
+        )
+
+    @property
+    def disparity(self) -> bool:
+        """Whether values are a stereo camera's disparities in pixels, and no distances."""
+        return self.output_mode.startswith("DisparityC")
+
+    def unit_of(self, pixel_format: PixelFormat) -> str:
+        """Return the unit of `distances`: `mm`, `px` of disparities that lack a baseline, or none."""
+        if not self.calibrated or not _AXES.match(pixel_format.name):
+            return ""
+        return "px" if self.disparity and not (self.baseline and self.focal_length) else "mm"
+
+    def distances(self, values: NDArray[Any], pixel_format: PixelFormat) -> NDArray[np.float32]:
+        """Return coordinate C of raw values in `unit_of`, of any shape, NaN where nothing was measured.
+
+        `values` is as `raw()` gives them, or a part of it; of several coordinates the last axis is theirs.
+        """
+        axes = axes_of(pixel_format)
+        if len(axes) > 1:
+            values = values[..., -1]
+        found = self._scaled(values, axes[-1], pixel_format)
+        if not self.disparity or self.baseline is None or self.focal_length is None:
+            return found
+        with np.errstate(divide="ignore"):
+            depth = self.baseline * self.focal_length / (found / np.float32(self.unit))
+        return np.where(found > 0, depth, np.float32(np.nan)).astype(np.float32)
+
+    def points(self, image: Frame | Component) -> NDArray[np.float32]:
+        """Return the points of a range image: (height, width, 3) float32, x y z in mm, NaN where invalid.
+
+        Images of all three coordinates are scaled. Of images of C alone, a rectified or perspective camera's
+        focal length and principal point give x and y (x to the right, y down, z away from the camera), and a
+        `RectifiedC` image without one has A and B in its columns and lines. Raises PixelFormatError, also
+        where the camera does not report enough.
+        """
+        axes, raw = axes_of(image.pixel_format), image.raw()
+        if self.system != "Cartesian":
+            raise PixelFormatError(
+                f"points of a {self.system} coordinate system are not computed;"
+                " set Scan3dCoordinateSystem=Cartesian if the camera has it"
+            )
+        if axes == COORDINATES:
+            points = [self._scaled(raw[..., i], axes[i], image.pixel_format) for i in range(3)]
+            return _whole(np.stack(points, axis=-1))
+        if axes[-1] != "C":
+            raise PixelFormatError(
+                f"{image.pixel_format} has no distances; set PixelFormat=Coord3D_ABC32f or Coord3D_C16"
+            )
+        z = self.distances(raw, image.pixel_format)
+        columns = np.arange(image.width, dtype=np.float32) + image.offset_x
+        lines = np.arange(image.height, dtype=np.float32)[:, None] + image.offset_y
+        if self.focal_length is not None:
+            centre_x, centre_y = self.principal_point
+            x = (columns - np.float32(centre_x)) / np.float32(self.focal_length) * z
+            y = (lines - np.float32(centre_y)) / np.float32(self.focal_length) * z
+        elif self.output_mode.startswith("RectifiedC"):
+            x = self._position(0, columns) + 0 * z
+            y = self._position(1, lines) + 0 * z
+        else:
+            raise PixelFormatError(
+                "no point cloud: the camera reports neither Scan3dFocalLength nor all coordinates;"
+                " set PixelFormat=Coord3D_ABC32f or Scan3dOutputMode=RectifiedC if it has them"
+            )
+        if "A" in axes:
+            x = self._scaled(raw[..., 0], "A", image.pixel_format)
+        return _whole(np.stack([x, y, z], axis=-1))
+
+    def _position(self, index: int, places: NDArray[np.float32]) -> NDArray[np.float32]:
+        coordinate = self.coordinates[index]
+        scaled = places * coordinate.scale + coordinate.offset
+        return np.asarray(scaled * self.unit, np.float32)
+
+    def _scaled(self, values: NDArray[Any], axis: str, pixel_format: PixelFormat) -> NDArray[np.float32]:
+        coordinate = self.coordinates[COORDINATES.index(axis)]
+        invalid = coordinate.invalid
+        if not self.calibrated and pixel_format.kind == "u" and axis == "C":
+            invalid = 0.0
+        return millimetres(values, coordinate.scale * self.unit, coordinate.offset * self.unit, invalid)
+
+
+def axes_of(pixel_format: PixelFormat) -> str:
+    """Return the coordinates of a pixel, such as `ABC`; `C` of a format that is no Coord3D's."""
+    match = _AXES.match(pixel_format.name)
+    return match[1] if match else "C"
+
+
+def _whole(points: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Make all of a point invalid if one of its coordinates is."""
+    points[~np.isfinite(points).all(axis=-1)] = np.nan
+    return points
+
+
+def _coordinate(grabber: FrameGrabber, axis: str) -> Coordinate:
+    """Read one coordinate; of a camera that has no selector, what holds for all."""
+    scale = _number(grabber, "Scan3dCoordinateScale", axis)
+    offset = _number(grabber, "Scan3dCoordinateOffset", axis)
+    invalid = None
+    if _value(grabber, "Scan3dInvalidDataFlag", axis):
+        invalid = _number(grabber, "Scan3dInvalidDataValue", axis)
+    return Coordinate(1.0 if scale is None else scale, offset or 0.0, invalid)
+
+
+def _number(grabber: FrameGrabber, name: str, axis: str = "") -> float | None:
+    value = _value(grabber, name, axis)
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _value(grabber: FrameGrabber, name: str, axis: str = "") -> FeatureValue | None:
+    if not grabber.has_feature(name):
+        return None
+    selected: tuple[tuple[str, str], ...] = ()
+    if axis and "Scan3dCoordinateSelector" in grabber.selectors.of(name):
+        selected = (("Scan3dCoordinateSelector", f"Coordinate{axis}"),)
+    try:
+        return grabber.read_setting(SettingKey(name, selected)).value
+    except GrabberError:
+        return None
