@@ -143,7 +143,8 @@ def bayer_cells(data: Bytes, order: str) -> Bytes:
 def _stretched(raw: Bytes, pixel_format: PixelFormat) -> Bytes:
     """Samples of fewer than 8 bits, so that the largest becomes 255."""
     if not pixel_format.fields:
-        return _array(cv2.LUT(raw, _stretch_table(pixel_format.depth)))
+        # A whole number for 1, 2 and 4 bits, in one pass that saturates; several times faster than a table.
+        return _array(cv2.convertScaleAbs(raw, alpha=255 // ((1 << pixel_format.depth) - 1)))
     tables = [_stretch_table(bits) for bits in pixel_format.fields]
     return _array(cv2.LUT(raw, np.stack(tables, axis=-1)[:, None, :]))
 
@@ -211,10 +212,11 @@ def _even_yuv_to_rgb(data: Bytes, pixel_format: PixelFormat) -> Bytes:
     order, (height, width) = pixel_format.raw_order, data.shape[:2]
     if pixel_format.standard == "601":
         return _array(cv2.cvtColor(np.ascontiguousarray(data), _OPENCV_YUYV[order]))
-    convert = None if pixel_format.standard else compiled.yuv422(order)
+    convert = compiled.yuv422(order)
     rgb = np.empty((height, width, 3), np.uint8)
     if convert:
-        convert(np.ascontiguousarray(data).reshape(-1), rgb.reshape(-1))
+        numbers = _fixed_point(pixel_format.standard)
+        convert(np.ascontiguousarray(data).reshape(-1), rgb.reshape(-1), *numbers)
         return rgb
     matrix, lines = _yuv_matrix(pixel_format.standard, "YUV"), max(1, _STRIP_PIXELS // width)
     for top in range(0, height, lines):
@@ -257,6 +259,15 @@ def _yuv_matrix(standard: str, order: str) -> NDArray[np.float32]:
     }
     offset = -black * by_name["Y"] - 128 * (by_name["U"] + by_name["V"])
     return np.column_stack([*(by_name[name] for name in order), offset]).astype(np.float32)
+
+
+@cache
+def _fixed_point(standard: str) -> tuple[int, ...]:
+    """The matrix as `compiled.YuvConverter` takes it, for chroma that 128 was taken from."""
+    matrix = _yuv_matrix(standard, "YUV").astype(np.float64)
+    (luma, _, red_v), (_, green_u, green_v), (_, blue_u, _) = matrix[:, :3]
+    black = matrix[0, 3] + 128 * red_v + 0.5
+    return tuple(round(number * (1 << 14)) for number in (luma, black, red_v, green_u, green_v, blue_u))
 
 
 @cache

@@ -20,8 +20,9 @@ _log = logging.getLogger(__name__)
 
 Unpacker = Callable[[NDArray[Any], NDArray[Any]], None]
 "Packed bytes into samples: contiguous, four samples for each whole group of bytes."
-YuvConverter = Callable[[NDArray[Any], NDArray[Any]], None]
-"Pairs of pixels, 4 bytes each, into 6 bytes R G B R G B; both contiguous and flat."
+YuvConverter = Callable[..., None]
+"""Pairs of pixels, 4 bytes each, into 6 bytes R G B R G B, both contiguous and flat; then six numbers of the
+matrix times 2¹⁴: luma, the constant with the half that rounds, V to red, U and V to green, U to blue."""
 
 
 class _Kernels:
@@ -67,7 +68,7 @@ def unpacker(layout: Layout, depth: int, sample_bytes: int) -> Unpacker | None:
 
 
 def yuv422(order: str) -> YuvConverter | None:
-    """Return the loop that turns 8-bit YUV 4:2:2 of an order (`YUYV`, `UYVY`) in full range into R G B."""
+    """Return the loop that turns 8-bit YUV 4:2:2 of an order (`YUYV`, `UYVY`) into R G B by any matrix."""
     if _kernels.disabled:
         return None
     _kernels.request()

@@ -11,6 +11,7 @@ import sys
 from functools import cache
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,7 +69,8 @@ def unpack(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> N
     """Return the first `count` samples of contiguous bytes: uint8 up to 8 bits, else native uint16."""
     if depth < 8:
         groups = -(-count // (8 // depth))
-        return _table(depth)[data[:groups]].reshape(-1)[:count]
+        words = cv2.LUT(np.ascontiguousarray(data[:groups]), _table(depth))
+        return words.view(np.uint8).reshape(-1)[:count]
     samples = np.empty(count, np.uint16)
     done = _compiled(data, layout, depth, samples)
     if done < count:
@@ -101,19 +103,19 @@ def _from(data: NDArray[np.uint8], layout: Layout, depth: int, first: int) -> ND
 
 
 @cache
-def _table(depth: int) -> NDArray[np.uint8]:
-    """(256, 8 // depth): the samples in each byte, the lowest bits first."""
+def _table(depth: int) -> NDArray[Any]:
+    """The samples in each byte, the lowest bits first, joined to one word: what OpenCV's look-up copies."""
     shifts = np.arange(0, 8, depth, dtype=np.uint8)
     values: NDArray[np.uint8] = (np.arange(256, dtype=np.uint8)[:, None] >> shifts) & np.uint8(
         (1 << depth) - 1
     )
-    return values
+    return values.view({1: np.float64, 2: np.int32, 4: np.uint16}[depth]).reshape(-1)
 
 
 def _unpack_words(data: NDArray[np.uint8], layout: Layout, depth: int, count: int) -> NDArray[np.uint16]:
     steps = _STEPS[layout, depth]
     words = _words(data, bytes_per_group(layout, depth), -(-count // _SAMPLES_PER_WORD))
-    moved, joined = np.empty(_BLOCK, "<u8"), np.empty(_BLOCK, "<u8")
+    joined, moved = np.empty(_BLOCK, "<u8"), np.empty(_BLOCK, "<u8")
     for start in range(0, words.size, _BLOCK):
         block = words[start : start + _BLOCK]
         for parts in steps:
@@ -129,14 +131,20 @@ def _rearrange(
     moved: NDArray[np.uint64],
 ) -> None:
     """Replace each word by its parts, moved; `joined` and `moved` are scratch of the block's size."""
-    joined[:] = 0
-    for mask, left in parts:
-        np.bitwise_and(block, np.uint64(mask), out=moved)
-        if left:
-            shift = np.left_shift if left > 0 else np.right_shift
-            shift(moved, np.uint64(abs(left)), out=moved)
+    _extract(block, parts[0], joined)
+    for part in parts[1:-1]:
+        _extract(block, part, moved)
         np.bitwise_or(joined, moved, out=joined)
-    block[:] = joined
+    _extract(block, parts[-1], moved)
+    np.bitwise_or(joined, moved, out=block)
+
+
+def _extract(block: NDArray[np.uint64], part: _Part, out: NDArray[np.uint64]) -> None:
+    mask, left = part
+    np.bitwise_and(block, np.uint64(mask), out=out)
+    if left:
+        shift = np.left_shift if left > 0 else np.right_shift
+        shift(out, np.uint64(abs(left)), out=out)
 
 
 def _words(data: NDArray[np.uint8], step: int, count: int) -> NDArray[np.uint64]:
