@@ -11,7 +11,7 @@ from grabbergui.core.features import Feature, FeatureValue
 from grabbergui.core.grabber import FrameGrabber, StreamStatistics
 from grabbergui.core.sfnc import Role
 from grabbergui.models.features.text import quantity_text
-from grabbergui.models.language import translate
+from grabbergui.models.language import counted, translate
 
 PATIENCE = 2.0
 "Seconds without a frame before a diagnosis is shown."
@@ -152,9 +152,11 @@ def _silent(seen: Observation) -> Diagnosis:
             size = size.format(seen.facts.packet_size)
         return Diagnosis(
             Stage.FRAMES,
-            translate(
-                "Diagnosis", "Packets arrive, but no frame is complete: {0} packets are missing."
-            ).format(count.packets_missing),
+            counted(
+                count.packets_missing,
+                translate("Diagnosis", "Packets arrive, but no frame is complete: 1 packet is missing."),
+                translate("Diagnosis", "Packets arrive, but no frame is complete: {0} packets are missing."),
+            ),
             translate(
                 "Diagnosis",
                 "Choose smaller packets{0} or a longer packet delay (GevSCPD); raise net.core.rmem_max.",
@@ -163,7 +165,11 @@ def _silent(seen: Observation) -> Diagnosis:
     if count.packets:
         return Diagnosis(
             Stage.FRAMES,
-            translate("Diagnosis", "{0} packets arrived, but no frame was finished.").format(count.packets),
+            counted(
+                count.packets,
+                translate("Diagnosis", "1 packet arrived, but no frame was finished."),
+                translate("Diagnosis", "{0} packets arrived, but no frame was finished."),
+            ),
             translate(
                 "Diagnosis",
                 "The frame rate may be very low, or packets larger than the network's MTU are dropped.",

@@ -33,6 +33,14 @@ def localized(text: str) -> str:
     return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
 
 
+def counted(count: int, one: str, many: str) -> str:
+    """Return the text of one thing or, with its number in place of {0}, that of several. Any thread.
+
+    Both texts are translated already. Qt's numerus forms would need a file for English, too.
+    """
+    return one if count == 1 else many.format(count)
+
+
 def set_translator(translator: Translator | None, decimal_point: str = ".") -> None:
     """Translate from now on, numbers with that decimal point; None leaves texts as they are written."""
     global _translator, _decimal_point

@@ -13,7 +13,7 @@ from grabbergui.core.errors import GrabberError
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
-from grabbergui.models.language import translate
+from grabbergui.models.language import counted, translate
 from grabbergui.models.open_source import OpenSource
 from grabbergui.recording.recorder import Recorder, RecordingLimits, RecordingProgress, create_recorder
 from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
@@ -150,8 +150,9 @@ class Recordings:
             text = translate("Recording", "nothing was recorded of {0}").format(title)
             self._messages.notice(text, owner)
         else:
-            text = translate("Recording", "recorded {0} frames to {1}").format(progress.frames, path)
-            self._messages.notice(text, owner)
+            one, many = translate("Recording", "1 frame"), translate("Recording", "{0} frames")
+            text = translate("Recording", "recorded {0} to {1}")
+            self._messages.notice(text.format(counted(progress.frames, one, many), path), owner)
 
     def _on_ending(self, source: OpenSource) -> None:
         """The queue must be closed before the grabber is."""

@@ -87,20 +87,20 @@ def _text(statistics: StreamStatistics, health: Health, share: float) -> str:
 
 def _detail(statistics: StreamStatistics) -> str:
     lines = [
-        translate("StreamHealth", "Since the start: {0} frames, {1} lost, {2} incomplete").format(
+        translate("StreamHealth", "Frames since the start: {0}, lost {1}, incomplete {2}").format(
             statistics.frames, statistics.lost, statistics.incomplete
         )
     ]
     if statistics.underruns:
-        text = translate("StreamHealth", "{0} frames dropped because nobody took them in time")
+        text = translate("StreamHealth", "Frames dropped because nobody took them in time: {0}")
         lines.append(text.format(statistics.underruns))
     if statistics.packets:
-        text = translate("StreamHealth", "{0} packets, {1} of them resent, {2} never arrived")
+        text = translate("StreamHealth", "Packets: {0}, resent {1}, never arrived {2}")
         lines.append(text.format(statistics.packets, statistics.packets_resent, statistics.packets_missing))
     if statistics.overruns:
         text = translate(
             "StreamHealth",
-            "{0} times all waiting packets were discarded: choose larger packets or a lower frame rate",
+            "All waiting packets discarded: {0}×; choose larger packets or a lower frame rate",
         )
         lines.append(text.format(statistics.overruns))
     return "\n".join(lines)

@@ -533,7 +533,7 @@ It {1}.</source>
 <context>
     <name>CameraWork</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="58"/>
+        <location filename="../../grabbergui/ui/controllers/camera_work.py" line="59"/>
         <source>there is no camera; connect to one first</source>
         <translation>no hay ninguna cámara; conéctese antes a una</translation>
     </message>
@@ -852,87 +852,102 @@ It {1}.</source>
         <translation>Llegan paquetes, pero ninguna imagen está completa: faltan {0} paquetes.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="164"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="166"/>
         <source>{0} packets arrived, but no frame was finished.</source>
         <translation>Llegaron {0} paquetes, pero no se completó ninguna imagen.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="176"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="182"/>
         <source>{0} is under control but sends nothing that arrives here.</source>
         <translation>{0} está bajo control pero no envía nada que llegue aquí.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="179"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="185"/>
         <source>Stop and start again; look at the camera&apos;s cable and power.</source>
         <translation>Pare e inicie de nuevo; compruebe el cable y la alimentación de la cámara.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="181"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="187"/>
         <source>UDP port {0}</source>
         <translation>el puerto UDP {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="183"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="189"/>
         <source>from the camera</source>
         <translation>desde la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="186"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="192"/>
         <source>from {0}</source>
         <translation>desde {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="190"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="196"/>
         <source> Packets of {0} bytes need an MTU as large on every device between.</source>
         <translation> Los paquetes de {0} bytes necesitan una MTU igual de grande en cada dispositivo intermedio.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/diagnosis.py" line="192"/>
+        <location filename="../../grabbergui/models/diagnosis.py" line="198"/>
         <source>A firewall may drop it: let {0} {1} pass{2}.{3}</source>
         <translation>Un cortafuegos puede descartarlo: deje pasar {0} {1}{2}.{3}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="153"/>
+        <source>Packets arrive, but no frame is complete: 1 packet is missing.</source>
+        <translation>Llegan paquetes, pero ninguna imagen está completa: falta 1 paquete.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/diagnosis.py" line="166"/>
+        <source>1 packet arrived, but no frame was finished.</source>
+        <translation>Llegó 1 paquete, pero no se completó ninguna imagen.</translation>
     </message>
 </context>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="93"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="96"/>
         <source>What was found</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="97"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="101"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="118"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="119"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="119"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="120"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="119"/>
+        <source>1 problem found</source>
+        <translation>1 problema encontrado</translation>
     </message>
 </context>
 <context>
@@ -1281,24 +1296,29 @@ It {1}.</source>
         <translation>Gurú</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="135"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="136"/>
         <source>The camera&apos;s controls appear here once one is connected.</source>
         <translation>Los controles de la cámara aparecen aquí cuando se conecta una.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="158"/>
         <source>{0} more match; type another letter.</source>
         <translation>Coinciden {0} más; escriba otra letra.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="161"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="163"/>
         <source>Guru shows {0} more.</source>
         <translation>El nivel Gurú muestra {0} más.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/feature_panel.py" line="162"/>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="164"/>
         <source>Nothing matches.</source>
         <translation>No hay coincidencias.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/feature_panel.py" line="157"/>
+        <source>1 more matches; type another letter.</source>
+        <translation>Coincide 1 más; escriba otra letra.</translation>
     </message>
 </context>
 <context>
@@ -2372,12 +2392,12 @@ It {1}.</source>
 <context>
     <name>ManualDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="65"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="66"/>
         <source>Manual</source>
         <translation>Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="69"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="70"/>
         <source>&amp;Back</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -2751,32 +2771,32 @@ It {1}.</source>
 <context>
     <name>Recording</name>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="184"/>
+        <location filename="../../grabbergui/models/recordings.py" line="185"/>
         <source>internal error, see the log: {0}</source>
         <translation>error interno, véase el registro: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="176"/>
+        <location filename="../../grabbergui/models/recordings.py" line="177"/>
         <source>the source was closed</source>
         <translation>se cerró la fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="172"/>
+        <location filename="../../grabbergui/models/recordings.py" line="173"/>
         <source>the disk of {0} is full ({1} MiB left)</source>
         <translation>el disco de {0} está lleno (quedan {1} MiB)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="186"/>
+        <location filename="../../grabbergui/models/recordings.py" line="187"/>
         <source>; what was recorded by then is kept</source>
         <translation>; se conserva lo grabado hasta entonces</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="187"/>
+        <location filename="../../grabbergui/models/recordings.py" line="188"/>
         <source>; nothing was recorded</source>
         <translation>; no se grabó nada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/recordings.py" line="178"/>
+        <location filename="../../grabbergui/models/recordings.py" line="179"/>
         <source>{0} could not be finished: {1}</source>
         <translation>no se pudo terminar {0}: {1}</translation>
     </message>
@@ -2792,14 +2812,24 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/recordings.py" line="153"/>
-        <source>recorded {0} frames to {1}</source>
-        <translation>{0} imágenes grabadas en {1}</translation>
+        <source>1 frame</source>
+        <translation>1 imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recordings.py" line="153"/>
+        <source>{0} frames</source>
+        <translation>{0} imágenes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/recordings.py" line="154"/>
+        <source>recorded {0} to {1}</source>
+        <translation>grabado: {0} en {1}</translation>
     </message>
 </context>
 <context>
     <name>RecordingBar</name>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="114"/>
         <source>Record</source>
         <translation>Grabar</translation>
     </message>
@@ -2849,109 +2879,114 @@ It {1}.</source>
         <translation>Hasta un tamaño</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="45"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="46"/>
         <source>How much is recorded at most</source>
         <translation>Cuánto se graba como máximo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="46"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="47"/>
         <source>Length of the recording</source>
         <translation>Duración de la grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="54"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="55"/>
         <source>Folder</source>
         <translation>Carpeta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="55"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="56"/>
         <source>Choose where recordings go</source>
         <translation>Elegir dónde se guardan las grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="57"/>
         <source>Folder of recordings</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="150"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="169"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="72"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="73"/>
         <source>Play the last recording in place of the camera</source>
         <translation>Reproducir la última grabación en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="73"/>
+        <location filename="../../grabbergui/ui/forms/recording_bar.ui" line="74"/>
         <source>Play the last recording</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="19"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="152"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="20"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="153"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="21"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="154"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="25"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="26"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="109"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="114"/>
         <source>Stop recording</source>
         <translation>Dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="121"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
         <source>{0} frames</source>
         <translation>{0} imágenes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="124"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="129"/>
         <source>{0} dropped</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="131"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="143"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="148"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="22"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="155"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="23"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="24"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
+        <source>1 frame</source>
+        <translation>1 imagen</translation>
     </message>
 </context>
 <context>
@@ -3288,7 +3323,7 @@ It {1}.</source>
         <translation>Diferencias</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="144"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="149"/>
         <source>Setting</source>
         <translation>Ajuste</translation>
     </message>
@@ -3298,97 +3333,112 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="139"/>
-        <source>{0} settings differ. What is ticked can be set on the camera.</source>
-        <translation>{0} ajustes difieren. Lo marcado se puede ajustar en la cámara.</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="139"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="140"/>
         <source>There is no difference.</source>
         <translation>No hay ninguna diferencia.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="146"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="151"/>
         <source>Set as in {0}</source>
         <translation>Ajustar como en {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="163"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="168"/>
         <source>(not in it)</source>
         <translation>(no está)</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="140"/>
+        <source>1 setting differs. If it is ticked, it can be set on the camera.</source>
+        <translation>1 ajuste difiere. Si está marcado, se puede ajustar en la cámara.</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="140"/>
+        <source>{0} settings differ. Those that are ticked can be set on the camera.</source>
+        <translation>{0} ajustes difieren. Los marcados se pueden ajustar en la cámara.</translation>
     </message>
 </context>
 <context>
     <name>SettingsFilesController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="50"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="51"/>
         <source>Settings (*.yaml *.yml *.pfs *.txt);;All files (*)</source>
         <translation>Ajustes (*.yaml *.yml *.pfs *.txt);;Todos los archivos (*)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="81"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="82"/>
         <source>Save settings</source>
         <translation>Guardar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="86"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="87"/>
         <source>Load settings</source>
         <translation>Cargar ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="91"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="92"/>
         <source>Compare the camera with settings</source>
         <translation>Comparar la cámara con unos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="117"/>
-        <source>Saved {0} settings to {1}</source>
-        <translation>{0} ajustes guardados en {1}</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="143"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="145"/>
         <source>Camera and {0}</source>
         <translation>Cámara y {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="203"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="205"/>
         <source>Loaded {0}</source>
         <translation>Cargado {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="169"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="171"/>
         <source>Rolled back: {0}</source>
         <translation>Revertido: {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="96"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="97"/>
         <source>First settings</source>
         <translation>Primeros ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="96"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="97"/>
         <source>Second settings</source>
         <translation>Segundos ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="121"/>
         <source>Saving settings</source>
         <translation>Guardando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="204"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="206"/>
         <source>Loading settings</source>
         <translation>Cargando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="145"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="147"/>
         <source>Comparing settings</source>
         <translation>Comparando ajustes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="170"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="172"/>
         <source>Rolling back</source>
         <translation>Revirtiendo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="118"/>
+        <source>1 setting</source>
+        <translation>1 ajuste</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="118"/>
+        <source>{0} settings</source>
+        <translation>{0} ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="119"/>
+        <source>Saved {0} to {1}</source>
+        <translation>Guardado: {0} en {1}</translation>
     </message>
 </context>
 <context>
@@ -3434,32 +3484,32 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="87"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="88"/>
         <source>written</source>
         <translation>escrito</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="88"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="89"/>
         <source>equal</source>
         <translation>igual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
         <source>refused</source>
         <translation>rechazado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
         <source>left alone</source>
         <translation>sin tocar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="94"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
         <source>unknown</source>
         <translation>desconocido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="95"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="96"/>
         <source>cancelled</source>
         <translation>cancelado</translation>
     </message>
@@ -3474,27 +3524,27 @@ It {1}.</source>
         <translation>Resultado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="83"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="84"/>
         <source>Nothing to do</source>
         <translation>Nada que hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="92"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="93"/>
         <source>came out different</source>
         <translation>quedó distinto</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="89"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="90"/>
         <source>would be written</source>
         <translation>por escribir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="73"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="74"/>
         <source>not a setting</source>
         <translation>no es un ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="90"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="91"/>
         <source>depends on the others</source>
         <translation>depende de los demás</translation>
     </message>
@@ -3517,7 +3567,7 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="176"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="177"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>
@@ -3907,18 +3957,18 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/stream_health.py" line="90"/>
-        <source>Since the start: {0} frames, {1} lost, {2} incomplete</source>
-        <translation>Desde el inicio: {0} imágenes, {1} perdidas, {2} incompletas</translation>
+        <source>Frames since the start: {0}, lost {1}, incomplete {2}</source>
+        <translation>Imágenes desde el inicio: {0}, perdidas {1}, incompletas {2}</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/stream_health.py" line="95"/>
-        <source>{0} frames dropped because nobody took them in time</source>
-        <translation>{0} imágenes descartadas porque nadie las recogió a tiempo</translation>
+        <source>Frames dropped because nobody took them in time: {0}</source>
+        <translation>Imágenes descartadas porque nadie las recogió a tiempo: {0}</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/stream_health.py" line="98"/>
-        <source>{0} packets, {1} of them resent, {2} never arrived</source>
-        <translation>{0} paquetes, {1} de ellos reenviados, {2} no llegaron nunca</translation>
+        <source>Packets: {0}, resent {1}, never arrived {2}</source>
+        <translation>Paquetes: {0}, reenviados {1}, no llegaron nunca {2}</translation>
     </message>
 </context>
 <context>
@@ -3937,7 +3987,7 @@ It {1}.</source>
 <context>
     <name>Tuning</name>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="159"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="158"/>
         <source>no frame came to measure; start the camera, or its trigger, first</source>
         <translation>no llegó ninguna imagen que medir; inicie antes la cámara o su disparo</translation>
     </message>
@@ -4012,12 +4062,12 @@ It {1}.</source>
         <translation>rojo {0}, azul {1}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="175"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="174"/>
         <source>the camera was closed</source>
         <translation>se cerró la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/tuning/run.py" line="179"/>
+        <location filename="../../grabbergui/models/tuning/run.py" line="178"/>
         <source>{0} did not answer within {1:g} s</source>
         <translation>{0} no respondió en {1:g} s</translation>
     </message>
@@ -4058,39 +4108,49 @@ It {1}.</source>
 <context>
     <name>UserSetsController</name>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="238"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="240"/>
         <source>Settings kept in the camera</source>
         <translation>Ajustes guardados en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="262"/>
-        <source>Loaded {0}: {1} settings are other than before</source>
-        <translation>Cargado {0}: {1} ajustes son distintos de antes</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="268"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="269"/>
         <source>Loading a set of the camera</source>
         <translation>Cargando un juego de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="271"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="272"/>
         <source>Saved the present settings in the camera as {0}</source>
         <translation>Ajustes actuales guardados en la cámara como {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="272"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="273"/>
         <source>Saving in the camera</source>
         <translation>Guardando en la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="275"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="276"/>
         <source>The camera starts with {0} from its next power-on</source>
         <translation>La cámara arrancará con {0} la próxima vez que se encienda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/settings.py" line="276"/>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="277"/>
         <source>Telling the camera</source>
         <translation>Avisando a la cámara</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="264"/>
+        <source>1 setting</source>
+        <translation>1 ajuste</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="264"/>
+        <source>{0} settings</source>
+        <translation>{0} ajustes</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/controllers/settings.py" line="265"/>
+        <source>Loaded {0}: changed {1}</source>
+        <translation>Cargado {0}: ha cambiado {1}</translation>
     </message>
 </context>
 <context>
@@ -4146,22 +4206,22 @@ It {1}.</source>
         <translation>Cerrar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="213"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="218"/>
         <source>{0}  ·  the camera starts with it</source>
         <translation>{0}  ·  la cámara arranca con él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="226"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="231"/>
         <source>Save the present settings in {0}?</source>
         <translation>¿Guardar los ajustes actuales en {0}?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="227"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="232"/>
         <source>What it held is lost; that cannot be undone.</source>
         <translation>Lo que contenía se pierde; no se puede deshacer.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="228"/>
+        <location filename="../../grabbergui/ui/views/settings_dialogs.py" line="233"/>
         <source>Overwrite</source>
         <translation>Sobrescribir</translation>
     </message>

@@ -35,7 +35,7 @@ def test_the_doctor_looks_on_a_thread_of_its_own_and_shows_what_it_finds(window_
     monkeypatch.setattr(software, "check", lambda: iter(()))
     window_desk.window.actionDoctor.trigger()
     doctor = window_desk.program.help.doctor
-    window_desk.until(lambda: doctor.stateLabel.text() == "1 problems found")
+    window_desk.until(lambda: doctor.stateLabel.text() == "1 problem found")
     assert threads == ["doctor"]
     text = doctor.text.toPlainText()
     assert "good: the network is <fine>" in text and "→ grabbergui doctor --fix-udev" in text

@@ -312,7 +312,7 @@ def test_settings_are_kept_in_the_camera_and_come_back(desk):
     choose(desk, dialog, "UserSet1")
     desk.qtbot.mouseClick(dialog.loadButton, Qt.LeftButton)
     desk.until(lambda: desk.grabber.feature("Gain").value == 6)
-    desk.until(lambda: any("1 settings are other" in text for text in desk.errors))
+    desk.until(lambda: any("changed 1 setting" in text for text in desk.errors))
     assert desk.grabber.streaming
     desk.until(lambda: desk.window.actionUndo.text() == "&Undo UserSetLoad UserSet1")
     desk.window.actionUndo.trigger()

@@ -5,7 +5,9 @@ from PyQt5.QtCore import Qt
 from PyQt5.QtWidgets import QMessageBox
 
 from grabbergui.models.open_source import LinkState
+from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.recording.writer import RecordingKind
+from grabbergui.ui.views.recording_bar import RecordingBar
 
 GREY = "sim:?width=64&height=48&fps=60"
 COLOUR = "sim:colour?width=64&height=48&fps=60"
@@ -105,7 +107,7 @@ def test_closing_a_camera_that_is_recorded_asks(desk, close):
     answer(desk, "Stop recording and close")
     desk.until(lambda: first not in desk.program.connection.sources)
     desk.until(lambda: not desk.program.recordings.running)
-    desk.until(lambda: any("recorded" in text and "frames to" in text for text in desk.errors))
+    desk.until(lambda: any("recorded" in text and " to " in text for text in desk.errors))
 
 
 def test_a_camera_that_is_not_recorded_closes_at_once(desk):
@@ -137,3 +139,20 @@ def test_record_is_grey_where_there_is_nothing_to_record(window_desk):
     window_desk.program.connection.disconnect()
     window_desk.until(lambda: window_desk.program.connection.source is None)
     assert not button.isEnabled() and not action.isEnabled()
+
+
+@pytest.mark.parametrize(("frames", "said"), [(0, "0 frames"), (1, "1 frame"), (2, "2 frames")])
+def test_one_frame_is_not_frames(qtbot, frames, said):
+    bar = RecordingBar()
+    qtbot.addWidget(bar)
+    bar.setProgress(RecordingProgress(frames))
+    assert bar.progressLabel.text().split(" · ")[1] == said
+
+
+def test_every_kind_of_recording_is_offered_by_a_name_of_its_own(qtbot):
+    bar = RecordingBar()
+    qtbot.addWidget(bar)
+    offered = {
+        bar.kindBox.itemText(index): bar.kindBox.itemData(index) for index in range(bar.kindBox.count())
+    }
+    assert set(offered.values()) == set(RecordingKind) and len(offered) == len(RecordingKind)

@@ -17,6 +17,7 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.connection import Connection
 from grabbergui.models.error_text import error_text
+from grabbergui.models.language import counted
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.settings import files, user_sets
 from grabbergui.models.settings.feature_set import FeatureSet, Progress, capture, compare
@@ -114,7 +115,8 @@ class SettingsFilesController(QObject):
 
         def saved(count: int) -> None:
             if count:
-                self._messages.notice(self.tr("Saved {0} settings to {1}").format(count, path))
+                settings = counted(count, self.tr("1 setting"), self.tr("{0} settings"))
+                self._messages.notice(self.tr("Saved {0} to {1}").format(settings, path))
 
         self._work.run(self.tr("Saving settings"), work, saved, text=path.name)
 
@@ -259,9 +261,8 @@ class UserSetsController(QObject):
             return user_sets.load(grabber, name, progress=progress, cancelled=cancelled)
 
         def done(changed: int) -> None:
-            self._messages.notice(
-                self.tr("Loaded {0}: {1} settings are other than before").format(name, changed)
-            )
+            settings = counted(changed, self.tr("1 setting"), self.tr("{0} settings"))
+            self._messages.notice(self.tr("Loaded {0}: changed {1}").format(name, settings))
 
         if self.dialog is not None:
             self.dialog.accept()

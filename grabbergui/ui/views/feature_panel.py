@@ -10,6 +10,7 @@ from PyQt5.QtWidgets import QComboBox, QLabel, QLineEdit, QVBoxLayout, QWidget
 
 from grabbergui.core.features import Category, Feature, FeatureDescription, Visibility
 from grabbergui.models.features.shown import visible_names
+from grabbergui.models.language import counted
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.section import Pacer, Section
@@ -153,7 +154,8 @@ class FeaturePanel(QWidget):
     def _message(self, root: Category, text: str, found: int) -> str:
         """Show which features are hidden, and how to see them."""
         if text and found > MOST_FOUND:
-            return self.tr("{0} more match; type another letter.").format(found - MOST_FOUND)
+            one = self.tr("1 more matches; type another letter.")
+            return counted(found - MOST_FOUND, one, self.tr("{0} more match; type another letter."))
         if found and not text:
             return ""
         everything = len(visible_names(root, Visibility.GURU, text))

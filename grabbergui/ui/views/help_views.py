@@ -29,6 +29,7 @@ from PyQt5.QtWidgets import (
 )
 
 from grabbergui.doctor.finding import Finding, Level
+from grabbergui.models.language import counted
 from grabbergui.models.log_book import MOST_LINES, LogLine
 from grabbergui.ui.loader import load_form
 
@@ -115,7 +116,7 @@ class DoctorDialog(QDialog):
 
     def finish(self) -> None:
         """Say that nothing more comes."""
-        found = self.tr("{0} problems found").format(self._problems)
+        found = counted(self._problems, self.tr("1 problem found"), self.tr("{0} problems found"))
         self.stateLabel.setText(found if self._problems else self.tr("Nothing is wrong"))
 
 

@@ -4,27 +4,28 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from PyQt5.QtCore import QT_TRANSLATE_NOOP, QSize, pyqtSignal
+from PyQt5.QtCore import QSize, pyqtSignal
 from PyQt5.QtGui import QResizeEvent
 from PyQt5.QtWidgets import QWIDGETSIZE_MAX, QComboBox, QDoubleSpinBox, QPushButton, QToolButton, QWidget
 
-from grabbergui.models.language import localized
+from grabbergui.models.language import counted, localized
 from grabbergui.recording.recorder import RecordingLimits, RecordingProgress
 from grabbergui.recording.writer import RecordingKind
 from grabbergui.ui import icons
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.labels import ElidedLabel
 
-_KINDS = {
-    RecordingKind.MCAP: QT_TRANSLATE_NOOP("RecordingBar", "ROS 2 messages (MCAP)"),
-    RecordingKind.H264: QT_TRANSLATE_NOOP("RecordingBar", "Movie (MP4)"),
-    RecordingKind.LOSSLESS: QT_TRANSLATE_NOOP("RecordingBar", "Movie, lossless (MP4)"),
-    RecordingKind.FFV1: QT_TRANSLATE_NOOP("RecordingBar", "Movie, lossless up to 16 bits (FFV1)"),
-    RecordingKind.HEVC: QT_TRANSLATE_NOOP("RecordingBar", "Movie, smaller (HEVC)"),
-    RecordingKind.AV1: QT_TRANSLATE_NOOP("RecordingBar", "Movie, smallest (AV1)"),
-    RecordingKind.PNG: QT_TRANSLATE_NOOP("RecordingBar", "Pictures (PNG)"),
-    RecordingKind.TIFF: QT_TRANSLATE_NOOP("RecordingBar", "Pictures (TIFF, fast)"),
-}
+_OFFERED = (
+    RecordingKind.MCAP,
+    RecordingKind.H264,
+    RecordingKind.LOSSLESS,
+    RecordingKind.FFV1,
+    RecordingKind.HEVC,
+    RecordingKind.AV1,
+    RecordingKind.PNG,
+    RecordingKind.TIFF,
+)
+"""In the order of the form's `kindBox`: the first is the usual one."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,8 @@ class RecordingBar(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("recording_bar", self)
-        for kind, text in _KINDS.items():
-            self.kindBox.addItem(self.tr(text), kind)
+        for kind in _OFFERED:
+            self.kindBox.addItem(self._kind_text(kind), kind)
         self._amounts = [None if limit is None else limit.usual for limit in _LIMITS]
         self.limitBox.currentIndexChanged[int].connect(self._on_limit_chosen)
         self.amountBox.valueChanged[float].connect(self._on_amount_changed)
@@ -122,7 +123,7 @@ class RecordingBar(QWidget):
     def setProgress(self, progress: RecordingProgress) -> None:
         """Show length, size, lost frames and free space."""
         minutes, seconds = divmod(progress.seconds, 60)
-        frames = self.tr("{0} frames").format(progress.frames)
+        frames = counted(progress.frames, self.tr("1 frame"), self.tr("{0} frames"))
         parts = [localized(f"{int(minutes):02d}:{seconds:04.1f}"), frames, _bytes(progress.size)]
         if progress.dropped:
             parts.append(self.tr("{0} dropped").format(progress.dropped))
@@ -145,6 +146,18 @@ class RecordingBar(QWidget):
         """A recording is finished; its name."""
         self.playButton.setVisible(True)
         self.playButton.setToolTip(self.tr("Play {0} in place of the camera").format(name))
+
+    def _kind_text(self, kind: RecordingKind) -> str:
+        return {
+            RecordingKind.MCAP: self.tr("ROS 2 messages (MCAP)"),
+            RecordingKind.H264: self.tr("Movie (MP4)"),
+            RecordingKind.LOSSLESS: self.tr("Movie, lossless (MP4)"),
+            RecordingKind.FFV1: self.tr("Movie, lossless up to 16 bits (FFV1)"),
+            RecordingKind.HEVC: self.tr("Movie, smaller (HEVC)"),
+            RecordingKind.AV1: self.tr("Movie, smallest (AV1)"),
+            RecordingKind.PNG: self.tr("Pictures (PNG)"),
+            RecordingKind.TIFF: self.tr("Pictures (TIFF, fast)"),
+        }[kind]
 
     def _arrange(self) -> None:
         narrow, recording = self.width() < NARROW, self.recordButton.isChecked()

@@ -20,6 +20,7 @@ from PyQt5.QtWidgets import (
 
 from grabbergui.core.features import FeatureValue, format_value
 from grabbergui.core.selection import SettingKey
+from grabbergui.models.language import counted
 from grabbergui.models.settings.feature_set import Difference
 from grabbergui.models.settings.loading import PENDING, SETTLED, LoadReport, Outcome
 from grabbergui.models.settings.user_sets import UserSet
@@ -137,7 +138,11 @@ class SettingsDifference(QDialog):
         """Show what the sets of these names differ in; `applicable` where there is a camera to set."""
         first, second = names
         self.headline.setText(
-            self.tr("{0} settings differ. What is ticked can be set on the camera.").format(len(differences))
+            counted(
+                len(differences),
+                self.tr("1 setting differs. If it is ticked, it can be set on the camera."),
+                self.tr("{0} settings differ. Those that are ticked can be set on the camera."),
+            )
             if differences
             else self.tr("There is no difference.")
         )
