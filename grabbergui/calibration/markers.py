@@ -1,62 +1,37 @@
-"""ArUco markers by OpenCV's detector: corners to a fraction of a pixel, poses by IPPE.
+"""ArUco markers and AprilTags by OpenCV's detector: corners to a fraction of a pixel, and their poses.
 
 Large pictures are searched reduced, and the corners found are then refined in the full picture, so that a
-picture of nine megapixels takes about as long as one of half a megapixel. IPPE gives the two poses that a
-square can have in perspective; where the second explains the corners nearly as well, the pose is ambiguous
-and none is given.
+picture of nine megapixels takes about as long as one of half a megapixel.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+import re
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.calibration import geometry
+from grabbergui.calibration.marker_pose import MarkerDetection, located
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
 SEARCH_PIXELS = 700_000
 "A picture is halved until it is no larger than this before markers are searched in it."
-STEEPEST_VIEW = math.radians(72)
-"Beyond this angle between the marker's face and the line of sight it is seen edge-on."
-AMBIGUITY_RATIO = 1.5
-"The second pose's reprojection error over the first's, below which they cannot be distinguished."
-AMBIGUITY_ANGLE = math.radians(12)
-"Two poses nearer to each other than this are as good as one."
-LARGEST_ERROR = 0.03
-"Reprojection error over the marker's edge beyond which its corners are no square's."
-
 Grey = NDArray[np.uint8]
 "(rows, columns), one byte a pixel."
 
 
-@dataclass(frozen=True, eq=False)
-class MarkerDetection:
-    """One ArUco marker."""
-
-    marker_id: int
-    corners: NDArray[np.float64]
-    "(4, 2) pixels of the full picture, from the printed upper left on, clockwise as printed."
-    pose: geometry.Pose | None = None
-    "Marker (x right, y up, z out of its face) to camera; None where none may be trusted."
-    problem: str = ""
-    "Why there is no pose, as display text: ambiguous, behind the camera, no calibration."
-    reprojection_error: float = 0.0
-    "Root mean square over the corners, pixels."
-
-
 def dictionary_by_name(name: str) -> int:
-    """OpenCV's number of `4X4_50`, `DICT_ARUCO_ORIGINAL` …. Raises UsageError with what there is."""
-    full = name.upper() if name.upper().startswith("DICT_") else f"DICT_{name.upper()}"
-    number = getattr(cv2.aruco, full, None)
-    if number is None:
-        known = sorted(entry[5:] for entry in dir(cv2.aruco) if entry.startswith("DICT_"))
-        raise UsageError(f"there is no marker dictionary {name}; there are {', '.join(known)}")
-    return int(number)
+    """OpenCV's number of `4X4_50`, `tag36h11`, `DICT_ARUCO_ORIGINAL` …. UsageError lists what there is."""
+    known = {entry[5:].upper(): entry for entry in dir(cv2.aruco) if entry.startswith("DICT_")}
+    # AprilTag's own library writes tag36h11 for what OpenCV calls APRILTAG_36H11.
+    wanted = re.sub(r"^TAG_?(?=\d)", "APRILTAG_", name.upper().removeprefix("DICT_"))
+    if wanted not in known:
+        raise UsageError(f"there is no marker dictionary {name}; there are {', '.join(sorted(known))}")
+    return int(getattr(cv2.aruco, known[wanted]))
 
 
 def check_marker(dictionary: str, marker: int) -> None:
@@ -110,45 +85,7 @@ class ArucoDetector:
         if self._calibration is None:
             return replace(marker, problem="the camera is not calibrated")
         calibration = self._calibration.scaled_to(width, height)
-        try:
-            _, rotations, translations, errors = cv2.solvePnPGeneric(
-                self._square,
-                marker.corners,
-                calibration.matrix,
-                calibration.distortion,
-                flags=cv2.SOLVEPNP_IPPE_SQUARE,
-            )
-        except cv2.error:
-            return replace(marker, problem="its corners are no square's")
-        poses = [
-            geometry.pose(geometry.rotation_from_vector(rotation.ravel()), translation.ravel())
-            for rotation, translation in zip(rotations, translations, strict=True)
-        ]
-        return judged(marker, poses, [float(error) for error in np.ravel(errors)])
-
-
-def judged(marker: MarkerDetection, poses: list[geometry.Pose], errors: list[float]) -> MarkerDetection:
-    """The marker with the first of a solver's poses, or with the reason why it cannot be trusted.
-
-    `errors` are the poses' reprojection errors in pixels, the smallest first.
-    """
-    if not poses or not geometry.is_pose(poses[0]) or not math.isfinite(errors[0]):
-        return replace(marker, problem="no pose fits its corners")
-    edge = float(np.linalg.norm(marker.corners - np.roll(marker.corners, 1, axis=0), axis=1).mean())
-    best = poses[0]
-    position, normal = best[:3, 3], best[:3, 2]
-    if position[2] <= 0:
-        return replace(marker, problem="it would be behind the camera")
-    if errors[0] > LARGEST_ERROR * edge:
-        return replace(marker, problem="its corners are no square's", reprojection_error=errors[0])
-    view = math.acos(float(np.clip(-normal @ position / np.linalg.norm(position), -1, 1)))
-    if view > STEEPEST_VIEW:
-        return replace(marker, problem="it is seen edge-on", reprojection_error=errors[0])
-    if len(poses) > 1 and geometry.is_pose(poses[1]):
-        apart = geometry.angle_between(best, poses[1])
-        if apart > AMBIGUITY_ANGLE and errors[1] < AMBIGUITY_RATIO * max(errors[0], 1e-3 * edge):
-            return replace(marker, problem="two poses explain it", reprojection_error=errors[0])
-    return replace(marker, pose=best, reprojection_error=errors[0])
+        return located(marker, self._square, marker.corners, calibration)
 
 
 def _refined(grey: Grey, square: NDArray[np.float64], factor: int) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ from grabbergui.core.errors import SourceUnavailableError, UsageError
 if TYPE_CHECKING:
     from grabbergui.calibration.fitted import CalibrationFor
     from grabbergui.core.frame import Frame
-    from grabbergui.servo.config import Config
+    from grabbergui.servo.config import Config, MarkerConfig
     from grabbergui.servo.loop import ControlCycle
     from grabbergui.servo.report import Recorder
     from grabbergui.servo.runner import Runner
@@ -59,9 +59,7 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
-    parser.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20)")
-    parser.add_argument("--dictionary", metavar="NAME", help="the marker's dictionary (4X4_50)")
-    parser.add_argument("--size", type=float, metavar="M", help="edge of the marker's black square (0.10)")
+    _add_target(parser)
     parser.add_argument(
         "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model (.onnx) (auto)"
     )
@@ -75,12 +73,36 @@ def add_commands(commands: Any) -> None:
     parser.set_defaults(run=_run)
 
 
+def _add_target(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the arm's goal")
+    group.add_argument(
+        "--target", choices=("single", "grid", "charuco"), help="one marker, or a board of markers (single)"
+    )
+    group.add_argument("--marker", type=int, metavar="ID", help="the marker's id (20); a board's first (0)")
+    group.add_argument(
+        "--dictionary", metavar="NAME", help="of the markers (4X4_50); tag36h11, tag25h9, tag16h5: AprilTags"
+    )
+    group.add_argument("--size", type=float, metavar="M", help="edge of a marker's black square (0.10)")
+    group.add_argument("--columns", type=int, help="a grid's markers, a ChArUco board's fields across (4)")
+    group.add_argument("--rows", type=int, help="and down (3)")
+    group.add_argument(
+        "--pitch", type=float, metavar="M", help="from marker to marker; a field's edge (1.25 times the size)"
+    )
+
+
+def _marker(options: argparse.Namespace, marker: MarkerConfig) -> MarkerConfig:
+    given = {"kind": options.target, "dictionary": options.dictionary, "size": options.size}
+    given |= {"columns": options.columns, "rows": options.rows, "pitch": options.pitch}
+    kind = options.target or marker.kind
+    given["id" if kind == "single" else "first"] = options.marker
+    return replace(marker, **{key: value for key, value in given.items() if value is not None})
+
+
 def _config(options: argparse.Namespace) -> Config:
     from grabbergui.servo.config import Config
 
     config = Config.load(find_file(options.config, "configuration")) if options.config else Config()
-    given = {"id": options.marker, "dictionary": options.dictionary, "size": options.size}
-    marker = replace(config.marker, **{key: value for key, value in given.items() if value is not None})
+    marker = _marker(options, config.marker)
     head = replace(config.head, mode="steps") if options.steps else config.head
     faces = replace(config.faces, detector=options.faces) if options.faces else config.faces
     loop = config.loop if options.speed is None else replace(config.loop, speed=options.speed)

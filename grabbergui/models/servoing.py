@@ -96,7 +96,8 @@ class Posture:
     goal: Pose | None
     "Where the hand is to be for this marker."
     person: Vector | None
-    marker_size: float
+    marker_extent: tuple[float, float]
+    "Width and height of the marker, or of the board, metres."
     workspace: tuple[Vector, Vector]
     "Its lowest and its highest corner."
 
@@ -282,7 +283,7 @@ class ServoModel:
             newest.marker,
             newest.goal,
             newest.person,
-            config.marker.size,
+            config.marker.extent,
             (np.array([arm.x_low, arm.y_low, arm.z_low]), np.array([arm.x_high, arm.y_high, arm.z_high])),
         )
 

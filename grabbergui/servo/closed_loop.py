@@ -15,6 +15,7 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
+from grabbergui.calibration.marker_boards import BoardDetector
 from grabbergui.calibration.markers import ArucoDetector, dictionary_by_name
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber
@@ -41,6 +42,8 @@ WIDTH, HEIGHT = 608, 512
 OFFSET_X = (reg.SENSOR_WIDTH // BINNING - WIDTH) // 2
 OFFSET_Y = (reg.SENSOR_HEIGHT // BINNING - HEIGHT) // 2
 EXPOSURE_US = 8000.0
+SHEET_PIXELS = 960
+"Along the longer edge of a printed board's drawing."
 
 
 def settings(pixel_format: str = "Mono8") -> FrameSettings:
@@ -60,18 +63,23 @@ def calibration() -> Calibration:
 
 
 def things_for(marker: MarkerConfig, things: Things | None = None) -> Things:
-    """The room's things, with the marker that is looked for printed on the board."""
-    things = things or Things()
-    things.marker = rendered_scene.Marker(dictionary_by_name(marker.dictionary), marker.id, marker.size)
+    """The room's things, with the marker or the pattern that is looked for printed on the board."""
+    things, board = things or Things(), marker.board
+    if board is None:
+        number = dictionary_by_name(marker.dictionary)
+        things.sheet = rendered_scene.marker_sheet(number, marker.id, marker.size)
+    else:
+        things.sheet = rendered_scene.pattern_sheet(
+            board.image(SHEET_PIXELS / max(board.extent)), *board.extent
+        )
     return things
 
 
 def detector(config: Config, of: Calibration) -> Detector:
-    """Finds the configured markers, and heads."""
-    return Detector(
-        ArucoDetector(config.marker.dictionary, config.marker.size, of),
-        face_detector(of, config.faces.detector),
-    )
+    """Finds the configured markers or the board, and heads."""
+    marker, board = config.marker, config.marker.board
+    markers = ArucoDetector(marker.dictionary, marker.size, of) if board is None else BoardDetector(board, of)
+    return Detector(markers, face_detector(of, config.faces.detector))
 
 
 def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameGrabber:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from grabbergui.calibration import markers
+from grabbergui.calibration.marker_boards import BOARD_KINDS, MarkerBoard
 from grabbergui.config import ini
 from grabbergui.core.errors import UsageError
 from grabbergui.servo.collision import parse_boxes
@@ -20,14 +21,45 @@ from grabbergui.servo.collision import parse_boxes
 
 @dataclass(frozen=True)
 class MarkerConfig:
-    """Which marker the arm goes to."""
+    """Which marker, or board of markers, the arm goes to."""
 
+    kind: str = "single"
+    "`single`, or a board with one pose: `grid` (markers with gaps between them), `charuco`."
     dictionary: str = "4X4_50"
+    "OpenCV's name, as `5X5_100`, or an AprilTag family, as `tag36h11`."
     id: int = 20
+    "The single marker's number."
     size: float = 0.10
-    "Metres along an edge of the black square."
+    "Metres along an edge of a marker's black square."
     standoff: float = 0.10
-    "Metres before the marker's face at which the hand stops."
+    "Metres before the face of the marker, or of the board's middle, at which the hand stops."
+    columns: int = 4
+    "Markers across a grid; fields across a ChArUco board."
+    rows: int = 3
+    pitch: float = 0.0
+    "Metres from marker to marker of a grid, or of a field's edge; 0: a quarter more than `size`."
+    first: int = 0
+    "Number of a board's first marker."
+
+    @property
+    def target(self) -> int:
+        """Return the number under which the single marker or the board is detected."""
+        return self.id if self.kind == "single" else self.first
+
+    @property
+    def board(self) -> MarkerBoard | None:
+        """Return the board; None for a single marker. Raises UsageError for one that cannot be."""
+        if self.kind == "single":
+            return None
+        return MarkerBoard(
+            self.kind, self.columns, self.rows, self.size, self.dictionary, self.pitch, self.first
+        )
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Return width and height of the pattern, metres."""
+        board = self.board
+        return (self.size, self.size) if board is None else board.extent
 
 
 @dataclass(frozen=True)
@@ -180,7 +212,11 @@ class Config:
             raise UsageError(
                 f"[faces] detector is '{detector}'; it must be auto, cascade, or a YuNet model file"
             )
-        markers.check_marker(self.marker.dictionary, self.marker.id)
+        if self.marker.kind not in ("single", *BOARD_KINDS):
+            known = " and ".join(("single", *BOARD_KINDS))
+            raise UsageError(f"[marker] kind is '{self.marker.kind}'; there are {known}")
+        if self.marker.board is None:
+            markers.check_marker(self.marker.dictionary, self.marker.id)
         if not 1 <= self.loop.rate <= 1000:
             raise UsageError(f"[loop] rate of {self.loop.rate:g} Hz; allowed is 1 to 1000")
         if not 0.01 <= self.loop.speed <= 1:

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from grabbergui.calibration.markers import Grey, MarkerDetection
+from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.calibration.markers import Grey
 
 
 @dataclass(frozen=True)

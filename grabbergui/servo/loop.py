@@ -44,7 +44,7 @@ class ServoLoop:
         self._held_back = ""
         self.config = config
         self.machine = StateMachine(config.track.grace, config.safety.search_after)
-        self.marker = MarkerTrack(config.marker.id, config.track)
+        self.marker = MarkerTrack(config.marker.target, config.track)
         self.person = FaceTrack(config.track)
         self.head = HeadController(config.head, robot.model.head.low, robot.model.head.high)
         self.arm = ArmController(config.arm, config.marker.standoff)

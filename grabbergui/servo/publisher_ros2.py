@@ -1,10 +1,11 @@
 """Publishes the loop's detections and state on ROS 2, and accepts a stop from anybody on the network.
 
-Topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker that is
-looked for), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and where vision_msgs is
-installed `heads` and `markers` (`vision_msgs/Detection3DArray`, the id in `id`). Poses are in the camera's
-optical frame. Services: `stop` and `resume` (`std_srvs/Trigger`); a message on `stop_now` (`std_msgs/Empty`)
-stops too, for those that cannot wait for an answer.
+Topics below a prefix: `head` and `marker` (`geometry_msgs/PoseStamped`: the nearest head, the marker or
+board that is looked for), `marker_with_covariance` (`geometry_msgs/PoseWithCovarianceStamped`: the same and
+how sure it is), `state` (`diagnostic_msgs/DiagnosticStatus`: state, reason, errors), and where vision_msgs is
+installed `heads` and `markers` (`vision_msgs/Detection3DArray`, the id in `id`, with covariances). Poses are
+in the camera's optical frame. Services: `stop` and `resume` (`std_srvs/Trigger`); a message on `stop_now`
+(`std_msgs/Empty`) stops too, for those that cannot wait for an answer.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, pose, quaternion_from_rotation
 from grabbergui.core.errors import UsageError
@@ -52,12 +54,13 @@ class Ros2Publisher:
         namespace, node_name = self._name
         self._ros = Ros2Node(node_name, namespace)
         from diagnostic_msgs.msg import DiagnosticStatus
-        from geometry_msgs.msg import PoseStamped
+        from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
         from std_msgs.msg import Empty
         from std_srvs.srv import Trigger
 
         node, prefix = self._ros.node, f"{namespace}/{node_name}"
         kinds = {"head": PoseStamped, "marker": PoseStamped, "state": DiagnosticStatus}
+        kinds["marker_with_covariance"] = PoseWithCovarianceStamped
         kinds |= dict.fromkeys(("heads", "markers"), _detections()) if _detections() else {}
         self._publishers = {name: node.create_publisher(kinds[name], f"{prefix}/{name}", 5) for name in kinds}
         node.create_service(Trigger, f"{prefix}/stop", self._on_stop)
@@ -102,15 +105,19 @@ class Ros2Publisher:
             message.header.frame_id = self._frame_id
             return message
 
-        nearest, wanted = sighting.nearest_face, sighting.only(self._runner.config.marker.id)
+        nearest, wanted = sighting.nearest_face, sighting.only(self._runner.config.marker.target)
         if nearest is not None:
             self._publish("head", lambda: header(pose_stamped(pose(translation=nearest.position))))
         if wanted is not None and wanted.pose is not None:
-            seen = wanted.pose
+            seen, covariance = wanted.pose, wanted.covariance
             self._publish("marker", lambda: header(pose_stamped(seen)))
+            if covariance is not None:
+                self._publish(
+                    "marker_with_covariance", lambda: header(pose_with_covariance(seen, covariance))
+                )
         self._publish("heads", lambda: header(heads_array(sighting)))
-        size = self._runner.config.marker.size
-        self._publish("markers", lambda: header(markers_array(sighting, size)))
+        extent = self._runner.config.marker.extent
+        self._publish("markers", lambda: header(markers_array(sighting, extent)))
 
     def _publish(self, name: str, make: Any) -> None:
         """Publish a message, which is made only if somebody listens."""
@@ -130,6 +137,16 @@ def pose_stamped(placed: Pose) -> Any:
 
     message = PoseStamped()
     _fill(message.pose, placed)
+    return message
+
+
+def pose_with_covariance(placed: Pose, covariance: NDArray[np.float64]) -> Any:
+    """A pose and its (6, 6) covariance, with an empty header."""
+    from geometry_msgs.msg import PoseWithCovarianceStamped
+
+    message = PoseWithCovarianceStamped()
+    _fill(message.pose.pose, placed)
+    message.pose.covariance = np.ravel(covariance).astype(np.float64)
     return message
 
 
@@ -162,24 +179,32 @@ def status(cycle: ControlCycle) -> Any:
 
 def heads_array(sighting: Sighting) -> Any:
     """All heads, as `vision_msgs/Detection3DArray`; their distance is rough."""
-    found = [("head", pose(translation=head.position), HEAD_SIZE) for head in sighting.faces]
+    found = [("head", pose(translation=head.position), HEAD_SIZE, None) for head in sighting.faces]
     return _array(found)
 
 
-def markers_array(sighting: Sighting, size: float) -> Any:
-    """All markers with a pose that may be trusted; `size` in metres."""
-    square = (size, size, 0.0)
-    return _array([(str(m.marker_id), m.pose, square) for m in sighting.markers if m.pose is not None])
+def markers_array(sighting: Sighting, extent: tuple[float, float]) -> Any:
+    """All markers with a pose that may be trusted; `extent` is their width and height in metres."""
+    flat = (*extent, 0.0)
+    return _array(
+        [(str(m.marker_id), m.pose, flat, m.covariance) for m in sighting.markers if m.pose is not None]
+    )
 
 
-def _array(things: Sequence[tuple[str, Pose, tuple[float, float, float]]]) -> Any:
+_Thing = tuple[str, Pose, tuple[float, float, float], "NDArray[np.float64] | None"]
+"Name, pose, size in metres, and the pose's covariance, if it is known."
+
+
+def _array(things: Sequence[_Thing]) -> Any:
     from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
 
     message = Detection3DArray()
-    for name, placed, size in things:
+    for name, placed, size, covariance in things:
         detection, hypothesis = Detection3D(id=name), ObjectHypothesisWithPose()
         hypothesis.hypothesis.class_id, hypothesis.hypothesis.score = name, 1.0
         _fill(hypothesis.pose.pose, placed)
+        if covariance is not None:
+            hypothesis.pose.covariance = np.ravel(covariance).astype(np.float64)
         _fill(detection.bbox.center, placed)
         detection.bbox.size.x, detection.bbox.size.y, detection.bbox.size.z = size
         detection.results = [hypothesis]

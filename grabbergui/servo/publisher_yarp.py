@@ -97,7 +97,11 @@ def state_bottle(cycle: ControlCycle) -> Bottle:
 
 
 def markers_bottle(sighting: Sighting) -> Bottle:
-    """A list of pairs for each marker: id, and x y z with the rotation vector, or why there is no pose."""
+    """A list of pairs for each marker: id, and its pose or why there is none.
+
+    The pose is x y z in metres, the rotation vector in radians, and 36 numbers of its covariance, row by row:
+    metres along, then radians about the camera's axes.
+    """
     found: list[Item] = []
     for marker in sighting.markers:
         pairs: list[Item] = [["id", marker.marker_id]]
@@ -106,6 +110,8 @@ def markers_bottle(sighting: Sighting) -> Bottle:
             pairs += [
                 [key, value] for key, value in zip(("x", "y", "z", "rx", "ry", "rz"), values, strict=True)
             ]
+            if marker.covariance is not None:
+                pairs.append(["covariance", [float(value) for value in marker.covariance.ravel()]])
         else:
             pairs.append(["problem", marker.problem])
         found.append(pairs)

@@ -218,7 +218,7 @@ class RobotView(QWidget):
         if posture.person is not None:
             self._person(painter, posture.person)
         if posture.marker is not None:
-            self._marker(painter, posture.marker, posture.marker_size)
+            self._marker(painter, posture.marker, posture.marker_extent)
         if posture.goal is not None:
             self._triad(painter, posture.goal, _AXIS_M, 1.0, Qt.PenStyle.DotLine)
         self._triad(painter, posture.hand, _AXIS_M, 2.5)
@@ -231,9 +231,10 @@ class RobotView(QWidget):
         self._face(painter, corners, colour, glass)
         self._segments(painter, [(camera[:3, 3], corner) for corner in corners], colour, 1.2)
 
-    def _marker(self, painter: QPainter, marker: Pose, size: float) -> None:
-        for half, colour in ((0.8 * size, QColor("white")), (0.5 * size, QColor("black"))):
-            corners = [(-half, half, 0, 1), (half, half, 0, 1), (half, -half, 0, 1), (-half, -half, 0, 1)]
+    def _marker(self, painter: QPainter, marker: Pose, extent: tuple[float, float]) -> None:
+        x, y, margin = extent[0] / 2, extent[1] / 2, 0.3 * min(extent)
+        for right, up, colour in ((x + margin, y + margin, QColor("white")), (x, y, QColor("black"))):
+            corners = [(-right, up, 0, 1), (right, up, 0, 1), (right, -up, 0, 1), (-right, -up, 0, 1)]
             self._face(painter, (marker @ np.array(corners).T)[:3].T, self._ink, colour)
         self._triad(painter, marker, 0.06, 2.0)
 

@@ -72,14 +72,26 @@ def pinhole(settings: FrameSettings) -> Matrix:
     return matrix
 
 
-@dataclass(frozen=True)
-class Marker:
-    """The pattern that is printed on the board."""
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """The board that the person holds, with its pattern."""
 
-    dictionary: int = cv2.aruco.DICT_4X4_50
-    marker_id: int = 20
-    size: float = 0.10
-    "Metres along an edge of the marker's black square; the board is 1.6 times as wide."
+    texture: Texture
+    width: float
+    "Metres, with the white margin."
+    height: float
+
+
+def marker_sheet(dictionary: int = cv2.aruco.DICT_4X4_50, marker_id: int = 20, size: float = 0.10) -> Sheet:
+    """A board with one marker, 1.6 times as wide as its black square, whose edge is `size` metres."""
+    return Sheet(world.marker_board(dictionary, marker_id), 1.6 * size, 1.6 * size)
+
+
+def pattern_sheet(pattern: NDArray[np.uint8], width: float, height: float, margin: float = 0.02) -> Sheet:
+    """A board with a grey (rows, columns) pattern of `width` × `height` metres in a white `margin`."""
+    border = round(margin * pattern.shape[1] / width)
+    margins = margin, border * height / pattern.shape[0]
+    return Sheet(world.printed(pattern, border), width + 2 * margins[0], height + 2 * margins[1])
 
 
 def swaying(x: float = 1.35, y: float = -0.1, z: float = 0.80) -> Poses:
@@ -102,7 +114,7 @@ class Things:
 
     face: Poses = field(default_factory=swaying)
     board: Poses = lambda seconds: board_pose()
-    marker: Marker = field(default_factory=Marker)
+    sheet: Sheet = field(default_factory=marker_sheet)
 
 
 class RenderedScene(Scene):
@@ -151,9 +163,8 @@ class RenderedScene(Scene):
             below = face @ _shift(0.0, -0.33, -0.03)
             panels.append(Panel(below, 0.52, 0.52, world.torso(), fine=True))
         if board is not None:
-            marker = self.things.marker
-            drawing = world.marker_board(marker.dictionary, marker.marker_id)
-            panels.append(Panel(board, marker.size * 1.6, marker.size * 1.6, drawing, fine=True))
+            sheet = self.things.sheet
+            panels.append(Panel(board, sheet.width, sheet.height, sheet.texture, fine=True))
         return panels
 
 
@@ -280,6 +291,4 @@ def _texture(pixels: int = 3600) -> Texture:
     )
     field, border = round(SQUARE * pixels), round(BORDER * pixels)
     drawn = board.generateImage((COLUMNS * field, ROWS * field))
-    drawn = cv2.copyMakeBorder(drawn, border, border, border, border, cv2.BORDER_CONSTANT, value=255)
-    grey = np.float32(0.04) + np.float32(0.86 / 255) * drawn.astype(np.float32)
-    return np.dstack((grey, grey, grey, np.ones_like(grey)))
+    return world.printed(np.asarray(drawn, np.uint8), border)

@@ -65,6 +65,13 @@ def marker_board(dictionary: int, marker_id: int, side: int = 640) -> Texture:
     return _opaque(np.repeat(board[..., None], 3, axis=2))
 
 
+def printed(drawing: NDArray[np.uint8], border: int) -> Texture:
+    """A grey drawing (rows, columns) in black ink on paper, with a white border of so many of its pixels."""
+    wide = cv2.copyMakeBorder(drawing, border, border, border, border, cv2.BORDER_CONSTANT, value=(255,))
+    grey = np.float32(0.04) + np.float32(0.86 / 255) * wide.astype(np.float32)
+    return _opaque(np.dstack((grey, grey, grey)))
+
+
 @cache
 def torso(size: int = 128) -> Texture:
     """Shoulders in a pullover, cut out."""
