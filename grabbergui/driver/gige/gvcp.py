@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from grabbergui.core.errors import LocalProtocolError, RemoteProtocolError
 
@@ -93,6 +93,9 @@ def status_text(status: int) -> str:
         return f"status 0x{status:04X}"
 
 
+_ACK_HEADER = struct.Struct(">HHHH")
+
+
 @dataclass(frozen=True)
 class CommandHeader:
     """First eight bytes of a command."""
@@ -123,11 +126,8 @@ class CommandHeader:
         return cls(flags, command, length, req_id)
 
 
-@dataclass(frozen=True)
-class Ack:
+class Ack(NamedTuple):
     """An acknowledge with its payload still encoded."""
-
-    FORMAT: ClassVar[struct.Struct] = struct.Struct(">HHHH")
 
     status: int
     acknowledge: int
@@ -143,7 +143,7 @@ class Ack:
 
     def encode(self) -> bytes:
         """Return the datagram."""
-        header = self.FORMAT.pack(self.status, self.acknowledge, len(self.payload), self.ack_id)
+        header = _ACK_HEADER.pack(self.status, self.acknowledge, len(self.payload), self.ack_id)
         return header + self.payload
 
     @classmethod
@@ -152,10 +152,10 @@ class Ack:
 
         Bytes beyond the announced length are cut off; an error's payload may have any length.
         """
-        if len(datagram) < cls.FORMAT.size:
-            raise RemoteProtocolError(f"GVCP acknowledge of {len(datagram)} bytes, need {cls.FORMAT.size}")
-        status, acknowledge, length, ack_id = cls.FORMAT.unpack_from(datagram)
-        payload = bytes(datagram[cls.FORMAT.size : cls.FORMAT.size + length])
+        if len(datagram) < _ACK_HEADER.size:
+            raise RemoteProtocolError(f"GVCP acknowledge of {len(datagram)} bytes, need {_ACK_HEADER.size}")
+        status, acknowledge, length, ack_id = _ACK_HEADER.unpack_from(datagram)
+        payload = bytes(datagram[_ACK_HEADER.size : _ACK_HEADER.size + length])
         if len(payload) < length and not status & 0x8000:
             raise RemoteProtocolError(f"GVCP acknowledge announces {length} bytes, {len(payload)} arrived")
         return cls(status, acknowledge, ack_id, payload)

@@ -8,12 +8,12 @@ the heartbeat, and a beat without an answer does not delay commands.
 from __future__ import annotations
 
 import logging
-import selectors
 import socket
+import struct
+import sys
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 
 from grabbergui.core.errors import DeviceLostError, TransportError
 from grabbergui.driver.gige.bootstrap import GVCP_PORT
@@ -21,6 +21,12 @@ from grabbergui.driver.gige.control.channel import ControlChannel, ControlTiming
 from grabbergui.driver.gige.gvcp import ReadMem, ReadReg, Request
 
 log = logging.getLogger(__name__)
+
+LONGEST_RECEIVE = 0.01
+"""Seconds that a thread stays in the socket; then it looks whether a retry is due or the link was closed."""
+_LARGEST_ACK = 2048
+_AT_ONCE = getattr(socket, "MSG_DONTWAIT", 0)
+"A full queue must not stop a thread that holds the lock."
 
 
 class ControlLink:
@@ -41,17 +47,11 @@ class ControlLink:
         self._thread: threading.Thread | None = None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            self._socket.setblocking(False)
+            _limit_receive(self._socket, LONGEST_RECEIVE)
             self._socket.connect((ip, port))
         except OSError as error:
             self._socket.close()
             raise TransportError(f"no way to {ip}: {error.strerror or error}") from error
-        self._poller = selectors.DefaultSelector()
-        self._poller.register(self._socket, selectors.EVENT_READ)
-        self._waker, self._woken = socket.socketpair()
-        "A byte sent into the first wakes the receiving thread."
-        self._woken.setblocking(False)
-        self._poller.register(self._woken, selectors.EVENT_READ)
         self.local_address: str = self._socket.getsockname()[0]
         "The host's IP address on the way to the device."
         self.local_port: int = self._socket.getsockname()[1]
@@ -72,13 +72,13 @@ class ControlLink:
             exchange = self._channel.start(request, time.monotonic(), timing)
             try:
                 self._send_waiting()
+                self._wait()
                 while not exchange.done:
                     self._require_open()
-                    self._wait()
                     self._send_due()
+                    self._wait()
             finally:
                 self._channel.cancel(exchange)
-                self._received.notify_all()  # another thread may receive now, or its command may be sent
         if exchange.error is not None:
             raise exchange.error
         assert exchange.payload is not None
@@ -111,8 +111,6 @@ class ControlLink:
     def stop_heartbeat(self) -> None:
         """End the heartbeat; commands are still possible. May be called twice."""
         self._resting.set()
-        with self._received:
-            self._wake_all()
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join()
@@ -123,11 +121,9 @@ class ControlLink:
         self.stop_heartbeat()
         with self._received:
             self._closed = True
-            self._wake_all()
+            self._received.notify_all()
             self._received.wait_for(lambda: not self._receiving)
-            self._poller.close()
-            for opened in (self._socket, self._waker, self._woken):
-                opened.close()
+            self._socket.close()
 
     def _run(self) -> None:
         heartbeat = self._heartbeat
@@ -153,7 +149,7 @@ class ControlLink:
                 self._send_due()
             heartbeat.handle_timer(time.monotonic())
             if heartbeat.lost:
-                self._wake_all()
+                self._received.notify_all()
 
     def _send_due(self) -> None:
         """Send commands whose turn or retry has come."""
@@ -165,49 +161,40 @@ class ControlLink:
             self._send(datagram)
 
     def _wait(self) -> None:
-        """Wait, without the lock, until something was received or the next deadline has come."""
-        due = self._channel.timer()
-        seconds = 0.0 if due is None else max(0.0, due - time.monotonic())
+        """Wait, without the lock, until something was received, a deadline has come, or LONGEST_RECEIVE."""
         if self._receiving:
-            self._received.wait(seconds)
+            due = self._channel.timer()
+            self._received.wait(LONGEST_RECEIVE if due is None else max(0.0, due - time.monotonic()))
             return
         self._receiving = True
         self._received.release()
-        ready: list[tuple[selectors.SelectorKey, int]] = []
+        datagram = b""
         try:
-            ready = self._poller.select(seconds)
+            datagram = self._receive()
         finally:
             self._received.acquire()
             self._receiving = False
-            self._received.notify_all()
-        for key, _ in ready:
-            self._receive(key.fileobj)
+            self._received.notify_all()  # an answer may be theirs; one of them receives from now on
+        if datagram:
+            self._channel.receive(datagram, time.monotonic())
 
-    def _wake_all(self) -> None:
-        """Let every thread that waits see that the link is lost or closed, or the heartbeat to stop."""
-        self._received.notify_all()
-        if self._receiving:
-            self._waker.send(b"\0")
+    def _receive(self) -> bytes:
+        """Return one datagram, or nothing after LONGEST_RECEIVE.
 
-    def _receive(self, ready: object) -> None:
-        """Take one datagram from a socket that has some; each system call may cost a wait for the GIL."""
-        if ready is self._woken:
-            with suppress(BlockingIOError):
-                self._woken.recv(16)
-            return
+        One system call, since each may cost a wait for the GIL.
+        """
         try:
-            datagram = self._socket.recv(2048)
-        except BlockingIOError:
-            return  # its checksum was wrong
+            return self._socket.recv(_LARGEST_ACK)
+        except (BlockingIOError, TimeoutError):
+            return b""
         except OSError as error:
             # The device's port is closed (ICMP): the same as no answer, and it may open again.
             log.debug("control channel: %s", error)
-            return
-        self._channel.receive(datagram, time.monotonic())
+            return b""
 
     def _send(self, datagram: bytes) -> None:
         try:
-            self._socket.send(datagram)
+            self._socket.send(datagram, _AT_ONCE)
         except OSError as error:
             # A cable out, a full queue: the retry or the deadline deals with it.
             log.debug("control channel: %s", error)
@@ -217,3 +204,12 @@ class ControlLink:
             raise DeviceLostError(f"the camera is lost: {self.lost}")
         if self._closed:
             raise DeviceLostError("the camera is closed")
+
+
+def _limit_receive(opened: socket.socket, seconds: float) -> None:
+    """Let `recv` give up after a while, where possible by itself; Python's own timeout calls `poll` first."""
+    if sys.platform == "win32":
+        opened.settimeout(seconds)  # Windows adds half a second to its own
+    else:
+        limit = struct.pack("@ll", int(seconds), round(seconds % 1 * 1e6))
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, limit)

@@ -79,7 +79,7 @@ class DeviceMemory:
         return first, end
 
     def _write_aligned(self, address: int, data: bytes) -> None:
-        if self.capability & Capability.WRITEMEM:
+        if Capability.WRITEMEM in self.capability:
             self._execute_write(WriteMem(address, data))
             return
         for offset in range(0, len(data), WORD):
