@@ -115,9 +115,11 @@ class SettingWriter:
         and raises what the node map raises. `feature` is what `CameraNodeMap.feature_taking` returned.
         """
         nodes, name = self._nodes, feature.name
-        switched = list(self._to_switch(name))
+        companions = self._companions(name)
+        stood = nodes.values((name, *companions.names))
+        switched = list(self._to_switch(companions, stood))
         candidates = self._may_follow(*(change.key.name for change in switched), name)
-        stood, before = nodes.value(name), nodes.values(candidates)
+        before = nodes.values(candidates)
         try:
             for change in switched:
                 assert change.after is not None
@@ -133,7 +135,7 @@ class SettingWriter:
             raise
         written = nodes.feature(name)
         became = accepted if written.value is None else written.value
-        changes = (*switched, ValueChange(self._key(name), stood, became))
+        changes = (*switched, ValueChange(self._key(name), stood.get(name), became))
         after = nodes.values(candidates)
         moved = tuple(self._moved(before, after))
         self.memory.note_changes((*moved, *changes))
@@ -163,13 +165,13 @@ class SettingWriter:
     def _key(self, name: str) -> SettingKey:
         return self._grabber.setting(name)
 
-    def _to_switch(self, name: str) -> Iterator[ValueChange]:
+    def _to_switch(self, companions: Companions, stood: Mapping[str, FeatureValue]) -> Iterator[ValueChange]:
         """Give what must be written so that a feature can be written and has an effect."""
-        nodes, companions = self._nodes, self._companions(name)
-        if companions.mode and is_on(nodes.value(companions.mode)):
-            yield from self._switch(switched_off(nodes.feature(companions.mode)))
-        if companions.enabler and nodes.value(companions.enabler) is False:
-            yield from self._switch(switched_on(nodes.feature(companions.enabler)))
+        mode, enabler = companions.mode, companions.enabler
+        if mode and is_on(stood.get(mode)):
+            yield from self._switch(switched_off(self._nodes.feature(mode)))
+        if enabler and stood.get(enabler) is False:
+            yield from self._switch(switched_on(self._nodes.feature(enabler)))
 
     def _switch(self, write: tuple[str, FeatureValue] | None) -> Iterator[ValueChange]:
         if write is not None:

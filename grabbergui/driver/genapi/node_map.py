@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -35,6 +34,7 @@ from grabbergui.core.sfnc import Role
 from grabbergui.driver.device import Device
 from grabbergui.driver.genapi import loading, node_features, port
 from grabbergui.driver.genapi.loading import clean_xml, port_name
+from grabbergui.driver.genapi.map_lock import MapLock
 from grabbergui.driver.genapi.messages import EventReader
 from grabbergui.driver.genapi.node_features import NodeFeature
 from grabbergui.driver.genapi.port import RegisterPort
@@ -43,6 +43,9 @@ log = logging.getLogger(__name__)
 
 COMMAND_TIMEOUT = 5.0
 """Seconds a command may take."""
+
+_GENAPI_ERRORS = (genapi.GenericException, RuntimeError, OverflowError, TypeError, ValueError)
+"""What C++ throws, what our port raised, and what SWIG says of a value that it cannot convert."""
 
 
 class CameraNodeMap:
@@ -56,10 +59,7 @@ class CameraNodeMap:
     """
 
     def __init__(self, device: Device, xml: bytes, on_change: Callable[[frozenset[str]], None]) -> None:
-        self._lock = threading.RLock()
-        self._depth = 0
-        self._on_change = on_change
-        self._changed: set[str] = set()
+        self._lock = MapLock(on_change)
         self._port = RegisterPort(device)
         text = clean_xml(xml)
         try:
@@ -100,7 +100,7 @@ class CameraNodeMap:
 
     def feature(self, name: str) -> Feature:
         """A snapshot; `name` must be one that `has` knows, or a node outside the tree."""
-        with self._use():
+        with self._lock:
             feature = self._node(name).snapshot()
             self._raise_loss()
         return feature
@@ -120,15 +120,19 @@ class CameraNodeMap:
 
     def value(self, name: str) -> FeatureValue | None:
         """Return the value alone, for a fraction of what `feature` costs; None where it cannot be read."""
-        with self._use():
+        with self._lock:
             value = self._node(name).value()
             self._raise_loss()
         return value
 
     def write(self, name: str, value: FeatureValue) -> None:
         """Write a validated value. Raises FeatureError and what the device raised."""
-        with self._use(), self._answering(name, value):
-            self._node(name).assign(value)
+        with self._lock:
+            self._port.take_failure()
+            try:
+                self._node(name).assign(value)
+            except _GENAPI_ERRORS as error:
+                raise self._answer(error, name, value) from error
 
     def dependents(self, name: str) -> frozenset[str]:
         """Return the features that a write of `name` may change, by the description's invalidation rules.
@@ -136,8 +140,8 @@ class CameraNodeMap:
         It follows the feature's registers to every node that depends on one of them. Asks no camera.
         """
         if name not in self._dependents:
-            with self._use() as lookup:
-                node = lookup(name).node
+            with self._lock:
+                node = self._map.get_node(name).node
                 registers = node._get_children(genapi.ELinkType.ctTerminalNodes)
                 depending = {
                     dependent.node.name
@@ -154,15 +158,15 @@ class CameraNodeMap:
         """
         if name not in self.dependents(lock):
             return False
-        with self._use() as lookup:
-            switch, changed = lookup(lock), set(self._changed)
+        with self._lock:
+            switch, changed = self._map.get_node(lock), set(self._lock.changed)
             locked = switch.value
             try:
-                if node_features.access_of(lookup(name)).writable or not locked:
+                if node_features.access_of(self._map.get_node(name)).writable or not locked:
                     return False
                 switch.set_value(type(locked)(0))
                 try:
-                    return node_features.access_of(lookup(name)).writable
+                    return node_features.access_of(self._map.get_node(name)).writable
                 finally:
                     switch.set_value(locked)
             except (genapi.GenericException, RuntimeError) as error:
@@ -170,13 +174,13 @@ class CameraNodeMap:
                 return False
             finally:
                 self._port.take_failure()
-                self._changed.intersection_update(changed)  # the callbacks hold this very set
+                self._lock.changed.intersection_update(changed)  # the callbacks hold this very set
 
     def values(self, names: Sequence[str]) -> dict[str, FeatureValue]:
         """Return the values of those features that can be read at the moment."""
         if not names:
             return {}
-        with self._use():
+        with self._lock:
             found = {name: value for name in names if (value := self._node(name).value()) is not None}
             self._raise_loss()
         return found
@@ -184,13 +188,13 @@ class CameraNodeMap:
     @contextmanager
     def exclusive(self) -> Iterator[None]:
         """Keep all other threads out for the block; what changed is reported behind it."""
-        with self._use():
+        with self._lock:
             yield
 
     def execute(self, name: str) -> None:
         """Run a command and wait until it is done. Raises FeatureError and what the device raised."""
-        with self._use() as lookup, self._answering(name, None):
-            command = lookup(name)
+        with self._lock, self._answering(name):
+            command = self._map.get_node(name)
             if not isinstance(command, genapi.ICommand):
                 raise FeatureAccessError(f"{name} is no command; it can be written instead", name)
             access = node_features.access_of(command)
@@ -207,33 +211,33 @@ class CameraNodeMap:
 
     def register_length(self, name: str) -> int:
         """Return the bytes of a register node. Raises FeatureAccessError for any other node."""
-        with self._use(), self._answering(name, None):
+        with self._lock, self._answering(name):
             return int(self._register(name).length)
 
     def read_register(self, name: str, length: int) -> bytes:
         """Return the first `length` bytes of a register, past GenApi's cache."""
-        with self._use(), self._answering(name, None):
+        with self._lock, self._answering(name):
             return bytes(self._register(name).get(length, False, True)) if length else b""
 
     def write_register(self, name: str, content: bytes) -> None:
         """Write bytes to the beginning of a register."""
-        with self._use(), self._answering(name, None):
+        with self._lock, self._answering(name):
             self._register(name).set(content)
 
     def invalidate(self, names: frozenset[str]) -> None:
         """Forget cached values, so that the next snapshot asks the camera."""
-        with self._use() as lookup:
+        with self._lock:
             for name in names:
-                node = lookup(name).node
+                node = self._map.get_node(name).node
                 # The registers that hold the value have caches of their own.
                 for register in node._get_children(genapi.ELinkType.ctTerminalNodes):
                     register.node.invalidate_node()
                 node.invalidate_node()
-            self._changed.update(names)
+            self._lock.changed.update(names)
 
     def poll(self, elapsed_ms: int) -> None:
         """Let GenApi forget the values whose PollingTime has passed. Reads nothing."""
-        with self._use():
+        with self._lock:
             self._map.poll(elapsed_ms)
 
     def take_event(self, event_id: int, message: bytes) -> DeviceEvent | None:
@@ -241,12 +245,12 @@ class CameraNodeMap:
 
         Raises RemoteProtocolError for a message that GenApi cannot read.
         """
-        with self._use():
+        with self._lock:
             if self._events is None:
                 return None
             self._events.deliver(message)
             # The event's own nodes; what else it made stale is read when somebody looks.
-            changed = sorted(name for name in self._changed if name.startswith("Event"))
+            changed = sorted(name for name in self._lock.changed if name.startswith("Event"))
             return self._events.event(event_id, {name: self.feature(name) for name in changed})
 
     def close(self) -> None:
@@ -255,31 +259,13 @@ class CameraNodeMap:
             events, self._events = self._events, None
             if events is not None:
                 events.close()
-            self._on_change = lambda names: None
+            self._lock.on_change = lambda names: None
             for node, handle in self._callbacks:
                 node.deregister_callback(handle)
             self._callbacks.clear()
             self._nodes.clear()
 
     # -- inside ----------------------------------------------------------------------------------
-    @contextmanager
-    def _use(self) -> Iterator[Callable[[str], Any]]:
-        """Hold the lock. Changes are reported after the outermost use, also if that raised an exception."""
-        changed: frozenset[str] = frozenset()
-        try:
-            with self._lock:
-                self._depth += 1
-                try:
-                    yield self._map.get_node
-                finally:
-                    self._depth -= 1
-                    if self._depth == 0 and self._changed:
-                        changed = frozenset(self._changed)
-                        self._changed.clear()
-        finally:
-            if changed:
-                self._on_change(changed)
-
     def _node(self, name: str) -> NodeFeature:
         """Raises FeatureAccessError for a node that is no feature."""
         node = self._nodes.get(name)
@@ -303,33 +289,37 @@ class CameraNodeMap:
             raise failure
 
     @contextmanager
-    def _answering(self, name: str, value: FeatureValue | None) -> Iterator[None]:
+    def _answering(self, name: str) -> Iterator[None]:
         """Turn GenApi's exceptions into ours, and into the device's own where it caused them."""
-        what = name if value is None else f"{name}={value}"
         self._port.take_failure()
         try:
             yield
-        except (genapi.GenericException, RuntimeError) as error:
-            failure = self._port.take_failure()
-            if isinstance(failure, TransportError):
-                raise failure from error
-            answer = str(failure) if failure else node_features.reason_of(error)
-            message = f"{what}: the camera answered: {answer}"
-            if isinstance(error, genapi.OutOfRangeException):
-                raise FeatureValueError(f"{message} (allowed is {self._range(name)})", name) from error
-            if isinstance(error, genapi.AccessException) and failure is None:
-                raise FeatureAccessError(f"{what}: {self.feature(name).access_problem()}", name) from error
-            raise FeatureError(message, name) from error
-        except (OverflowError, TypeError, ValueError) as error:
-            raise FeatureValueError(f"{what}: {error}", name) from error
+        except _GENAPI_ERRORS as error:
+            raise self._answer(error, name) from error
+
+    def _answer(self, error: Exception, name: str, value: FeatureValue | None = None) -> GrabberError:
+        """Return what stands behind an exception of GenApi: the device's own error, or what was refused."""
+        what = name if value is None else f"{name}={value}"
+        if isinstance(error, (OverflowError, TypeError, ValueError)):
+            return FeatureValueError(f"{what}: {error}", name)
+        failure = self._port.take_failure()
+        if isinstance(failure, TransportError):
+            return failure
+        answer = str(failure) if failure else node_features.reason_of(error)
+        message = f"{what}: the camera answered: {answer}"
+        if isinstance(error, genapi.OutOfRangeException):
+            return FeatureValueError(f"{message} (allowed is {self._range(name)})", name)
+        if isinstance(error, genapi.AccessException) and failure is None:
+            return FeatureAccessError(f"{what}: {self.feature(name).access_problem()}", name)
+        return FeatureError(message, name)
 
     def _range(self, name: str) -> str:
         return self.feature(name).range_text()
 
     def _is_done(self, name: str) -> bool:
-        with self._use() as lookup:
+        with self._lock:
             try:
-                return bool(lookup(name).is_done())
+                return bool(self._map.get_node(name).is_done())
             except (genapi.GenericException, RuntimeError) as error:
                 failure = self._port.take_failure()
                 if isinstance(failure, GrabberError) and not isinstance(failure, TransportError):
@@ -397,4 +387,4 @@ class CameraNodeMap:
     def _listen(self) -> None:
         for name in self._descriptions:
             node = self._map.get_node(name).node
-            self._callbacks.append((node, port.register_callback(node, self._changed.add)))
+            self._callbacks.append((node, port.register_callback(node, self._lock.changed.add)))
