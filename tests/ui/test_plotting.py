@@ -8,7 +8,10 @@ from feature_menus import choose_from_menu, menu_of
 from PyQt5.QtCore import QPoint, Qt
 from PyQt5.QtWidgets import QApplication
 
+from grabbergui.core.errors import DeviceLostError
+from grabbergui.models.features import value_watch
 from grabbergui.models.features.value_watch import MOST_FEATURES
+from grabbergui.models.open_source import LinkState
 
 
 @pytest.fixture
@@ -103,6 +106,39 @@ def test_another_camera_takes_the_curves_over(desk):
     desk.connect("sim:?width=64&height=64&gain=3")
     desk.until(lambda: curve(desk, "Gain")[-2:] == [3.0, 3.0])
     assert beginnings_of_lines(desk, "Gain") == 2, "no line leads from one camera's value to the other's"
+
+
+def test_curves_break_where_another_open_camera_is_made_the_current_one(desk):
+    choose(desk, "Gain", "Plot over time")
+    desk.until(lambda: len(curve(desk, "Gain")) >= 2)
+    first = desk.program.connection.source
+    desk.program.connection.open_additional("sim:colour?width=64&height=64&gain=3")
+    desk.until(lambda: len(desk.program.connection.sources) == 2)
+    second = desk.program.connection.sources[1]
+    desk.until(lambda: second.state is LinkState.STREAMING)
+    for source, gain, lines in ((second, 3.0, 2), (first, 0.0, 3)):
+        desk.program.connection.make_current(source)
+        desk.until(lambda gain=gain: curve(desk, "Gain")[-2:] == [gain, gain])
+        assert beginnings_of_lines(desk, "Gain") == lines
+
+
+def test_curves_break_while_the_camera_does_not_answer(desk, monkeypatch):
+    choose(desk, "Gain", "Plot over time")
+    desk.until(lambda: len(curve(desk, "Gain")) >= 2)
+    monkeypatch.setattr(value_watch, "PATIENCE", 0.02)
+    read = desk.grabber.feature
+
+    def silent(name):
+        raise DeviceLostError("the camera does not answer")
+
+    row = desk.window.values.row("Gain")
+    desk.grabber.feature = silent
+    desk.until(lambda: row.plot.values("Gain")[-1] != row.plot.values("Gain")[-1])
+    assert row.valueLabel.text() in ("", "–"), "no value of now is claimed"
+    before = len(curve(desk, "Gain"))
+    desk.grabber.feature = read
+    desk.until(lambda: len(curve(desk, "Gain")) >= before + 2)
+    assert beginnings_of_lines(desk, "Gain") == 2
 
 
 def test_too_many_curves_are_refused_in_words(desk):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import QCoreApplication, QModelIndex, QRect, QSize, Qt
-from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette
+from PyQt5.QtGui import QColor, QFont, QFontMetrics, QPainter, QPalette, QTextLayout, QTextOption
 from PyQt5.QtWidgets import QAbstractItemView, QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from grabbergui.models.source_list import ListedSource
@@ -18,22 +18,27 @@ LINE_GAP = 2
 RADIUS = 6
 _SIDES = 2 * PADDING + 5
 "Pixels of a line's width that text does not have."
+MOST_LINES = 3
+"Of a name; of a longer one the middle is left out."
 
 
 class SourceDelegate(QStyledItemDelegate):
-    """Two lines, three where something hinders the source; a bar marks the one that is open."""
+    """A name, what the source is, and what hinders it; a bar marks the one that is open.
+
+    The name is whole, on several lines where it is long, so that two cameras never look alike.
+    """
 
     def sizeHint(self, option: QStyleOptionViewItem, index: QModelIndex) -> QSize:
         """As high as its lines."""
         title, small = _fonts(option.font)
         source: ListedSource = index.data(SOURCE_ROLE)
-        height = QFontMetrics(title).height()
+        view = option.widget
+        viewport = view.viewport() if isinstance(view, QAbstractItemView) else None
+        width = (viewport.width() if viewport is not None else 200) - _SIDES
+        height = len(name_lines(_title(source), title, width)) * QFontMetrics(title).height()
         height += len(_details(source)) * (QFontMetrics(small).height() + LINE_GAP)
         if source.info.note:
-            view = option.widget
-            viewport = view.viewport() if isinstance(view, QAbstractItemView) else None
-            width = viewport.width() if viewport is not None else 200
-            height += _wrapped(QFontMetrics(small), source.info.note, width - _SIDES) + LINE_GAP
+            height += _wrapped(QFontMetrics(small), source.info.note, width) + LINE_GAP
         return QSize(120, height + 2 * PADDING)
 
     def paint(self, painter: QPainter | None, option: QStyleOptionViewItem, index: QModelIndex) -> None:
@@ -50,8 +55,9 @@ class SourceDelegate(QStyledItemDelegate):
         hindered = bool(source.info.note)
         ink = palette.color(QPalette.Disabled if hindered else QPalette.Active, QPalette.Text)
         line = QRect(card.x() + PADDING + 3, card.y() + PADDING - 2, card.width() - 2 * PADDING - 3, 0)
-        # The serial number at the end distinguishes a camera from its neighbours.
-        line = _text(painter, line, title, ink, _title(source), Qt.TextElideMode.ElideMiddle)
+        for part in name_lines(_title(source), title, line.width()):
+            line = _text(painter, line, title, ink, part, gap=0)
+        line.translate(0, LINE_GAP)
         muted = palette.color(QPalette.PlaceholderText)
         for detail in _details(source):
             line = _text(painter, line, small, ink if hindered else muted, detail)
@@ -125,14 +131,30 @@ def _fonts(font: QFont) -> tuple[QFont, QFont]:
     return title, small
 
 
-def _text(
-    painter: QPainter,
-    line: QRect,
-    font: QFont,
-    ink: QColor,
-    text: str,
-    elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
-) -> QRect:
+def name_lines(name: str, font: QFont, width: int) -> list[str]:
+    """Break a name into lines of that many pixels at most, between words where there are any."""
+    text, room = name, MOST_LINES * width
+    while len(lines := _broken(text, font, width)) > MOST_LINES and room > width:
+        text = QFontMetrics(font).elidedText(name, Qt.TextElideMode.ElideMiddle, room)
+        room -= width // 8 + 1
+    return lines
+
+
+def _broken(text: str, font: QFont, width: int) -> list[str]:
+    layout = QTextLayout(text, font)
+    option = QTextOption()
+    option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    layout.setTextOption(option)
+    lines = []
+    layout.beginLayout()
+    while (line := layout.createLine()).isValid():
+        line.setLineWidth(max(width, 1))
+        lines.append(text[line.textStart() : line.textStart() + line.textLength()].strip())
+    layout.endLayout()
+    return lines
+
+
+def _text(painter: QPainter, line: QRect, font: QFont, ink: QColor, text: str, gap: int = LINE_GAP) -> QRect:
     """Draw one line and return where the next one begins."""
     metrics = QFontMetrics(font)
     painter.setFont(font)
@@ -141,6 +163,6 @@ def _text(
     painter.drawText(
         here,
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-        metrics.elidedText(text, elide, here.width()),
+        metrics.elidedText(text, Qt.TextElideMode.ElideRight, here.width()),
     )
-    return here.translated(0, metrics.height() + LINE_GAP)
+    return here.translated(0, metrics.height() + gap)

@@ -1,0 +1,54 @@
+"""Lines of the source list: no two cameras look alike."""
+
+import pytest
+from PyQt5.QtGui import QFontMetrics
+
+from grabbergui.core.grabber import DeviceInfo
+from grabbergui.models.source_list import ListedSource
+from grabbergui.ui.views.source_list import SourceListView
+from grabbergui.ui.widgets.source_delegate import MOST_LINES, name_lines
+
+ALIKE = (
+    "Front camera of the packing line in hall A, left side",
+    "Front camera of the packing line in hall B, left side",
+)
+
+
+@pytest.fixture
+def view(qtbot):
+    made = SourceListView()
+    qtbot.addWidget(made)
+    made.resize(180, 500)
+    made.show()
+    return made
+
+
+def test_names_that_differ_in_the_middle_are_whole(view):
+    for name in ALIKE:
+        lines = name_lines(name, view.font(), 160)
+        assert " ".join(lines) == name and 1 < len(lines) <= MOST_LINES
+        assert all(QFontMetrics(view.font()).horizontalAdvance(line) <= 160 for line in lines)
+
+
+def test_a_card_is_as_high_as_its_name_needs_and_the_pictures_of_two_differ(view, qtbot):
+    infos = [DeviceInfo(f"gige:{n}", user_name=name) for n, name in enumerate((*ALIKE, "short"))]
+    view.setSources([ListedSource(info) for info in infos])
+    items = [view.sourceList.item(row) for row in range(3)]
+    rects = [view.sourceList.visualItemRect(item) for item in items]
+    assert rects[0].height() > rects[2].height()
+    pictures = [view.sourceList.grab(rect).toImage() for rect in rects[:2]]
+    assert pictures[0] != pictures[1]
+    view.resize(600, 500)
+    qtbot.waitUntil(
+        lambda: (
+            view.sourceList.visualItemRect(items[0]).height()
+            == view.sourceList.visualItemRect(items[2]).height()
+        )
+    )
+
+
+def test_a_name_without_end_is_shortened_in_its_middle(view):
+    lines = name_lines("file:/home/somebody/" + "recordings/" * 40 + "last.mcap", view.font(), 160)
+    assert len(lines) <= MOST_LINES
+    assert "".join(lines).startswith("file:/home") and "".join(lines).endswith("last.mcap")
+    assert "…" in "".join(lines)
