@@ -121,7 +121,7 @@ def _run(options: argparse.Namespace) -> int:
         scene = servo_robots.assemble(options, config, stack)
 
         def detector(frame: Frame) -> Detector:
-            return closed_loop.detector(config, scene.calibration(frame.width, frame.height))
+            return closed_loop.detector(config, scene.calibration(frame.width, frame.height), real_time=True)
 
         if scene.guardian is not None:
             scene.guardian.await_ready()

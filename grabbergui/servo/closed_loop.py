@@ -29,6 +29,7 @@ from grabbergui.driver.sim.sensor import Sensor
 from grabbergui.driver.sim.settings import FrameSettings, Optics
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.detection import Detector
+from grabbergui.servo.face_search import FaceSearch
 from grabbergui.servo.faces import face_detector
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.loop import ControlCycle, ServoLoop
@@ -75,11 +76,17 @@ def things_for(marker: MarkerConfig, things: Things | None = None) -> Things:
     return things
 
 
-def detector(config: Config, of: Calibration) -> Detector:
-    """Finds the configured markers or the board, and heads."""
+def detector(config: Config, of: Calibration, *, real_time: bool = False) -> Detector:
+    """Return the detector of the configured markers or the board, and of faces.
+
+    In real time whole images are searched for faces on a thread of its own.
+    """
     marker, board = config.marker, config.marker.board
     markers = ArucoDetector(marker.dictionary, marker.size, of) if board is None else BoardDetector(board, of)
-    return Detector(markers, face_detector(of, config.faces.detector))
+    faces = face_detector(of, config.faces.detector)
+    if real_time:
+        faces = FaceSearch(faces, face_detector(of, config.faces.detector))
+    return Detector(markers, faces)
 
 
 def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameGrabber:

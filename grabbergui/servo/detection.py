@@ -12,13 +12,15 @@ from typing import Protocol
 from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.calibration.markers import Grey
 
+Box = tuple[int, int, int, int]
+"x, y, width, height in pixels of the full picture."
+
 
 @dataclass(frozen=True)
 class FaceDetection:
     """One head, seen from the front."""
 
-    box: tuple[int, int, int, int]
-    "x, y, width, height in pixels of the full picture."
+    box: Box
     position: tuple[float, float, float]
     "Metres; the distance is estimated from the box's width, so it is rough."
 
@@ -57,11 +59,15 @@ class MarkerDetector(Protocol):
 
 
 class FaceDetector(Protocol):
-    """Finds heads in a grey picture."""
+    """Finds faces in a grey image. Use from one thread."""
 
-    def detect(self, grey: Grey) -> list[FaceDetection]:
-        """All faces, in no order."""
+    def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
+        """Return all faces in an image (rows, columns) uint8, in no order; with `near`, those around it."""
         ...
+
+    def close(self) -> None:
+        """End what runs beside the calls, if anything does. May be called twice."""
+        return
 
 
 @dataclass
@@ -80,3 +86,8 @@ class Detector:
         if self.faces is not None and (self.faces_with_markers or not markers):
             faces = tuple(self.faces.detect(grey))
         return Sighting(captured, markers, faces, frame_id)
+
+    def close(self) -> None:
+        """Release what the detectors hold. May be called twice."""
+        if self.faces is not None:
+            self.faces.close()

@@ -11,15 +11,16 @@ import logging
 import math
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from typing_extensions import override
 
 from grabbergui.calibration.markers import Grey
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import SourceUnavailableError, UsageError
-from grabbergui.servo.detection import FaceDetection, FaceDetector
+from grabbergui.servo.detection import Box, FaceDetection, FaceDetector
 
 log = logging.getLogger(__name__)
 
@@ -38,6 +39,10 @@ NETWORK_PIXELS = 512 * 288
 CONFIDENCE = 0.6
 "YuNet's score below which a box is no face."
 _SMALLEST = 24
+_FOLLOWED = 48
+"Pixels to which the width of a face is reduced that is looked for where it was."
+_MARGIN = 0.8
+"Widths of a face around it, within which it may have moved from one image to the next."
 _CASCADE_FILE = "haarcascade_frontalface_default.xml"
 FEWEST_PIXELS = 16
 "Of the shorter side of an image in which a face may be recognised."
@@ -85,15 +90,27 @@ class CascadeFaceDetector(FaceDetector):
         self._calibration = calibration
         self._search_width = search_width
 
-    def detect(self, grey: Grey) -> list[FaceDetection]:
-        """Return all faces in an image (rows, columns) uint8."""
-        factor = max(1, round(grey.shape[1] / self._search_width))
-        reduced = _reduced(grey, grey.shape[1] // factor, max(1, grey.shape[0] // factor))
+    @override
+    def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
+        region = _region(grey, near)
+        if min(region.grey.shape) < FEWEST_PIXELS:
+            return []
+        factor: float = max(1, round(grey.shape[1] / self._search_width))
+        smallest, largest = _SMALLEST, 0
+        if near is not None:
+            factor = max(1.0, near[2] / _FOLLOWED)
+            smallest, largest = (round(scale * near[2] / factor) for scale in (0.7, 1.5))
+        reduced = _reduced(region.grey, factor)
         boxes = self._cascade.detectMultiScale(
-            reduced, scaleFactor=1.1, minNeighbors=4, minSize=(_SMALLEST, _SMALLEST)
+            reduced,
+            scaleFactor=1.1,
+            minNeighbors=4,
+            minSize=(smallest, smallest),
+            maxSize=(largest, largest),
         )
         return [
-            _face(box, factor, CASCADE_BOX, self._calibration, grey) for box in np.reshape(boxes, (-1, 4))
+            _face(box, factor, region.origin, CASCADE_BOX, self._calibration, grey)
+            for box in np.reshape(boxes, (-1, 4))
         ]
 
 
@@ -114,21 +131,39 @@ class YuNetFaceDetector(FaceDetector):
         self._calibration = calibration
         self._search_pixels = search_pixels
 
-    def detect(self, grey: Grey) -> list[FaceDetection]:
-        """Return all faces in an image (rows, columns) uint8."""
-        height, width = grey.shape
-        if min(height, width) < FEWEST_PIXELS:
+    @override
+    def detect(self, grey: Grey, near: Box | None = None) -> list[FaceDetection]:
+        region = _region(grey, near)
+        if min(region.grey.shape) < FEWEST_PIXELS:
             return []
-        factor = max(1.0, math.sqrt(grey.size / self._search_pixels))
-        reduced = _brightened(_reduced(grey, round(width / factor), max(1, round(height / factor))))
+        factor = math.sqrt(grey.size / self._search_pixels) if near is None else near[2] / _FOLLOWED
+        factor = max(1.0, factor)
+        reduced = _brightened(_reduced(region.grey, factor))
         self._network.setInputSize((reduced.shape[1], reduced.shape[0]))
         _, faces = self._network.detect(cv2.cvtColor(reduced, cv2.COLOR_GRAY2BGR))
         # The network may make boxes without an end.
         boxes = [] if faces is None else [box[:4] for box in faces if np.isfinite(box).all()]
-        return [_face(box, factor, NETWORK_BOX, self._calibration, grey) for box in boxes]
+        return [_face(box, factor, region.origin, NETWORK_BOX, self._calibration, grey) for box in boxes]
 
 
-def _reduced(grey: Grey, width: int, height: int) -> Grey:
+class _Region(NamedTuple):
+    grey: Grey
+    origin: tuple[int, int]
+    "Column and row of its first pixel in the whole image."
+
+
+def _region(grey: Grey, near: Box | None) -> _Region:
+    """The part of an image in which a face may be that was in a box shortly before; a view."""
+    if near is None:
+        return _Region(grey, (0, 0))
+    x, y, width, height = near
+    left, top = (max(0, round(at - _MARGIN * size)) for at, size in ((x, width), (y, height)))
+    right, bottom = (round(at + (1 + _MARGIN) * size) for at, size in ((x, width), (y, height)))
+    return _Region(grey[top : max(bottom, 0), left : max(right, 0)], (left, top))
+
+
+def _reduced(grey: Grey, factor: float) -> Grey:
+    width, height = (max(1, round(size / factor)) for size in (grey.shape[1], grey.shape[0]))
     if (height, width) == grey.shape:
         return grey
     # Averaging every pixel of a large image takes longer than the network; every second one is enough.
@@ -147,9 +182,15 @@ def _brightened(grey: Grey) -> Grey:
 
 
 def _face(
-    box: np.ndarray, factor: float, metres: float, calibration: Calibration, grey: Grey
+    box: np.ndarray,
+    factor: float,
+    origin: tuple[int, int],
+    metres: float,
+    calibration: Calibration,
+    grey: Grey,
 ) -> FaceDetection:
     x, y, width, height = (round(float(value) * factor) for value in box)
+    x, y = x + origin[0], y + origin[1]
     matrix = calibration.scaled_to(grey.shape[1], grey.shape[0]).matrix
     distance = float(matrix[0, 0]) * metres / max(width, 1)
     centre = np.array([[[x + width / 2 - 0.5, y + height / 2 - 0.5]]])

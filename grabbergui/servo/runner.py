@@ -164,7 +164,14 @@ class Runner:
         finally:
             self.gate.halt(ENDED)
             queue.close()
+            self._close_detector()
             self._running.clear()
+
+    def _close_detector(self) -> None:
+        """Release the detector; the next frame gets a new one."""
+        detector, self._detector = self._detector, None
+        if detector is not None:
+            detector.close()
 
     def _see(self, frame: Frame) -> float | None:
         """Detect; when the picture was exposed, on the monotonic clock. None for one that is not whole."""
@@ -174,6 +181,7 @@ class Runner:
         captured = min(frame.captured, began)
         if self._detector is None or self._renew:
             self._renew = False  # first: a wish that comes meanwhile is for the next picture
+            self._close_detector()
             self._detector = self._make_detector(frame)
         grey = frame.mono()
         self.loop.see(self._detector.detect(np.asarray(grey), captured, frame.frame_id))

@@ -1,0 +1,88 @@
+"""TEO and the camera on its head as a process of its own, as a robot and its camera have their own computers.
+
+The robot is behind its YARP ports, the camera a GigE Vision device. Whoever starts it reads one line, where
+the name server is; it ends with its standard input.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+from grabbergui.calibration.geometry import Pose
+from grabbergui.core.pfnc import by_name
+from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.gige.server import GigeCamera
+from grabbergui.driver.sim.rendered.scene import RenderedScene, Things
+from grabbergui.net.yarp.os.name_client import NameClient
+from grabbergui.net.yarp.os.name_server import NameServer
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config
+from grabbergui.servo.priority import run_first
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.robots.teo_ports import TeoPorts
+
+ADDRESS = "127.14.79.10"
+EXPOSURE_US = 4000.0
+
+
+def serve(fps: float, board: bool) -> None:
+    """Be robot and camera until standard input ends."""
+    robot = SimRobot(teo.MODEL)
+    things = Things() if board else Things(board=lambda seconds: None)
+    scene = RenderedScene(closed_loop.things_for(Config().marker, things))
+    chosen = closed_loop.settings()
+    camera = GigeCamera(
+        ADDRESS,
+        scene=scene,
+        segmentation=True,
+        power_on={
+            reg.BINNING_HORIZONTAL: closed_loop.BINNING,
+            reg.BINNING_VERTICAL: closed_loop.BINNING,
+            reg.OFFSET_X: chosen.offset_x,
+            reg.OFFSET_Y: chosen.offset_y,
+            reg.WIDTH: chosen.width,
+            reg.HEIGHT: chosen.height,
+            reg.PIXEL_FORMAT: by_name("Mono8").code,
+            reg.FRAME_RATE: fps,
+            reg.EXPOSURE_TIME: EXPOSURE_US,
+        },
+    )
+
+    def pose(device_ns: int) -> Pose:
+        age = (camera.model.timestamp() - device_ns) * 1e-9
+        return robot.camera_at(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
+
+    scene.mount(pose)
+    server = NameServer("127.14.79.1", 0)
+    server.open()
+    ports = TeoPorts(robot, NameClient(server.contact))
+    run_first()
+    ports.open()
+    print(f"{server.contact.host}:{server.contact.port}", flush=True)
+    sys.stdin.read()
+    ports.close()
+    camera.close()
+    server.close()
+
+
+@contextlib.contextmanager
+def stand(fps: float, *, board: bool = True) -> Iterator[tuple[str, str]]:
+    """The process. Gives where its name server is, and its camera's URI."""
+    command = [sys.executable, "-m", "benchmarks._servo_stand", str(fps), str(int(board))]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None and process.stdin is not None
+        place = process.stdout.readline().strip()
+        try:
+            yield place, f"gige:{ADDRESS}"
+        finally:
+            process.stdin.close()
+            process.wait(10)
+
+
+if __name__ == "__main__":
+    serve(float(sys.argv[1]), bool(int(sys.argv[2])))
