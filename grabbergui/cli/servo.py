@@ -63,7 +63,11 @@ def add_commands(commands: Any) -> None:
     parser.add_argument(
         "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model (.onnx) (auto)"
     )
-    parser.add_argument("--steps", action="store_true", help="move the head by relative steps")
+    parser.add_argument(
+        "--steps",
+        action="store_true",
+        help="move the head by relative steps and the arm by short poses, which end by themselves",
+    )
     parser.add_argument(
         "--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1; the window changes it too"
     )
@@ -104,9 +108,10 @@ def _config(options: argparse.Namespace) -> Config:
     config = Config.load(find_file(options.config, "configuration")) if options.config else Config()
     marker = _marker(options, config.marker)
     head = replace(config.head, mode="steps") if options.steps else config.head
+    arm = replace(config.arm, mode="direct") if options.steps else config.arm
     faces = replace(config.faces, detector=options.faces) if options.faces else config.faces
     loop = config.loop if options.speed is None else replace(config.loop, speed=options.speed)
-    return replace(config, loop=loop, marker=marker, head=head, faces=faces)
+    return replace(config, loop=loop, marker=marker, head=head, arm=arm, faces=faces)
 
 
 def _run(options: argparse.Namespace) -> int:

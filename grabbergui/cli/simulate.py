@@ -154,11 +154,15 @@ def _add_teo(commands: Any) -> None:
     parser.add_argument("--name", default="/teoSim", metavar="/PREFIX", help="what its ports begin with")
     add_name_server_options(parser)
     parser.add_argument("--fps", type=float, default=30.0, help="pictures per second (30)")
+    parser.add_argument(
+        "--yarp", choices=("3.x", "4.0"), default="3.x", help="the YARP whose ports they are (3.x)"
+    )
     parser.set_defaults(run=_simulate_teo)
 
 
 def _simulate_teo(options: argparse.Namespace) -> int:
     from grabbergui.net.yarp.os.names import check_port_name
+    from grabbergui.net.yarp.os.values import Dialect
     from grabbergui.net.yarp.server import YarpGrabberServer
     from grabbergui.servo import closed_loop
     from grabbergui.servo.config import MarkerConfig
@@ -176,7 +180,7 @@ def _simulate_teo(options: argparse.Namespace) -> int:
         camera = closed_loop.mounted_camera(robot, closed_loop.things_for(MarkerConfig()), options.fps)
         camera.open()
         stack.callback(camera.close)
-        ports = TeoPorts(robot, names, options.name)
+        ports = TeoPorts(robot, names, options.name, Dialect(options.yarp))
         ports.open()
         stack.callback(ports.close)
         pictures = YarpGrabberServer(camera, f"{options.name}/camera", names=names)

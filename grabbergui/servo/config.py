@@ -91,7 +91,8 @@ class HeadConfig:
     """How the head keeps its target centred."""
 
     mode: str = "velocity"
-    "`velocity`, or `steps`: relative moves of a fixed size, as the reference follower makes them."
+    """`velocity`; `direct`: short positions, at the last of which the head rests; or `steps`: relative
+    moves of a fixed size, as the reference follower makes them."""
     gain: float = 2.5
     "Rad/s per radian off centre."
     deadband: float = 0.03
@@ -114,6 +115,8 @@ class HeadConfig:
 class ArmConfig:
     """How the hand approaches."""
 
+    mode: str = "velocity"
+    "`velocity`, or `direct`: short poses, at the last of which the arm rests."
     gain: float = 1.5
     "1/s: twist per pose error."
     fastest: float = 0.12
@@ -192,8 +195,10 @@ class Config:
     loop: LoopConfig = field(default_factory=LoopConfig)
 
     def __post_init__(self) -> None:
-        if self.head.mode not in ("velocity", "steps"):
-            raise UsageError(f"[head] mode is '{self.head.mode}'; there are velocity and steps")
+        if self.head.mode not in ("velocity", "direct", "steps"):
+            raise UsageError(f"[head] mode is '{self.head.mode}'; there are velocity, direct and steps")
+        if self.arm.mode not in ("velocity", "direct"):
+            raise UsageError(f"[arm] mode is '{self.arm.mode}'; there are velocity and direct")
         if self.head.start < self.head.deadband:
             raise UsageError("[head] start must not be less than deadband, or the head would never rest")
         if self.track.confirm < 1:

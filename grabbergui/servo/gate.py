@@ -53,6 +53,8 @@ class Command:
 
 LOOKAHEAD_S = 0.2
 "Seconds that a hand may go on after its last command, which must not lead it into anything."
+LEAD_S = 0.1
+"Seconds by which positions are ahead of a robot that is moved by them: it goes on for no longer."
 SLOWER = (1.0, 0.5, 0.25, 0.1)
 "Fractions of the wanted speed that are tried, so that the hand slows down as it comes near."
 EDGE_M = 0.002
@@ -83,6 +85,12 @@ class Bystander(Robot):
         """Do nothing."""
 
     def move_hand(self, twist: Vector) -> None:
+        """Do nothing."""
+
+    def lead_head(self, velocity: Vector, seconds: float) -> None:
+        """Do nothing."""
+
+    def lead_hand(self, twist: Vector, seconds: float) -> None:
         """Do nothing."""
 
     def stop(self) -> bool:
@@ -154,14 +162,11 @@ class CommandGate:
                 if self._dry_run:
                     self._moving = False
                     return False
-                if command.head_step is not None:
-                    self._robot.step_head(command.head_step)
-                elif not self._stepping:
-                    self._robot.move_head(command.head)
+                self._move_head(command)
                 if self._halted or not self._moving:  # stopped while the head took its part
                     self.refused += command.moves
                     return False
-                self._robot.move_hand(command.hand)
+                self._move_hand(command)
             except GrabberError as error:
                 self.refused += 1
                 if self._halted or not self._moving:
@@ -176,6 +181,20 @@ class CommandGate:
             self.sent += command.moves
             self._moving = True  # again, as the watchdog may have stopped it in between
             return True
+
+    def _move_head(self, command: Command) -> None:
+        if command.head_step is not None:
+            self._robot.step_head(command.head_step)
+        elif self._config.head.mode == "direct":
+            self._robot.lead_head(command.head, LEAD_S)
+        elif not self._stepping:
+            self._robot.move_head(command.head)
+
+    def _move_hand(self, command: Command) -> None:
+        if self._config.arm.mode == "direct":
+            self._robot.lead_hand(command.hand, LEAD_S)
+        else:
+            self._robot.move_hand(command.hand)
 
     @property
     def _stepping(self) -> bool:

@@ -17,7 +17,7 @@ from grabbergui.net.yarp.os.carrier import Header
 from grabbergui.net.yarp.os.link import greet
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.rpc_client import RpcClient
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.guardian import Channel
 
 SENDER = "grabbergui/guardian"
@@ -28,11 +28,11 @@ TIMEOUT = 1.0
 class StreamChannel(Channel):
     """Sends a Bottle to a port over fast_tcp, without an answer: the fastest stop."""
 
-    def __init__(self, port: str, nameserver: str, stop: str) -> None:
-        """`stop` is the Bottle as text."""
+    def __init__(self, port: str, nameserver: str, stop: str, dialect: str = "3.x") -> None:
+        """`stop` is the Bottle as text, `dialect` a `Dialect`'s value."""
         self.name = port
         self._names = NameClient.find(nameserver)
-        self._stop = wire.encode_message("D", [Bottle.from_text(stop).encode()])
+        self._stop = wire.encode_message("D", [_encoded(stop, Dialect(dialect))])
         self._sock: socket.socket | None = None
 
     @override
@@ -61,11 +61,13 @@ class StreamChannel(Channel):
 class RequestChannel(Channel):
     """Asks a port, and expects `ok` somewhere in its answer."""
 
-    def __init__(self, port: str, nameserver: str, stop: str, check: str) -> None:
+    def __init__(self, port: str, nameserver: str, stop: str, check: str, dialect: str = "3.x") -> None:
         """`stop` and `check` are Bottles as text; the second moves nothing, and is asked now and then."""
         self.name = port
         self._client = RpcClient(port, NameClient.find(nameserver), sender=SENDER)
-        self._stop, self._check = Bottle.from_text(stop), Bottle.from_text(check)
+        self._client.dialect = Dialect(dialect)
+        self._stop, self._check = (_encoded(text, self._client.dialect) for text in (stop, check))
+        self._stop_text = stop
 
     @override
     def prepare(self) -> None:
@@ -75,8 +77,12 @@ class RequestChannel(Channel):
     def stop(self) -> None:
         reply = self._client.call(self._stop, TIMEOUT)
         if Vocab("ok") not in (reply or []):
-            raise TransportError(f"it refused {self._stop.to_text()}: {reply}")
+            raise TransportError(f"it refused {self._stop_text}: {reply}")
 
     @override
     def close(self) -> None:
         self._client.close()
+
+
+def _encoded(text: str, dialect: Dialect) -> bytes:
+    return Bottle.from_text(text, dialect).encode(dialect)

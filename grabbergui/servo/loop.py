@@ -144,7 +144,7 @@ class ServoLoop:
             pass
         elif state is State.SEARCHING:
             head = self.head.search(robot.head)
-        elif target is not None and self.config.head.mode == "velocity":
+        elif target is not None and self.config.head.mode != "steps":
             head = self.head.look(target, camera, robot.head)
         elif target is not None:
             step = self.head.step(target, camera, robot.head, now)

@@ -269,7 +269,7 @@ def test_the_shipped_file_says_what_the_defaults_are():
         ("[head]\ngain fast", "not a number"),
         ("[head]\ngain nan", "finite"),
         ("[arm]\nfastest -1", "not negative"),
-        ("[head]\nmode jump", "velocity and steps"),
+        ("[head]\nmode jump", "velocity, direct and steps"),
         ("[head]\nstart 0.01", "never rest"),
         ("[safety]\npicture_timeout 0.5", "too long"),
         ("[loop]\nrate 0", "1 to 1000"),

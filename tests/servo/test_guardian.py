@@ -16,14 +16,14 @@ from benchmarks.servo_guardian import GOAL_MM, at_full_speed, moved_after, runni
 from grabbergui.core.errors import SourceUnavailableError
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.net.yarp.os.bottle import Bottle
+from grabbergui.net.yarp.os.values import Dialect
 from grabbergui.net.yarp.server import YarpGrabberServer
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.guardian import REPEATS, Vigil
 from grabbergui.servo.guardian_link import ALLOWED, Guard, GuardianLink, Verdict
-from grabbergui.servo.robots import teo
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots import board_messages, cartesian_messages, teo
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
@@ -319,15 +319,24 @@ def test_a_program_whose_guardian_is_stops_the_robot_first(simulated, server, nu
         assert program.said() == f"halted the guardian {why} (process {program.guardian})"
 
 
-def test_what_teo_is_to_be_told_survives_being_text(names):
+@pytest.mark.parametrize("dialect", Dialect)
+def test_what_teo_is_to_be_told_survives_being_text(names, dialect):
     """Channels are declared as text; the bytes must be those that the robot is told otherwise."""
+    ports = TeoPorts(SimRobot(teo.MODEL), names, dialect=dialect)
+    ports.open()
     robot = TeoOverYarp(names)
-    told = [Bottle.from_text(channel["stop"]).encode() for channel in robot.stop_channels()]
+    try:
+        channels = robot.stop_channels()
+    finally:
+        robot.close()
+        ports.close()
+    assert {channel["dialect"] for channel in channels} == {dialect.value}
+    told = [Bottle.from_text(channel["stop"]).encode(dialect) for channel in channels]
     assert told == [
-        messages.twist(np.zeros(6)).encode(),
-        messages.velocity_moves(np.zeros(2)).encode(),
-        messages.stop_all().encode(),
-        messages.stop_control().encode(),
+        cartesian_messages.twist(np.zeros(6)).encode(dialect),
+        board_messages.velocity_moves(np.zeros(2), dialect).encode(dialect),
+        board_messages.stop_all(dialect).encode(dialect),
+        cartesian_messages.stop_control().encode(dialect),
     ]
 
 

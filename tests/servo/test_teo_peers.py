@@ -10,8 +10,8 @@ from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.request import ConnectionInfo, Request
 from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo.robots import teo
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots import board_messages, cartesian_messages, teo
+from grabbergui.servo.robots.board_messages import FAIL, OK
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
@@ -79,12 +79,12 @@ def conversation(name):
 # -- what real peers send is what we read and write ----------------------------------------------
 def test_a_real_boards_encoders_are_read():
     for _, data in recorded("control_board_312.txt", "S"):
-        assert np.isfinite(messages.read_encoders(Bottle.decode(data), 2)).all()
+        assert np.isfinite(board_messages.read_encoders(Bottle.decode(data), 2)).all()
 
 
 def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout():
     (_, real), *_ = recorded("control_board_312.txt", "E")
-    ours = messages.extended_state(np.zeros(2), [messages.POSITION_MODE] * 2)
+    ours = board_messages.extended_state(np.zeros(2), [board_messages.POSITION_MODE] * 2)
     for mine, theirs in zip(ours, Bottle.decode(real), strict=True):
         assert isinstance(mine, list) == isinstance(theirs, list)
         if isinstance(mine, list):
@@ -94,9 +94,9 @@ def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout():
 
 def test_our_velocities_are_those_of_a_real_client():
     real = next(data for letter, data in recorded("control_board_312.txt", "C"))
-    velocity = messages.read_velocity_moves(Bottle.decode(real), np.zeros(2))
+    velocity = board_messages.read_streamed(Bottle.decode(real), 2).values
     assert np.degrees(velocity) == pytest.approx([5.0, 5.0])
-    ours = messages.velocity_moves(velocity).encode()
+    ours = board_messages.velocity_moves(velocity).encode()
     assert ours[:32] == real[:32]  # all but the numbers themselves
     assert len(ours) == len(real)
 
@@ -104,12 +104,17 @@ def test_our_velocities_are_those_of_a_real_client():
 def test_a_real_controllers_pose_is_that_of_our_kinematics():
     """KdlSolver had TEO's table and stood where we start."""
     (_, data), *_ = recorded("cartesian_control_312.txt", "S")
-    hand = messages.read_status(Bottle.decode(data))
+    hand = cartesian_messages.read_status(Bottle.decode(data))
     assert hand == pytest.approx(teo.RIGHT_ARM.forward(np.radians([-20, -5, 0, -80, 0, 20])), abs=1e-9)
 
 
 @pytest.mark.parametrize(
-    "request_of_ours", [messages.expect_twists(), messages.base_frame(), messages.stop_control()]
+    "request_of_ours",
+    [
+        cartesian_messages.announce(cartesian_messages.TWIST),
+        cartesian_messages.base_frame(),
+        cartesian_messages.stop_control(),
+    ],
 )
 def test_our_requests_are_those_of_a_real_client(request_of_ours):
     assert request_of_ours.encode() in [data for _, data in recorded("cartesian_control_312.txt", "Q")]
@@ -141,7 +146,7 @@ def test_the_simulated_controller_answers_a_real_client_as_the_real_one(cartesia
             ours, theirs = ({str(key): value for key, value in pairs} for pairs in (ours, theirs))
             assert ours == theirs
         elif verb in ("gcmp", "forc", "tool"):
-            assert ours == [messages.FAIL]
+            assert ours == [FAIL]
         else:
             assert shape(ours) == shape(theirs), Bottle.decode(data)
         if verb == "inv":
@@ -158,22 +163,22 @@ def tell(simulated, text):
 
 
 def test_a_velocity_goes_on_until_another_command(board, robot, clock):
-    assert tell(board, "set icmd cmds (vel vel)") == messages.OK
-    board._command(asked(messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
+    assert tell(board, "set icmd cmds (vel vel)") == OK
+    board._command(asked(board_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
     pass_time(clock, board, 2.0)
     assert np.degrees(robot.state().head) == pytest.approx([10.0, 0.0], abs=0.3)
-    assert tell(board, "set stos") == messages.OK
+    assert tell(board, "set stos") == OK
     pass_time(clock, board, 1.0)
     assert robot.speed < 1e-6
 
 
 def test_a_board_obeys_only_what_its_mode_is_for(board, robot, clock):
-    board._command(asked(messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
+    board._command(asked(board_messages.velocity_moves(np.radians([5.0, 0.0])).encode()))
     pass_time(clock, board, 0.5)
     assert not robot.state().head.any()
     tell(board, "set icmd cmod 0 vel")
-    assert tell(board, "set rels (1.0 1.0)") == messages.FAIL
-    board._command(asked(messages.velocity_moves(np.radians([5.0, 5.0])).encode()))
+    assert tell(board, "set rels (1.0 1.0)") == FAIL
+    board._command(asked(board_messages.velocity_moves(np.radians([5.0, 5.0])).encode()))
     pass_time(clock, board, 0.5)
     assert robot.state().head[0] > 0.02
     assert robot.state().head[1] == 0
@@ -187,32 +192,32 @@ def test_a_board_obeys_only_what_its_mode_is_for(board, robot, clock):
     ),
 )
 def test_a_board_refuses_what_it_cannot_do(board, text):
-    assert tell(board, text) == messages.FAIL
+    assert tell(board, text) == FAIL
 
 
 def test_twists_go_along_the_hands_axes_if_so_asked_and_until_a_stop(cartesian, robot, clock):
-    assert tell(cartesian, "set cpf cpft") == messages.OK
-    assert tell(cartesian, "set cpsc twst") == messages.OK
+    assert tell(cartesian, "set cpf cpft") == OK
+    assert tell(cartesian, "set cpsc twst") == OK
     before = robot.state().hand
-    cartesian._command(asked(messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    cartesian._command(asked(cartesian_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 1.0)
     moved = before[:3, :3].T @ (robot.state().hand[:3, 3] - before[:3, 3])
     assert moved == pytest.approx([0, 0, 0.02], abs=2e-3)
-    assert tell(cartesian, "stop") == messages.OK
+    assert tell(cartesian, "stop") == OK
     pass_time(clock, cartesian, 0.5)
     rests = robot.state().hand
-    cartesian._command(asked(messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
+    cartesian._command(asked(cartesian_messages.twist(np.array([0, 0, 0.02, 0, 0, 0])).encode()))
     pass_time(clock, cartesian, 0.5)
     assert geometry.distance(robot.state().hand, rests) < 1e-6
 
 
 def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot, clock):
-    assert tell(cartesian, "movv 0.0 0.0 0.01 0.0 0.0 0.0") == messages.OK
-    assert tell(cartesian, "wait 0.05") == messages.OK  # as the reference: only for moves that end
-    assert tell(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == messages.OK
+    assert tell(cartesian, "movv 0.0 0.0 0.01 0.0 0.0 0.0") == OK
+    assert tell(cartesian, "wait 0.05") == OK  # as the reference: only for moves that end
+    assert tell(cartesian, "relj 0.0 0.0 0.05 0.0 0.0 0.0") == OK
     assert tell(cartesian, "stat") == Vocab("ccjc")
-    assert tell(cartesian, "wait 0.05") == messages.FAIL
-    assert tell(cartesian, "stat") == messages.NOT_CONTROLLING
+    assert tell(cartesian, "wait 0.05") == FAIL
+    assert tell(cartesian, "stat") == cartesian_messages.NOT_CONTROLLING
 
 
 @pytest.mark.parametrize(
@@ -223,4 +228,4 @@ def test_a_move_that_takes_longer_than_is_waited_for_is_stopped(cartesian, robot
     ),
 )
 def test_a_controller_refuses_what_it_cannot_do(cartesian, text):
-    assert tell(cartesian, text) == messages.FAIL
+    assert tell(cartesian, text) == FAIL

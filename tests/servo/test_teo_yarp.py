@@ -27,8 +27,7 @@ from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.publisher_yarp import YarpPublisher, markers_bottle
-from grabbergui.servo.robots import teo, teo_yarp
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.servo.robots import board_messages, cartesian_messages, teo, teo_yarp
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
@@ -42,7 +41,7 @@ from patience import PATIENCE, PROGRAM, attempts, until
 # -- messages ------------------------------------------------------------------------------------
 def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
     """A list of two: the vocab's list, then the doubles', each of one type; the layout of PortablePair."""
-    wire = messages.velocity_moves(np.radians([1.0, -2.0])).encode()
+    wire = board_messages.velocity_moves(np.radians([1.0, -2.0])).encode()
     assert wire.hex() == (
         "00010000" "02000000"
         "09010000" "01000000" "766d6f73"
@@ -53,11 +52,11 @@ def test_a_streamed_velocity_has_the_bytes_of_a_pair_of_lists():
 @pytest.mark.parametrize(
     ("message", "text"),
     [
-        (messages.relative_moves(np.radians([2.0, 0.0])), "[set] [rels] (2.0 0.0)"),
-        (messages.control_modes(messages.VELOCITY_MODE, 2), "[set] [icmd] [cmds] ([vel] [vel])"),
-        (messages.expect_twists(), "[set] [cpsc] [twst]"),
-        (messages.stop_control(), "[stop]"),
-        (messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
+        (board_messages.relative_moves(np.radians([2.0, 0.0])), "[set] [rels] (2.0 0.0)"),
+        (board_messages.control_modes(board_messages.VELOCITY_MODE, 2), "[set] [icmd] [cmds] ([vel] [vel])"),
+        (cartesian_messages.announce(cartesian_messages.TWIST), "[set] [cpsc] [twst]"),
+        (cartesian_messages.stop_control(), "[stop]"),
+        (cartesian_messages.twist(np.arange(6.0)), "[twst] 0.0 1.0 2.0 3.0 4.0 5.0"),
     ],
 )
 def test_requests_read_as_the_controllers_document_them(message, text):
@@ -66,13 +65,18 @@ def test_requests_read_as_the_controllers_document_them(message, text):
 
 def test_what_is_written_is_read():
     values = np.array([0.1, -0.2])
-    through = Bottle.decode(messages.velocity_moves(values).encode())
-    assert messages.read_velocity_moves(through, np.zeros(2)) == pytest.approx(values)
-    assert messages.read_encoders(messages.encoders(values), 2) == pytest.approx(values)
+    through = Bottle.decode(board_messages.velocity_moves(values).encode())
+    assert board_messages.read_streamed(through, 2).values == pytest.approx(values)
+    assert board_messages.read_encoders(board_messages.encoders(values), 2) == pytest.approx(values)
     hand = geometry.pose_from_vector([0.3, -0.2, 0.4, 0.5, 1.0, -0.3])
-    assert messages.read_status(messages.status(Vocab("ccnc"), hand, 1.5)) == pytest.approx(hand)
-    assert messages.read_status(messages.status(Vocab("ccnc"), hand, 1.5)[:7]) == pytest.approx(hand)
-    assert messages.read_twist(messages.twist(np.arange(6.0))).tolist() == list(range(6))
+    assert cartesian_messages.read_status(
+        cartesian_messages.status(Vocab("ccnc"), hand, 1.5)
+    ) == pytest.approx(hand)
+    assert cartesian_messages.read_status(
+        cartesian_messages.status(Vocab("ccnc"), hand, 1.5)[:7]
+    ) == pytest.approx(hand)
+    twist = cartesian_messages.read_streamed(cartesian_messages.twist(np.arange(6.0)), "twst")
+    assert twist.tolist() == list(range(6))
 
 
 items = st.recursive(
@@ -87,10 +91,10 @@ items = st.recursive(
 @given(st.lists(items, max_size=9))
 def test_no_message_does_worse_than_be_refused(content):
     for read in (
-        messages.read_status,
-        messages.read_twist,
-        lambda bottle: messages.read_encoders(bottle, 2),
-        lambda bottle: messages.read_velocity_moves(bottle, np.zeros(2)),
+        cartesian_messages.read_status,
+        lambda bottle: cartesian_messages.read_streamed(bottle, "twst"),
+        lambda bottle: board_messages.read_encoders(bottle, 2),
+        lambda bottle: getattr(board_messages.read_streamed(bottle, 2), "values", None),
     ):
         try:
             result = read(Bottle(content))
@@ -182,7 +186,7 @@ def test_steps_go_by_request(robot, simulated):
 def test_a_controller_that_was_left_obeying_the_hands_axes_obeys_the_bases(names, robot, simulated):
     other = RpcClient("/teoSim/rightArm/CartesianControl/rpc:s", names)
     try:
-        assert other.call(Bottle.from_text("set cpf cpft")) == [messages.OK]
+        assert other.call(Bottle.from_text("set cpf cpft")) == [board_messages.OK]
         start = simulated.state().hand
         until(
             lambda: (

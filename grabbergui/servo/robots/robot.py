@@ -108,6 +108,20 @@ class Robot(ABC):
     def move_hand(self, twist: Vector) -> None:
         """(6,) m/s and rad/s in the base's axes. Raises TransportError."""
 
+    def lead_head(self, velocity: Vector, seconds: float) -> None:
+        """Move as `move_head` does, by positions at most `seconds` ahead: the head rests at the last.
+
+        A robot whose velocities end by themselves needs nothing of its own. Raises TransportError.
+        """
+        self.move_head(velocity)
+
+    def lead_hand(self, twist: Vector, seconds: float) -> None:
+        """Move as `move_hand` does, by poses at most `seconds` ahead: the hand rests at the last.
+
+        A robot whose velocities end by themselves needs nothing of its own. Raises TransportError.
+        """
+        self.move_hand(twist)
+
     @abstractmethod
     def stop(self) -> bool:
         """Stop everything at once. Return whether that could be delivered; never raises."""

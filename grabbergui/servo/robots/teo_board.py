@@ -1,11 +1,12 @@
-"""The control board of the simulated TEO's head, as `controlBoard_nws_yarp` of YARP 3.x presents a real one.
+"""The control board of the simulated TEO's head, as `controlBoard_nws_yarp` presents a real one, 3.x or 4.0.
 
-It behaves as drives do: a velocity goes on until another command, moves are obeyed in position mode only and
-velocities in velocity mode only.
+It behaves as drives do: a velocity goes on until another command, moves are obeyed in position mode only,
+streamed positions in position direct mode only and velocities in velocity mode only.
 """
 
 from __future__ import annotations
 
+import struct
 import threading
 import time
 from collections.abc import Callable
@@ -17,20 +18,34 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.request import Request
-from grabbergui.net.yarp.os.values import Item, Stamp, Vocab, word
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.net.yarp.os.request import Reply, Request
+from grabbergui.net.yarp.os.values import Dialect, Item, Stamp, Vocab, word
+from grabbergui.servo.robots import board_messages as messages
 from grabbergui.servo.robots.simulated import STEP_SPEED, SimRobot
 
 PROTOCOL = (1, 9, 0)
-"Of remote_controlboard."
+"Of remote_controlboard, 3.x."
+VERSION_OF_4 = struct.pack("<2i4h", 256, 1, 0, 4, 0, 0)
+"4.0's reply about its version, which is no Bottle: a list of one, then protocol, major, minor, patch."
+INTERFACES = {
+    **dict.fromkeys(("IAxisInfo", "IControlLimits", "IControlMode", "IEncodersTimed"), True),
+    **dict.fromkeys(("IPositionControl", "IPositionDirect", "IVelocityControl"), True),
+    **dict.fromkeys(("IAmplifierControl", "ICurrentControl", "IImpedanceControl", "IInteractionMode"), False),
+    **dict.fromkeys(("IJointBrake", "IJointCoupling", "IMotor", "IMotorEncoders", "IPWMControl"), False),
+    **dict.fromkeys(("IPidControl", "IRemoteVariables", "ITorqueControl", "IVelocityDirect"), False),
+}
+"What a board of 4.0 says that its device can do."
+MODES = (messages.POSITION_MODE, messages.DIRECT_MODE, messages.VELOCITY_MODE)
 
 
 class SimulatedBoard:
-    """Ports `NAME/rpc:i`, `/command:i`, `/state:o` and `/stateExt:o` of a robot's head. Any thread."""
+    """Ports `NAME/rpc:i`, or `/nws/rpc:i`, `/command:i`, `/state:o`, `/stateExt:o` of a head. Any thread."""
 
-    def __init__(self, robot: SimRobot, names: NameClient, name: str) -> None:
+    def __init__(
+        self, robot: SimRobot, names: NameClient, name: str, dialect: Dialect = Dialect.YARP3
+    ) -> None:
         self._robot = robot
+        self._dialect = dialect
         self._chain = robot.model.head
         self._lock = threading.RLock()
         self._modes = [messages.POSITION_MODE] * self._joints
@@ -41,7 +56,7 @@ class SimulatedBoard:
         self._state = OutputPort(f"{name}/state:o", names)
         self._extended_state = OutputPort(f"{name}/stateExt:o", names)
         self.ports = (
-            RpcServer(f"{name}/rpc:i", self.answer, names),
+            RpcServer(f"{name}{messages.RPC_PORTS[dialect]}", self.answer, names),
             RpcServer(f"{name}/command:i", self._command, names),
             self._state,
             self._extended_state,
@@ -53,33 +68,78 @@ class SimulatedBoard:
             if self._velocity.any():
                 self._robot.move_head(self._velocity)
             angles, modes, stamp = self._robot.state().head, list(self._modes), self._stamp().encode()
-        self._state.write_bottle(messages.encoders(angles), stamp)
-        self._extended_state.write_bottle(messages.extended_state(angles, modes), stamp)
+        state = messages.extended_state(angles, modes, self._dialect)
+        self._state.write(messages.encoders(angles).encode(self._dialect), envelope=stamp)
+        self._extended_state.write(state.encode(self._dialect), envelope=stamp)
 
-    def answer(self, request: Request) -> Bottle:
+    def answer(self, request: Request) -> Reply:
         """Return a control board's reply to a request."""
         message = request.bottle()
-        verb, what = (word(item) for item in [*message[:2], "", ""][:2])
         with self._lock:
-            try:
-                if verb == "get":
-                    return self._tell(what, message[2:])
-                if verb == "set" and self._obey(what, message[2:]):
-                    return Bottle([messages.OK])
-            except (IndexError, TypeError, RemoteProtocolError):
-                pass
+            return self._answer_of_4(message) if self._dialect is Dialect.YARP4 else self._answer(message)
+
+    def _answer(self, message: Bottle) -> Bottle:
+        verb, what = (word(item) for item in [*message[:2], "", ""][:2])
+        try:
+            if (verb, what) == ("get", "prot"):
+                return Bottle([Vocab("prot"), *PROTOCOL, messages.OK])
+            if verb == "get":
+                stamp = self._stamp()
+                found = self._tell(what, message[2:])
+                return Bottle([Vocab("is"), *found, Vocab("tsta"), stamp.count, stamp.time, messages.OK])
+            if verb == "set" and self._obey(what, message[2:]):
+                return Bottle([messages.OK])
+        except (IndexError, TypeError, RemoteProtocolError):
+            pass
         return Bottle([messages.FAIL])
 
-    def _command(self, request: Request) -> None:
-        velocity = messages.read_velocity_moves(request.bottle(), self._velocity)
-        with self._lock:
-            if velocity is not None:
-                moving = [mode == messages.VELOCITY_MODE for mode in self._modes]
-                self._go(np.where(moving, velocity, 0.0))
+    def _answer_of_4(self, message: Bottle) -> Reply:
+        method = word(message[0]) if message else ""
+        if method == "getRemoteProtocolVersion":
+            return VERSION_OF_4
+        if method == "getDeviceInterfacesRPC":
+            known = INTERFACES.items()
+            can: list[Item] = [[name, messages.OK if has else messages.FAIL] for name, has in known]
+            return self._reply_of_4([messages.OK], can)
+        verb, _, words = messages.METHODS.get(method, "").partition(" ")
+        what, _, more = words.partition(" ")
+        arguments = [*map(Vocab, more.split()), *message[1:]]
+        try:
+            if verb == "get":
+                found = self._tell(what, arguments)[1:]  # without the name, which only 3.x repeats
+                if what == "dons":
+                    found = [messages.OK if done else messages.FAIL for done in found]
+                return self._reply_of_4([messages.OK], *found)
+            if verb == "set":
+                done = self._obey(what, arguments)
+                return Bottle([messages.OK if done else messages.METHOD_FAILED], specialised=False)
+        except (IndexError, TypeError, RemoteProtocolError):
+            return Bottle([messages.METHOD_FAILED], specialised=False)
+        return Bottle([messages.FAIL])
 
-    def _tell(self, what: str, rest: list[Item]) -> Bottle:
-        if what == "prot":
-            return Bottle([Vocab("prot"), *PROTOCOL, messages.OK])
+    @staticmethod
+    def _reply_of_4(status: list[Item], *values: Item) -> bytes:
+        return Bottle([Bottle(status, specialised=False), *values]).encode(Dialect.YARP4)
+
+    def _command(self, request: Request) -> None:
+        command = messages.read_streamed(request.bottle(), self._joints)
+        with self._lock:
+            if command is None:
+                return
+            wanted = np.zeros(self._joints)
+            wanted[command.joints] = command.values
+            obeying = np.zeros(self._joints, bool)
+            obeying[command.joints] = True
+            obeying &= [mode == command.mode for mode in self._modes]
+            if command.mode == messages.VELOCITY_MODE:
+                moving = [mode == messages.VELOCITY_MODE for mode in self._modes]
+                self._go(np.where(obeying, wanted, np.where(moving, self._velocity, 0.0)))
+            elif obeying.any():
+                target = np.where(obeying, wanted, self._robot.state().head)
+                self._robot.point_head(target, self._chain.fastest)
+
+    def _tell(self, what: str, rest: list[Item]) -> list[Item]:
+        """The name of a value, then the value. Raises IndexError, RemoteProtocolError."""
         chain, angles = self._chain, self._robot.state().head
         tell: dict[str, Callable[[], list[Item]]] = {
             "axes": lambda: [self._joints],
@@ -93,16 +153,13 @@ class SimulatedBoard:
             "dons": lambda: [int(self._robot.speed < 1e-3)],
         }
         if what in tell:
-            answer = [Vocab(what), *tell[what]()]
-        elif what == "icmd" and word(rest[0]) == "cmds":
-            answer = [Vocab("cmds"), list(self._modes)]
-        elif what == "icmd" and word(rest[0]) == "cmod":
+            return [Vocab(what), *tell[what]()]
+        if what == "icmd" and word(rest[0]) == "cmds":
+            return [Vocab("cmds"), list(self._modes)]
+        if what == "icmd" and word(rest[0]) == "cmod":
             joint = self._joint(rest[1:])
-            answer = [joint, self._modes[joint]]
-        else:
-            return Bottle([messages.FAIL])
-        stamp = self._stamp()
-        return Bottle([Vocab("is"), *answer, Vocab("tsta"), stamp.count, stamp.time, messages.OK])
+            return [joint, self._modes[joint]]
+        raise RemoteProtocolError(f"a control board knows nothing of '{what}'")
 
     def _obey(self, what: str, rest: list[Item]) -> bool:
         """Carry out a request; False for one that is unknown or out of place."""
@@ -143,11 +200,12 @@ class SimulatedBoard:
         self._robot.move_head(velocity)
 
     def _set_modes(self, joints: range | list[int], modes: list[Item]) -> bool:
-        known = {str(mode): mode for mode in (messages.POSITION_MODE, messages.VELOCITY_MODE)}
-        if len(modes) != len(joints) or any(word(mode) not in known for mode in modes):
+        known = {int(mode): mode for mode in MODES}
+        wanted = [int(Vocab(item)) if isinstance(item, (str, int)) else 0 for item in modes]
+        if len(modes) != len(joints) or not known.keys() >= set(wanted):
             return False
-        for joint, mode in zip(joints, modes, strict=True):
-            self._modes[joint] = known[word(mode)]
+        for joint, mode in zip(joints, wanted, strict=True):
+            self._modes[joint] = known[mode]
         self._go(np.zeros(self._joints))
         return True
 

@@ -2,7 +2,8 @@
 
 It follows BasicCartesianControl: streamed commands are obeyed only once they were announced (`cpsc`), while
 the state says that nothing is controlled; any other motion and any stop end that. A twist goes on until
-another command, as drives in velocity mode do. Joint moves go straight, too; forces and tools are refused.
+another command, as drives in velocity mode do; a streamed pose is gone to at once, as drives in position
+direct mode do. Joint moves go straight, too; forces and tools are refused.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from grabbergui.core.errors import RemoteProtocolError
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort, RpcServer
-from grabbergui.net.yarp.os.request import Request
-from grabbergui.net.yarp.os.values import Item, Vocab, word
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.net.yarp.os.request import Reply, Request
+from grabbergui.net.yarp.os.values import Dialect, Item, Vocab, word
+from grabbergui.servo.robots import cartesian_messages as messages
+from grabbergui.servo.robots.board_messages import FAIL, OK, degrees, numbers
 from grabbergui.servo.robots.simulated import SimRobot
 
 MOVING = {"movj": Vocab("ccjc"), "relj": Vocab("ccjc"), "movl": Vocab("cclc"), "movv": Vocab("ccvc")}
@@ -36,8 +38,18 @@ TURN = 0.6
 class SimulatedCartesian:
     """Ports `NAME/rpc:s`, `/command:i` and `/state:o` of a robot's arm. Any thread."""
 
-    def __init__(self, robot: SimRobot, names: NameClient, name: str) -> None:
+    def __init__(
+        self,
+        robot: SimRobot,
+        names: NameClient,
+        name: str,
+        dialect: Dialect = Dialect.YARP3,
+        pose_word: Vocab = messages.POSE_WORDS[-1],
+    ) -> None:
+        """`pose_word` announces and begins streamed poses; it tells versions of the controller apart."""
         self._robot = robot
+        self._dialect = dialect
+        self._pose_word = str(pose_word)
         self._changed = threading.Condition(threading.RLock())
         self._state = messages.NOT_CONTROLLING
         self._twist: Vector | None = None
@@ -61,39 +73,40 @@ class SimulatedCartesian:
             elif self._twist is not None:
                 self._robot.move_hand(self._in_base(self._twist))
             status = self._status()
-        self._stream.write_bottle(status)
+        self._stream.write(status.encode(self._dialect))
 
     def stop(self) -> None:
         """End the current motion; callers that wait for it return."""
         with self._changed:
             self._rest()
 
-    def answer(self, request: Request) -> Bottle:
+    def answer(self, request: Request) -> Reply:
         """Return a Cartesian controller's reply to a request; `wait` returns after the motion."""
         message = request.bottle()
         with self._changed:
             try:
-                return self._answer([word(item) for item in [*message[:3], "", "", ""]], message)
+                reply = self._answer([word(item) for item in [*message[:3], "", "", ""]], message)
             except (IndexError, RemoteProtocolError):
-                return Bottle([messages.FAIL])
+                reply = Bottle([FAIL])
+        return reply if self._dialect is Dialect.YARP3 else reply.encode(self._dialect)
 
     def _answer(self, verbs: list[str], message: Bottle) -> Bottle:
         if verbs[0] == "stat":
             return self._status()
         if verbs[0] == "inv":
-            angles = self._joints_at(geometry.pose_from_vector(messages.numbers(message[1:], 6)))
-            return Bottle([messages.FAIL] if angles is None else messages.degrees(angles))
+            angles = self._joints_at(geometry.pose_from_vector(numbers(message[1:], 6)))
+            return Bottle([FAIL] if angles is None else degrees(angles))
         if verbs[0] == "get":
             return self._tell(verbs[1])
-        return Bottle([messages.OK if self._obey(verbs, message) else messages.FAIL])
+        return Bottle([OK if self._obey(verbs, message) else FAIL])
 
     def _obey(self, verbs: list[str], message: Bottle) -> bool:
         if verbs[0] in MOVING:
-            return self._begin(verbs[0], messages.numbers(message[1:], 6))
+            return self._begin(verbs[0], numbers(message[1:], 6))
         if verbs[0] == "stop":
             self._rest()
         elif verbs[0] == "wait":
-            seconds = float(messages.numbers(message[1:], 1)[0]) if len(message) > 1 else 0.0
+            seconds = float(numbers(message[1:], 1)[0]) if len(message) > 1 else 0.0
             return self._wait(seconds or None)
         elif verbs[:2] == ["set", "prms"]:
             pairs = [item if isinstance(item, list) else [] for item in message[2:]]
@@ -108,30 +121,33 @@ class SimulatedCartesian:
         message = request.bottle()
         with self._changed:
             # As the reference: a stream is obeyed only once it has been announced.
-            if word(message[0] if message else "") != word(self._settings["cpsc"]):
+            announced = word(self._settings["cpsc"])
+            values = messages.read_streamed(message, announced)
+            if values is None:
                 return
-            values = messages.numbers(message[1:], 6)
-            if self._settings["cpsc"] == Vocab("twst"):
+            if announced == "twst":
                 self._twist = values
                 self._robot.move_hand(self._in_base(values))
             else:
-                self._target = self._absolute(values)
+                angles = self._joints_at(self._absolute(values))
+                if angles is not None:
+                    self._robot.point_arm(angles)
 
     def _tell(self, what: str) -> Bottle:
         if what == "prms":
             return Bottle([[Vocab(key), value] for key, value in self._settings.items()])
-        return Bottle([self._settings.get(what, messages.FAIL)])
+        return Bottle([self._settings.get(what, FAIL)])
 
     def _set(self, what: str, value: Item) -> bool:
         """Change a setting; False for one that is unknown, out of range, or while something moves."""
         if self._state != messages.NOT_CONTROLLING or what not in self._settings:
             return False
         if what == "cpsc":
-            allowed = word(value) in ("twst", "pose")
+            allowed = word(value) in ("twst", self._pose_word)
         elif what == "cpf":
             allowed = word(value) in ("cpfb", "cpft")
         else:
-            least = float(messages.numbers([value], 1)[0])
+            least = float(numbers([value], 1)[0])
             allowed = least > 0 or (least == 0 and what in ("cpcg", "cptd"))
         if not allowed:
             return False

@@ -7,7 +7,8 @@ import time
 
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.ports import OutputPort
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.net.yarp.os.values import Dialect, Vocab
+from grabbergui.servo.robots import board_messages, cartesian_messages
 from grabbergui.servo.robots.simulated import SimRobot
 from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
@@ -20,10 +21,19 @@ PERIOD = 0.01
 class TeoPorts:
     """A control board for the head, a Cartesian controller for the right arm and its encoders. Any thread."""
 
-    def __init__(self, robot: SimRobot, names: NameClient, prefix: str = "/teoSim") -> None:
+    def __init__(
+        self,
+        robot: SimRobot,
+        names: NameClient,
+        prefix: str = "/teoSim",
+        dialect: Dialect = Dialect.YARP3,
+        pose_word: Vocab = cartesian_messages.POSE_WORDS[-1],
+    ) -> None:
+        """`dialect` is that of the YARP behind all ports, `pose_word` as for SimulatedCartesian."""
         self._robot = robot
-        self._head = SimulatedBoard(robot, names, f"{prefix}{HEAD}")
-        self._arm = SimulatedCartesian(robot, names, f"{prefix}{ARM}")
+        self._dialect = dialect
+        self._head = SimulatedBoard(robot, names, f"{prefix}{HEAD}", dialect)
+        self._arm = SimulatedCartesian(robot, names, f"{prefix}{ARM}", dialect, pose_word)
         self._arm_encoders = OutputPort(f"{prefix}{ARM_BOARD}/state:o", names)
         self._ports = (*self._head.ports, *self._arm.ports, self._arm_encoders)
         self._running = threading.Event()
@@ -58,5 +68,5 @@ class TeoPorts:
             self._arm.step()
             state = self._robot.state()
             if state.arm is not None:
-                self._arm_encoders.write_bottle(messages.encoders(state.arm))
+                self._arm_encoders.write(board_messages.encoders(state.arm).encode(self._dialect))
             time.sleep(PERIOD)

@@ -1,11 +1,15 @@
-"""TEO on a YARP network: the head through its control board, the arm through its Cartesian controller."""
+"""TEO on a YARP network: the head through its control board, the arm through its Cartesian controller.
+
+They may be those of YARP 3.x or 4.0, which requests that move nothing find out. In the mode `direct` both
+parts are moved by short positions, which drives in position direct mode go to, and rest at.
+"""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -17,9 +21,9 @@ from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.names import Target
 from grabbergui.net.yarp.os.ports import InputPort, OutputPort
 from grabbergui.net.yarp.os.rpc_client import RpcClient
-from grabbergui.net.yarp.os.values import Vocab
-from grabbergui.servo.robots import teo
-from grabbergui.servo.robots import teo_messages as messages
+from grabbergui.net.yarp.os.values import Dialect, Vocab
+from grabbergui.servo.robots import board_messages, cartesian_messages, teo
+from grabbergui.servo.robots.leading import leading_hand, leading_head
 from grabbergui.servo.robots.robot import Robot, RobotState
 
 log = logging.getLogger(__name__)
@@ -62,8 +66,12 @@ class TeoOverYarp(Robot):
         self._head_stop = RpcClient(self._head_rpc.target, names)
         self._arm_stop = RpcClient(self._arm_rpc.target, names)
         self._readings: dict[str, tuple[float, np.ndarray]] = {}
+        self._dialects: tuple[Dialect, Dialect] | None = None
         self._mode: Vocab | None = None
-        self._ready_for_twists = False
+        self._announced: Vocab | None = None
+        "The kind of command that the arm's controller was made ready for."
+        self._pose_words = cartesian_messages.POSE_WORDS
+        self._leading_head, self._leading_hand = leading_head(), leading_hand()
         self._stops = 0
         "How many there were; a command during which one came is not sent any more."
         self._sending = threading.Lock()
@@ -77,6 +85,7 @@ class TeoOverYarp(Robot):
             for port in self._ports:
                 port.open()
             if not self._listen_only:
+                self._find_dialects()
                 self._connect_commands()
             self._head_state.connect(f"{self._remote}{HEAD}/state:o", _CARRIER)
             self._arm_state.connect(f"{self._remote}{ARM}/state:o", _CARRIER)
@@ -85,9 +94,9 @@ class TeoOverYarp(Robot):
             raise
         self._connect_arm_encoders()
         self._running.set()
-        self._listen("head", self._head_state, lambda bottle: messages.read_encoders(bottle, 2))
-        self._listen("hand", self._arm_state, messages.read_status)
-        self._listen("arm", self._arm_encoders, lambda bottle: messages.read_encoders(bottle, 6))
+        self._listen("head", self._head_state, lambda bottle: board_messages.read_encoders(bottle, 2))
+        self._listen("hand", self._arm_state, cartesian_messages.read_status)
+        self._listen("arm", self._arm_encoders, lambda bottle: board_messages.read_encoders(bottle, 6))
 
     def close(self) -> None:
         """See Robot."""
@@ -115,48 +124,69 @@ class TeoOverYarp(Robot):
         if self._listen_only:
             return
         stops = self._stops
-        self._set_mode(messages.VELOCITY_MODE, stops)
-        self._send(self._head_commands, messages.velocity_moves(velocity), stops)
+        self._set_mode(board_messages.VELOCITY_MODE, stops)
+        command = board_messages.velocity_moves(velocity, self._board)
+        self._send(self._head_commands, command.encode(self._board), stops)
+
+    def lead_head(self, velocity: Vector, seconds: float) -> None:
+        """See Robot. Streams positions to drives in position direct mode."""
+        if self._listen_only or not np.any(velocity):
+            return
+        stops = self._stops
+        self._set_mode(board_messages.DIRECT_MODE, stops)
+        target = self._leading_head.advance(self._reading().head, velocity, seconds, time.monotonic())
+        positions = board_messages.direct_positions(self.model.head.clamped(target), self._board)
+        self._send(self._head_commands, positions.encode(self._board), stops)
 
     def step_head(self, move: Vector) -> None:
         """See Robot."""
         if self._listen_only:
             return
         stops = self._stops
-        self._set_mode(messages.POSITION_MODE, stops)
-        self._ask(self._head_rpc, messages.relative_moves(move))
+        self._set_mode(board_messages.POSITION_MODE, stops)
+        self._ask(self._head_rpc, board_messages.relative_moves(move, self._board))
 
     def move_hand(self, twist: Vector) -> None:
         """See Robot. Getting the controller ready takes it 0.1 s: its drives change their mode."""
         if self._listen_only:
             return
         stops = self._stops
-        if not self._ready_for_twists:
-            # Another client may have left it obeying twists along the hand's axes.
-            self._ask(self._arm_rpc, messages.base_frame())
-            self._ask(self._arm_rpc, messages.expect_twists())
-            with self._sending:
-                self._check(stops)
-                self._ready_for_twists = True
-        self._send(self._arm_commands, messages.twist(twist), stops)
+        self._announce((cartesian_messages.TWIST,), stops)
+        self._send(self._arm_commands, cartesian_messages.twist(twist).encode(self._controller), stops)
+
+    def lead_hand(self, twist: Vector, seconds: float) -> None:
+        """See Robot. Streams poses to a controller whose drives are in position direct mode."""
+        if self._listen_only or not np.any(twist):
+            return
+        stops = self._stops
+        word = self._announce(self._pose_words, stops)
+        target = self._leading_hand.advance(self._reading().hand, twist, seconds, time.monotonic())
+        pose = cartesian_messages.streamed_pose(target, word)
+        self._send(self._arm_commands, pose.encode(self._controller), stops)
 
     def stop(self) -> bool:
         """See Robot. Says it on the streams, which do not wait, then asks for it and awaits the answers.
 
-        The head first, as its board answers at once; drives of an arm take 0.1 s to change their mode.
+        The head first, as its board answers at once; drives of an arm take 0.1 s to change their mode. Drives
+        that were given positions rest by themselves: for them nothing is to be said on a stream.
         """
         if self._listen_only:
             return True
         with self._sending:
             self._stops += 1
-            self._arm_commands.write_bottle(messages.twist(np.zeros(6)))
-            if self._mode != messages.POSITION_MODE:
-                self._head_commands.write_bottle(messages.velocity_moves(np.zeros(2)))
-            self._ready_for_twists, self._mode = False, None
+            if self._announced not in self._pose_words:
+                still = cartesian_messages.twist(np.zeros(6))
+                self._arm_commands.write(still.encode(self._controller))
+            if self._mode in (None, board_messages.VELOCITY_MODE):
+                still = board_messages.velocity_moves(np.zeros(2), self._board)
+                self._head_commands.write(still.encode(self._board))
+            self._announced = self._mode = None
+            self._leading_head.forget()
+            self._leading_hand.forget()
         delivered = True
         for client, request in (
-            (self._head_stop, messages.stop_all()),
-            (self._arm_stop, messages.stop_control()),
+            (self._head_stop, board_messages.stop_all(self._board)),
+            (self._arm_stop, cartesian_messages.stop_control()),
         ):
             try:
                 self._ask(client, request, _STOP_TIMEOUT)
@@ -166,23 +196,31 @@ class TeoOverYarp(Robot):
         return delivered
 
     def stop_channels(self) -> list[dict[str, str]]:
-        """See Robot. As `stop` does: on the streams first, then by request."""
+        """See Robot. As `stop` does: on the streams first, then by request.
+
+        Asks what the robot speaks; raises SourceNotFoundError, SourceUnavailableError, TransportError.
+        """
+        board, controller = self._find_dialects()
         head, arm = f"{self._remote}{HEAD}", f"{self._remote}{ARM}"
-        rest = (
-            (f"{arm}/command:i", messages.twist(np.zeros(6))),
-            (f"{head}/command:i", messages.velocity_moves(np.zeros(2))),
+        twist, velocity = (
+            cartesian_messages.twist(np.zeros(6)),
+            board_messages.velocity_moves(np.zeros(2), board),
         )
-        requests = (
-            (f"{head}/rpc:i", messages.stop_all(), messages.axes()),
-            (f"{arm}/rpc:s", messages.stop_control(), messages.ask_status()),
-        )
-        channels = [{"kind": "yarp stream", "port": port, "stop": stop.to_text()} for port, stop in rest]
-        channels += [
-            {"kind": "yarp request", "port": port, "stop": stop.to_text(), "check": check.to_text()}
-            for port, stop, check in requests
-        ]
+        stop, axes = board_messages.stop_all(board), board_messages.axes(board)
+        stop_arm, status = cartesian_messages.stop_control(), cartesian_messages.ask_status()
         server = self._names.server
-        return [{**channel, "nameserver": f"{server.host}:{server.port}"} for channel in channels]
+
+        def channel(kind: str, port: str, dialect: Dialect, **messages: Bottle) -> dict[str, str]:
+            declared = {"kind": f"yarp {kind}", "port": port, "dialect": dialect.value}
+            declared["nameserver"] = f"{server.host}:{server.port}"
+            return declared | {name: message.to_text() for name, message in messages.items()}
+
+        return [
+            channel("stream", f"{arm}/command:i", controller, stop=twist),
+            channel("stream", f"{head}/command:i", board, stop=velocity),
+            channel("request", self._head_rpc.target, board, stop=stop, check=axes),
+            channel("request", f"{arm}/rpc:s", controller, stop=stop_arm, check=status),
+        ]
 
     @property
     def _ports(self) -> tuple[OutputPort | InputPort, ...]:
@@ -200,29 +238,94 @@ class TeoOverYarp(Robot):
         except GrabberError as error:
             log.info("the arm's joints are not known: %s", error)
 
+    @property
+    def _board(self) -> Dialect:
+        return self._dialects[0] if self._dialects else Dialect.YARP3
+
+    @property
+    def _controller(self) -> Dialect:
+        return self._dialects[1] if self._dialects else Dialect.YARP3
+
+    def _find_dialects(self) -> tuple[Dialect, Dialect]:
+        """The YARP behind the head's board and that behind the arm's controller."""
+        if self._dialects is None:
+            board = self._find_board()
+            # The controller's words are the same in both; the type codes of its numbers tell them apart.
+            status = self._arm_rpc.call(cartesian_messages.ask_status())
+            controller = Dialect.YARP3 if status is None or status.dialect is None else status.dialect
+            self._dialects = board, controller
+            for client in (self._arm_rpc, self._arm_stop):
+                client.dialect = controller
+            log.info("%s: its head speaks YARP %s, its arm %s", self._remote, board.value, controller.value)
+        return self._dialects
+
+    def _find_board(self) -> Dialect:
+        """The YARP behind the head's board: ports for requests have other names in 4.0.
+
+        A name may be registered still though its port is gone, so one that answers is taken.
+        """
+        for dialect, suffix in board_messages.RPC_PORTS.items():
+            for client in (self._head_rpc, self._head_stop):
+                client.close()
+                client.target, client.dialect = f"{self._remote}{HEAD}{suffix}", dialect
+            try:
+                self._ask(self._head_rpc, board_messages.axes(dialect))
+                break
+            except GrabberError:
+                if dialect is Dialect.YARP3:
+                    raise
+        return self._head_rpc.dialect
+
+    def _reading(self) -> RobotState:
+        state = self.state()
+        if state is None:
+            raise TransportError(f"{self._remote} has not said yet where it is")
+        return state
+
     def _set_mode(self, mode: Vocab, stops: int) -> None:
         if self._mode != mode:
-            self._ask(self._head_rpc, messages.control_modes(mode, 2))
+            self._ask(self._head_rpc, board_messages.control_modes(mode, 2, self._board))
             with self._sending:
                 self._check(stops)
                 self._mode = mode
+                self._leading_head.forget()
 
-    def _send(self, port: OutputPort, command: Bottle, stops: int) -> None:
+    def _announce(self, commands: Sequence[Vocab], stops: int) -> Vocab:
+        """Get the controller ready for the first of these streamed commands that it knows."""
+        if self._announced in commands:
+            return self._announced  # type: ignore[return-value]
+        # Another client may have left it obeying motions along the hand's axes.
+        self._ask(self._arm_rpc, cartesian_messages.base_frame())
+        for command in commands:
+            try:
+                self._ask(self._arm_rpc, cartesian_messages.announce(command))
+            except _RefusedError:
+                if command == commands[-1]:
+                    raise
+                continue
+            with self._sending:
+                self._check(stops)
+                self._announced = command
+                self._leading_hand.forget()
+            return command
+        raise ValueError("no commands to choose from")
+
+    def _send(self, port: OutputPort, command: bytes, stops: int) -> None:
         """Write a command unless a stop came since `stops` was read, or nobody would hear it."""
         if not port.carriers(outgoing=True):
             raise TransportError(f"{self._remote} is not connected to {port.name} any more: start again")
         with self._sending:
             self._check(stops)
-            port.write_bottle(command)
+            port.write(command)
 
     def _check(self, stops: int) -> None:
         if stops != self._stops:
             raise TransportError(f"{self._remote} was stopped meanwhile")
 
     def _ask(self, client: RpcClient, request: Bottle, timeout: float = 1.0) -> None:
-        reply = client.call(request, timeout)
-        if not messages.succeeded(reply):
-            raise TransportError(f"{client.target} refused {request.to_text()}: {reply}")
+        reply = client.call(request.encode(client.dialect), timeout)
+        if not board_messages.succeeded(reply):
+            raise _RefusedError(f"{client.target} refused {request.to_text()}: {reply}")
 
     def _listen(self, name: str, port: InputPort, read: Callable[[Bottle], np.ndarray]) -> None:
         thread = threading.Thread(target=self._receive, args=(name, port, read), name=port.name, daemon=True)
@@ -238,3 +341,7 @@ class TeoOverYarp(Robot):
                     self._readings[name] = (time.monotonic(), read(Bottle.decode(data)))
                 except ProtocolError as error:
                     log.warning("%s: %s", port.name, error)
+
+
+class _RefusedError(TransportError):
+    """A request was answered, and not carried out."""
