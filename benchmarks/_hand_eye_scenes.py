@@ -8,7 +8,7 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose
-from grabbergui.calibration.hand_eye import (
+from grabbergui.calibration.hand_eye_model import (
     Arrangement,
     Guess,
     HandEyeView,

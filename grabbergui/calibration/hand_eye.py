@@ -1,38 +1,36 @@
-"""Hand–eye calibration: where a camera sits on a robot, from images of one target in many joint poses.
-
-One model covers every arrangement. The camera hangs on a chain of joints or stands still, and so does the
-target: eye in head and eye in hand have the camera on a chain, eye to hand has the target on one, and a head
-that looks at a board in the hand has both. Sought are the camera on its chain's tool, the target on its, and
-the constant offsets of the joints.
+"""Hand–eye calibration: finds where a camera sits on a robot, from images of one target in many joint poses.
 
 OpenCV's closed-form methods (Tsai, Park, Horaud, Andreff, Daniilidis) give a start, and the best one is
 refined by Levenberg–Marquardt on the pixels of all corners at once, weighted by how noisy corners and joint
-readings are. Two offsets cannot be separated from the poses that are sought; they stay zero and are part of
-them: that of a chain's last joint, which turns the tool as the camera's own rotation does, and, where the
-other side stands still, that of the first joint, which turns the whole scene.
+readings are. `hand_eye_model` has the geometry.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Protocol
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.calibration.geometry import Vector
+from grabbergui.calibration.hand_eye_model import (
+    OFFSET_SPREAD,
+    Arrangement,
+    Guess,
+    HandEyeView,
+    Problem,
+    camera_from_target,
+)
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import UsageError
 
 FEWEST_VIEWS = 5
 LEAST_NOISE = 0.01
 "Pixels below which no detection of corners is."
-OFFSET_SPREAD = math.radians(0.5)
-"Standard deviation that joint offsets are expected to have before anything is measured."
 READING_SPREADS = tuple(math.radians(degrees) for degrees in (0.0, 0.02, 0.05, 0.1, 0.2, 0.5))
 "Noise of joint readings that is tried, standard deviations."
 OUTLIER = 4.0
@@ -45,77 +43,7 @@ _METHODS = (
     cv2.CALIB_HAND_EYE_TSAI,
     cv2.CALIB_HAND_EYE_ANDREFF,
 )
-_STEP = 1e-6
 _ITERATIONS = 60
-
-
-class Joints(Protocol):
-    """A chain of rotary joints, as `servo.kinematics` has them."""
-
-    @property
-    def low(self) -> Vector:
-        """Lower limit of every joint, radians."""
-        ...
-
-    @property
-    def high(self) -> Vector:
-        """Upper limit of every joint, radians."""
-        ...
-
-    def forward(self, angles: Vector) -> Pose:
-        """Return the tool's pose in the base."""
-        ...
-
-
-@dataclass(frozen=True)
-class Arrangement:
-    """What moves: the camera's chain and the target's; None for a part that stands still in the base."""
-
-    camera: Joints | None
-    target: Joints | None
-
-    def __post_init__(self) -> None:
-        if self.camera is None and self.target is None:
-            raise UsageError("nothing moves: camera or target must be on a chain of joints")
-
-    def free_offsets(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return which joint offsets of the camera's and of the target's chain can be found."""
-        camera, target = (
-            np.ones(0 if chain is None else len(chain.low), bool) for chain in (self.camera, self.target)
-        )
-        for own, other in ((camera, target), (target, camera)):
-            own[-1:] = False
-            if not other.size:
-                own[:1] = False
-        return camera, target
-
-
-@dataclass(frozen=True, eq=False)
-class HandEyeView:
-    """The target in one image, and the joints meanwhile."""
-
-    camera_angles: Vector
-    "Radians; empty for a camera that stands still."
-    target_angles: Vector
-    "Radians; empty for a target that stands still."
-    points: NDArray[np.float64]
-    "(n, 3) corners in the target's frame, metres."
-    pixels: NDArray[np.float64]
-    "(n, 2) where they are seen."
-
-
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """What is sought."""
-
-    camera: Pose
-    "The optical frame on its chain's tool, or in the base."
-    target: Pose
-    "The target on its chain's tool, or in the base."
-    camera_offsets: Vector
-    "Radians to be added to the camera chain's readings."
-    target_offsets: Vector
-    "Radians to be added to the target chain's readings."
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,16 +64,6 @@ class HandEyeResult(Guess):
         """Return the camera's standard deviations: metres, and radians (root sum of squares of the axes)."""
         spread = np.diag(self.covariance)
         return math.sqrt(float(spread[:3].sum())), math.sqrt(float(spread[3:].sum()))
-
-
-def camera_from_target(arrangement: Arrangement, guess: Guess, camera: Vector, target: Vector) -> Pose:
-    """Return the target's pose in the camera's optical frame for joint readings."""
-    eye, held = guess.camera, guess.target
-    if arrangement.camera is not None:
-        eye = arrangement.camera.forward(camera + guess.camera_offsets) @ eye
-    if arrangement.target is not None:
-        held = arrangement.target.forward(target + guess.target_offsets) @ held
-    return geometry.inverse(eye) @ held
 
 
 def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: Calibration) -> HandEyeResult:
@@ -180,86 +98,6 @@ def solve(arrangement: Arrangement, views: Sequence[HandEyeView], calibration: C
         tuple(error if much <= limit else math.nan for error, much in zip(errors, strange, strict=True)),
         best.spread,
     )
-
-
-class Problem:
-    """Residuals of an arrangement and their derivatives.
-
-    Parameters are small changes to a guess: camera (6) and target (6), each metres along and radians about
-    the axes of what it is mounted on, then the joint offsets that can be found.
-    """
-
-    def __init__(self, arrangement: Arrangement, calibration: Calibration) -> None:
-        self.arrangement, self.calibration = arrangement, calibration
-        self._free = arrangement.free_offsets()
-        self.size = 12 + int(self._free[0].sum() + self._free[1].sum())
-
-    def prior(self, guess: Guess) -> Vector:
-        """Return the offsets over their expected spread, the residuals that keep them small."""
-        offsets = (guess.camera_offsets[self._free[0]], guess.target_offsets[self._free[1]])
-        return np.concatenate(offsets) / OFFSET_SPREAD
-
-    def changed(self, guess: Guess, change: Vector) -> Guess:
-        """Return the guess after a small change of the parameters."""
-        offsets, start = [], 12
-        for free, before in zip(self._free, (guess.camera_offsets, guess.target_offsets), strict=True):
-            after, end = before.copy(), start + int(free.sum())
-            after[free] += change[start:end]
-            offsets.append(after)
-            start = end
-        return Guess(
-            geometry.add_delta(guess.camera, change[:6]),
-            geometry.add_delta(guess.target, change[6:12]),
-            *offsets,
-        )
-
-    def residuals(self, view: HandEyeView, guess: Guess) -> Vector:
-        """Return (2 n,) pixels from where corners are seen to where the guess has them."""
-        pose = camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
-        seen, _ = cv2.projectPoints(
-            view.points,
-            geometry.vector_from_rotation(pose[:3, :3]),
-            pose[:3, 3],
-            self.calibration.matrix,
-            self.calibration.distortion,
-        )
-        return np.ravel(np.asarray(seen, np.float64).reshape(-1, 2) - view.pixels)
-
-    def jacobian(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
-        """Return (2 n, size): the residuals' derivatives, by differences."""
-        columns = []
-        for change in np.eye(self.size) * _STEP:
-            ahead, behind = self.changed(guess, change), self.changed(guess, -change)
-            columns.append((self.residuals(view, ahead) - self.residuals(view, behind)) / (2 * _STEP))
-        return np.column_stack(columns)
-
-    def by_readings(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
-        """Return (2 n, joints): the residuals' derivatives by the readings of all joints."""
-        columns = []
-        for name in ("camera_angles", "target_angles"):
-            angles: Vector = getattr(view, name)
-            for change in np.eye(len(angles)) * _STEP:
-                ahead = self.residuals(replace(view, **{name: angles + change}), guess)
-                behind = self.residuals(replace(view, **{name: angles - change}), guess)
-                columns.append((ahead - behind) / (2 * _STEP))
-        return np.column_stack(columns)
-
-    def error(self, view: HandEyeView, guess: Guess) -> float:
-        """Return the root mean square distance of a view's corners, pixels."""
-        residuals = self.residuals(view, guess)
-        return math.sqrt(float(residuals @ residuals) / len(view.points))
-
-
-def information(
-    problem: Problem, views: Sequence[HandEyeView], guess: Guess, pixel: float
-) -> NDArray[np.float64]:
-    """Return (size, size): what views and prior know of the parameters; corners are `pixel` pixels sure."""
-    known = np.zeros((problem.size, problem.size))
-    known[12:, 12:] = np.eye(problem.size - 12) / OFFSET_SPREAD**2
-    for view in views:
-        jacobian = problem.jacobian(view, guess)
-        known += jacobian.T @ jacobian / pixel**2
-    return known
 
 
 class _Fit:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.calibration.geometry import Pose, Vector
-from grabbergui.calibration.hand_eye import (
+from grabbergui.calibration.hand_eye_model import (
     Arrangement,
     Guess,
     HandEyeView,

@@ -7,7 +7,8 @@ import pytest
 
 from benchmarks import _hand_eye_scenes as scenes
 from grabbergui.calibration import geometry, hand_eye_file
-from grabbergui.calibration.hand_eye import Arrangement, HandEyeResult, solve
+from grabbergui.calibration.hand_eye import HandEyeResult, solve
+from grabbergui.calibration.hand_eye_model import Arrangement, Problem
 from grabbergui.calibration.hand_eye_poses import propose
 from grabbergui.core.errors import UsageError
 
@@ -25,6 +26,29 @@ def test_the_camera_is_found_though_joints_are_off(kind):
     sure_metres, sure_radians = result.uncertainty
     assert metres < 4 * sure_metres < 0.006
     assert radians < 4 * sure_radians < np.radians(0.6)
+
+
+@pytest.mark.parametrize("kind", scenes.KINDS)
+def test_derivatives_are_those_of_the_residuals(kind):
+    of = scenes.scene(kind)
+    problem, view = Problem(of.arrangement, scenes.CAMERA), scenes.views(of, count=1)[0]
+
+    def by_difference(size, residuals):
+        steps = np.eye(size) * 1e-6
+        return np.column_stack([(residuals(step) - residuals(-step)) / 2e-6 for step in steps])
+
+    parameters = by_difference(
+        problem.size, lambda step: problem.residuals(view, problem.changed(of.truth, step))
+    )
+    assert problem.jacobian(view, of.truth) == pytest.approx(parameters, abs=1e-4)
+
+    def after_moving(step):
+        camera, target = np.split(step, [len(view.camera_angles)])
+        angles = {"camera_angles": view.camera_angles + camera, "target_angles": view.target_angles + target}
+        return problem.residuals(replace(view, **angles), of.truth)
+
+    readings = by_difference(len(view.camera_angles) + len(view.target_angles), after_moving)
+    assert problem.by_readings(view, of.truth) == pytest.approx(readings, abs=1e-4)
 
 
 def test_readings_that_are_noisy_make_it_less_sure_and_it_says_so():

@@ -1,0 +1,235 @@
+"""The geometry of hand–eye calibration: what moves, what is sought, and how the image depends on it.
+
+One model covers every arrangement. The camera hangs on a chain of joints or stands still, and so does the
+target: eye in head and eye in hand have the camera on a chain, eye to hand has the target on one, and a head
+that looks at a board in the hand has both. Sought are the camera on its chain's tool, the target on its, and
+the constant offsets of the joints.
+
+Two offsets cannot be separated from the poses that are sought; they stay zero and are part of them: that of
+a chain's last joint, which turns the tool as the camera's own rotation does, and, where the other side stands
+still, that of the first joint, which turns the whole scene.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import UsageError
+
+OFFSET_SPREAD = math.radians(0.5)
+"Standard deviation that joint offsets are expected to have before anything is measured."
+_STEP = 1e-6
+"Radians by which a joint is moved to either side, to differentiate a chain."
+
+
+class Joints(Protocol):
+    """A chain of rotary joints, as `servo.kinematics` has them."""
+
+    @property
+    def low(self) -> Vector:
+        """Lower limit of every joint, radians."""
+        ...
+
+    @property
+    def high(self) -> Vector:
+        """Upper limit of every joint, radians."""
+        ...
+
+    def forward(self, angles: Vector) -> Pose:
+        """Return the tool's pose in the base."""
+        ...
+
+
+@dataclass(frozen=True)
+class Arrangement:
+    """What moves: the camera's chain and the target's; None for a part that stands still in the base."""
+
+    camera: Joints | None
+    target: Joints | None
+
+    def __post_init__(self) -> None:
+        if self.camera is None and self.target is None:
+            raise UsageError("nothing moves: camera or target must be on a chain of joints")
+
+    def free_offsets(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return which joint offsets of the camera's and of the target's chain can be found."""
+        camera, target = (
+            np.ones(0 if chain is None else len(chain.low), bool) for chain in (self.camera, self.target)
+        )
+        for own, other in ((camera, target), (target, camera)):
+            own[-1:] = False
+            if not other.size:
+                own[:1] = False
+        return camera, target
+
+
+@dataclass(frozen=True, eq=False)
+class HandEyeView:
+    """The target in one image, and the joints meanwhile."""
+
+    camera_angles: Vector
+    "Radians; empty for a camera that stands still."
+    target_angles: Vector
+    "Radians; empty for a target that stands still."
+    points: NDArray[np.float64]
+    "(n, 3) corners in the target's frame, metres."
+    pixels: NDArray[np.float64]
+    "(n, 2) where they are seen."
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """What is sought."""
+
+    camera: Pose
+    "The optical frame on its chain's tool, or in the base."
+    target: Pose
+    "The target on its chain's tool, or in the base."
+    camera_offsets: Vector
+    "Radians to be added to the camera chain's readings."
+    target_offsets: Vector
+    "Radians to be added to the target chain's readings."
+
+
+def camera_from_target(arrangement: Arrangement, guess: Guess, camera: Vector, target: Vector) -> Pose:
+    """Return the target's pose in the camera's optical frame for joint readings."""
+    eye, held = guess.camera, guess.target
+    if arrangement.camera is not None:
+        eye = arrangement.camera.forward(camera + guess.camera_offsets) @ eye
+    if arrangement.target is not None:
+        held = arrangement.target.forward(target + guess.target_offsets) @ held
+    return geometry.inverse(eye) @ held
+
+
+class Problem:
+    """Residuals of an arrangement and their derivatives.
+
+    Parameters are small changes to a guess: camera (6) and target (6), each metres along and radians about
+    the axes of what it is mounted on, then the joint offsets that can be found.
+    """
+
+    def __init__(self, arrangement: Arrangement, calibration: Calibration) -> None:
+        self.arrangement, self.calibration = arrangement, calibration
+        self._free = arrangement.free_offsets()
+        self.size = 12 + int(self._free[0].sum() + self._free[1].sum())
+
+    def prior(self, guess: Guess) -> Vector:
+        """Return the offsets over their expected spread, the residuals that keep them small."""
+        offsets = (guess.camera_offsets[self._free[0]], guess.target_offsets[self._free[1]])
+        return np.concatenate(offsets) / OFFSET_SPREAD
+
+    def changed(self, guess: Guess, change: Vector) -> Guess:
+        """Return the guess after a small change of the parameters."""
+        offsets, start = [], 12
+        for free, before in zip(self._free, (guess.camera_offsets, guess.target_offsets), strict=True):
+            after, end = before.copy(), start + int(free.sum())
+            after[free] += change[start:end]
+            offsets.append(after)
+            start = end
+        return Guess(
+            geometry.add_delta(guess.camera, change[:6]),
+            geometry.add_delta(guess.target, change[6:12]),
+            *offsets,
+        )
+
+    def residuals(self, view: HandEyeView, guess: Guess) -> Vector:
+        """Return (2 n,) pixels from where corners are seen to where the guess has them."""
+        pose = camera_from_target(self.arrangement, guess, view.camera_angles, view.target_angles)
+        seen, _ = cv2.projectPoints(
+            view.points,
+            geometry.vector_from_rotation(pose[:3, :3]),
+            pose[:3, 3],
+            self.calibration.matrix,
+            self.calibration.distortion,
+        )
+        return np.ravel(np.asarray(seen, np.float64).reshape(-1, 2) - view.pixels)
+
+    def jacobian(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+        """Return (2 n, size): the residuals' derivatives by the parameters."""
+        findable = np.concatenate((np.ones(12, bool), *self._free))
+        return self._derivatives(view, guess)[:, findable]
+
+    def by_readings(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+        """Return (2 n, joints): the residuals' derivatives by the readings of all joints."""
+        return self._derivatives(view, guess)[:, 12:]
+
+    def _derivatives(self, view: HandEyeView, guess: Guess) -> NDArray[np.float64]:
+        """Return (2 n, 12 + joints): derivatives by both poses, then by all joints of both chains.
+
+        A parameter moves the camera or the target by a twist. That displaces each corner in the camera's
+        frame, and OpenCV gives the pixels' derivatives by a displacement.
+        """
+        eye, eye_twists, eye_joints = _motion(
+            self.arrangement.camera, view.camera_angles + guess.camera_offsets, guess.camera
+        )
+        held, held_twists, held_joints = _motion(
+            self.arrangement.target, view.target_angles + guess.target_offsets, guess.target
+        )
+        corners = view.points @ held[:3, :3].T + held[:3, 3]
+        by_eye = -_displacements(np.vstack((eye_twists, eye_joints)), corners - eye[:3, 3])
+        by_held = _displacements(np.vstack((held_twists, held_joints)), corners - held[:3, 3])
+        moved = np.concatenate((by_eye[:6], by_held[:6], by_eye[6:], by_held[6:])) @ eye[:3, :3]
+        nothing = np.zeros(3)
+        _, by_all = cv2.projectPoints(
+            (corners - eye[:3, 3]) @ eye[:3, :3],
+            nothing,
+            nothing,
+            self.calibration.matrix,
+            self.calibration.distortion,
+        )
+        by_place = np.asarray(by_all, np.float64)[:, 3:6].reshape(-1, 2, 3)  # 3 of rotation come first
+        pixels: NDArray[np.float64] = np.einsum("nij,knj->nik", by_place, moved)
+        return pixels.reshape(2 * len(corners), -1)
+
+    def error(self, view: HandEyeView, guess: Guess) -> float:
+        """Return the root mean square distance of a view's corners, pixels."""
+        residuals = self.residuals(view, guess)
+        return math.sqrt(float(residuals @ residuals) / len(view.points))
+
+
+def _motion(
+    chain: Joints | None, angles: Vector, mounted: Pose
+) -> tuple[Pose, NDArray[np.float64], NDArray[np.float64]]:
+    """Return the pose in the base of what is mounted on a chain's tool, and the twists that move it.
+
+    Of (6, 6) twists, three are along and three about the axes of the tool; (joints, 6) are of the joints.
+    """
+    tool = np.eye(4) if chain is None else chain.forward(angles)
+    place = tool @ mounted
+    twists = np.zeros((6, 6))
+    twists[:3, :3] = twists[3:, 3:] = tool[:3, :3].T
+    joints = np.zeros((len(angles), 6))
+    if chain is not None:
+        for joint, change in zip(joints, np.eye(len(angles)) * _STEP, strict=True):
+            moved = (chain.forward(angles + change) - chain.forward(angles - change)) @ mounted / (2 * _STEP)
+            spin = moved[:3, :3] @ place[:3, :3].T
+            joint[:] = (*moved[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0])
+    return place, twists, joints
+
+
+def _displacements(twists: NDArray[np.float64], arms: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (k, n, 3) velocities of n points at `arms` from the origin of k twists."""
+    velocities: NDArray[np.float64] = twists[:, None, :3] + np.cross(twists[:, None, 3:], arms)
+    return velocities
+
+
+def information(
+    problem: Problem, views: Sequence[HandEyeView], guess: Guess, pixel: float
+) -> NDArray[np.float64]:
+    """Return (size, size): what views and prior know of the parameters; corners are `pixel` pixels sure."""
+    known = np.zeros((problem.size, problem.size))
+    known[12:, 12:] = np.eye(problem.size - 12) / OFFSET_SPREAD**2
+    for view in views:
+        jacobian = problem.jacobian(view, guess)
+        known += jacobian.T @ jacobian / pixel**2
+    return known
