@@ -5,11 +5,11 @@ Forms name an icon in the dynamic property `iconName`; `apply` gives it to actio
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 
 from PyQt5.QtCore import QByteArray, QRectF, QSize, Qt
-from PyQt5.QtGui import QColor, QIcon, QPainter, QPalette, QPixmap
+from PyQt5.QtGui import QColor, QIcon, QImage, QPainter, QPalette, QPixmap
 from PyQt5.QtSvg import QSvgRenderer
 from PyQt5.QtWidgets import QAbstractButton, QAction, QWidget
 
@@ -60,8 +60,14 @@ def apply(root: QWidget) -> None:
 
 
 def _drawn(name: str, colour: QColor, size: int) -> QPixmap:
-    drawing = _drawing(name).replace(_INK, colour.name().encode())
-    canvas = QPixmap(size, size)
+    return QPixmap.fromImage(_image(name, colour.name(), size))
+
+
+@lru_cache(maxsize=1024)
+def _image(name: str, colour: str, size: int) -> QImage:
+    """Draw an icon; kept, because windows and dialogs show the same few icons in the same few colours."""
+    drawing = _drawing(name).replace(_INK, colour.encode())
+    canvas = QImage(size, size, QImage.Format.Format_ARGB32_Premultiplied)
     canvas.fill(Qt.GlobalColor.transparent)
     painter = QPainter(canvas)
     QSvgRenderer(QByteArray(drawing)).render(painter, QRectF(0, 0, size, size))

@@ -7,6 +7,9 @@ from importlib import resources
 from PyQt5 import uic
 from PyQt5.QtWidgets import QWidget
 
+# No form uses Qt's plugin widgets, and for each form all plugins would be searched for and run again.
+uic.widgetPluginPath.clear()
+
 
 def load_form(name: str, into: QWidget) -> None:
     """Build the form `ui/forms/<name>.ui` in a widget of the form's own class.

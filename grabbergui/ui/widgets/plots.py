@@ -33,9 +33,8 @@ class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no ty
     """Setters only; neither zoomed nor moved by the mouse."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent, background=None)
+        super().__init__(parent, background=None, enableMenu=False)
         self.setMouseEnabled(False, False)
-        self.setMenuEnabled(False)
         self.hideButtons()
         self._lines: dict[str, pg.PlotDataItem] = {}
         self._filled: bool = False
