@@ -170,3 +170,12 @@ bar.playButton.click()
 app.until(window.picture.playbackBar.isVisible)
 app.wait(0.6)
 take("playback", window.picture.playbackBar)
+
+app.open("sim:")
+for component in ("Range", "Confidence"):
+    app.set("ComponentSelector", component)
+    app.set("ComponentEnable", True)
+app.until(lambda: window.picture.componentTabs.count() == 3)
+window.picture.componentTabs.setCurrentIndex(1)
+app.until(lambda: window.picture.scaleBar.isVisible())
+take("range", window.picture)

@@ -9,7 +9,7 @@
         <translation>todavía no hay imagen que capturar; inicie antes la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/controllers/picture.py" line="150"/>
+        <location filename="../../grabbergui/ui/controllers/picture.py" line="142"/>
         <source>Saved {0}</source>
         <translation>Guardado {0}</translation>
     </message>
@@ -711,6 +711,59 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>Components</name>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="44"/>
+        <source>Intensity</source>
+        <translation>Intensidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="45"/>
+        <source>Infrared</source>
+        <translation>Infrarrojo</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="46"/>
+        <source>Ultraviolet</source>
+        <translation>Ultravioleta</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="47"/>
+        <source>Range</source>
+        <translation>Distancia</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="48"/>
+        <source>Reflectance</source>
+        <translation>Reflectancia</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="49"/>
+        <source>Confidence</source>
+        <translation>Confianza</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="50"/>
+        <source>Scatter</source>
+        <translation>Dispersión</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="51"/>
+        <source>Disparity</source>
+        <translation>Disparidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="52"/>
+        <source>Multispectral</source>
+        <translation>Multiespectral</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/components.py" line="53"/>
+        <source>Component</source>
+        <translation>Componente</translation>
+    </message>
+</context>
+<context>
     <name>Connection</name>
     <message>
         <location filename="../../grabbergui/models/connection.py" line="127"/>
@@ -794,7 +847,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="145"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="144"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1629,577 +1682,577 @@ It {1}.</source>
         <translation>&amp;Tema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="105"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="109"/>
         <source>&amp;Tools</source>
         <translation>&amp;Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="116"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="120"/>
         <source>&amp;Help</source>
         <translation>A&amp;yuda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="134"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="138"/>
         <source>Tools</source>
         <translation>Herramientas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="159"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="163"/>
         <source>Sources</source>
         <translation>Fuentes</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="165"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="169"/>
         <source>Features</source>
         <translation>Parámetros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="171"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="175"/>
         <source>Histogram</source>
         <translation>Histograma</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="178"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="182"/>
         <source>Focus aid</source>
         <translation>Ayuda de enfoque</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="185"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="189"/>
         <source>Line profile</source>
         <translation>Perfil de línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="192"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="196"/>
         <source>Values over time</source>
         <translation>Valores en el tiempo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="199"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="203"/>
         <source>Changes</source>
         <translation>Cambios</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="206"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="210"/>
         <source>Log</source>
         <translation>Registro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="213"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="217"/>
         <source>&amp;Undo</source>
         <translation>&amp;Deshacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="214"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="218"/>
         <source>Take back what was changed last</source>
         <translation>Deshacer el último cambio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="215"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
         <source>Ctrl+Z</source>
         <translation>Ctrl+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="219"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="223"/>
         <source>&amp;Redo</source>
         <translation>&amp;Rehacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="220"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="224"/>
         <source>Make once more what was taken back</source>
         <translation>Rehacer lo que se deshizo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="221"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="225"/>
         <source>Ctrl+Shift+Z</source>
         <translation>Ctrl+Shift+Z</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="225"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="229"/>
         <source>&amp;Connect</source>
         <translation>&amp;Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="226"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="230"/>
         <source>Connect to the source chosen</source>
         <translation>Conectar con la fuente elegida</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="227"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="231"/>
         <source>Ctrl+K</source>
         <translation>Ctrl+K</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="239"/>
         <source>&amp;Disconnect</source>
         <translation>Descon&amp;ectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="240"/>
         <source>Let the camera go</source>
         <translation>Soltar la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="237"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
         <source>Ctrl+D</source>
         <translation>Ctrl+D</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="241"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="245"/>
         <source>Open &amp;beside</source>
         <translation>A&amp;brir al lado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="242"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="246"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="243"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
         <source>Ctrl+B</source>
         <translation>Ctrl+B</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="247"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="251"/>
         <source>&amp;Next of the open sources</source>
         <translation>Siguie&amp;nte fuente abierta</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="248"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
         <source>Make the next open source the current one</source>
         <translation>Hacer activa la siguiente de las fuentes abiertas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="249"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="253"/>
         <source>F10</source>
         <translation>F10</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="252"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="256"/>
         <source>&amp;Start</source>
         <translation>&amp;Iniciar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="253"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="257"/>
         <source>Start streaming</source>
         <translation>Iniciar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="254"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
         <source>F6</source>
         <translation>F6</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="258"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="262"/>
         <source>S&amp;top</source>
         <translation>&amp;Parar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="259"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="263"/>
         <source>Stop streaming</source>
         <translation>Parar la adquisición</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="260"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="264"/>
         <source>F7</source>
         <translation>F7</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="264"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="268"/>
         <source>S&amp;napshot</source>
         <translation>Cap&amp;turar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="265"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="269"/>
         <source>Save the newest frame at full resolution: PNG, or TIFF for more than 8 bits</source>
         <translation>Guardar la última imagen a resolución completa: PNG, o TIFF para más de 8 bits</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="266"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="270"/>
         <source>Ctrl+S</source>
         <translation>Ctrl+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="270"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="274"/>
         <source>Snapshot &amp;folder…</source>
         <translation>&amp;Carpeta de capturas…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="271"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
         <source>Choose where snapshots go</source>
         <translation>Elegir dónde se guardan las capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="278"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="282"/>
         <source>&amp;Record or stop recording</source>
         <translation>&amp;Grabar o dejar de grabar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
         <source>Ctrl+R</source>
         <translation>Ctrl+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="283"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
         <source>Ctrl+Shift+S</source>
         <translation>Ctrl+Shift+S</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="284"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
         <source>Save all settings of the camera to a file</source>
         <translation>Guardar todos los ajustes de la cámara en un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="287"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="291"/>
         <source>&amp;Load settings…</source>
         <translation>Cargar a&amp;justes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="288"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
         <source>Ctrl+Shift+O</source>
         <translation>Ctrl+Shift+O</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="289"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
         <source>Set the camera as a file says, and show what became of each setting</source>
         <translation>Ajustar la cámara según un archivo y mostrar qué ha sido de cada ajuste</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="292"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
         <source>Co&amp;mpare with settings…</source>
         <translation>C&amp;omparar con ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="293"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
         <source>Show what loading a file would change</source>
         <translation>Mostrar qué cambiaría al cargar un archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="309"/>
         <source>&amp;Quit</source>
         <translation>&amp;Salir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
         <source>Ctrl+Q</source>
         <translation>Ctrl+Q</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="310"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="314"/>
         <source>&amp;Fit</source>
         <translation>&amp;Encajar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="311"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="315"/>
         <source>Show the whole picture</source>
         <translation>Mostrar toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="312"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
         <source>F</source>
         <translation>F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="316"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="320"/>
         <source>&amp;1:1</source>
         <translation>&amp;1:1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="317"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="321"/>
         <source>One screen pixel for each pixel of the picture</source>
         <translation>Un píxel de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="318"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
         <source>1</source>
         <translation>1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="322"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="326"/>
         <source>Zoom &amp;in</source>
         <translation>&amp;Ampliar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="323"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="327"/>
         <source>Zoom in; the mouse wheel does too</source>
         <translation>Ampliar; también con la rueda del ratón</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="324"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
         <source>Ctrl++</source>
         <translation>Ctrl++</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="328"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="332"/>
         <source>Zoom &amp;out</source>
         <translation>Re&amp;ducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="329"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="333"/>
         <source>Zoom out</source>
         <translation>Reducir</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="330"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
         <source>Ctrl+-</source>
         <translation>Ctrl+-</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="334"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="338"/>
         <source>&amp;Pause</source>
         <translation>&amp;Pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="335"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="339"/>
         <source>Hold the picture; the last frames can be stepped through</source>
         <translation>Congelar la imagen; se pueden recorrer las últimas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="336"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="340"/>
         <source>P</source>
         <translation>P</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="341"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="345"/>
         <source>Step &amp;back</source>
         <translation>Imagen a&amp;nterior</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="342"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="346"/>
         <source>Show the frame before; pauses</source>
         <translation>Mostrar la imagen anterior; pone en pausa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="343"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
         <source>,</source>
         <translation>,</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="347"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="351"/>
         <source>Step f&amp;orward</source>
         <translation>Imagen &amp;siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="348"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="352"/>
         <source>Show the frame after</source>
         <translation>Mostrar la imagen siguiente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="349"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
         <source>.</source>
         <translation>.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="355"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
         <source>Ctrl+E</source>
         <translation>Ctrl+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="359"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="363"/>
         <source>F&amp;ull sensor</source>
         <translation>Sensor completo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="361"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
         <source>Ctrl+Shift+E</source>
         <translation>Ctrl+Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="391"/>
         <source>&amp;Clipping</source>
         <translation>Marcar &amp;saturados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="392"/>
         <source>Mark saturated pixels red and black ones blue</source>
         <translation>Marcar en rojo los píxeles saturados y en azul los negros</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="389"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="393"/>
         <source>X</source>
         <translation>X</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="394"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="398"/>
         <source>C&amp;rosshair</source>
         <translation>&amp;Cruz</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="395"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="399"/>
         <source>Mark the middle of the picture</source>
         <translation>Marcar el centro de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="396"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
         <source>C</source>
         <translation>C</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="400"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="404"/>
         <source>&amp;Grid</source>
         <translation>Cuadrícu&amp;la</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="401"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="405"/>
         <source>Divide the picture into thirds and more</source>
         <translation>Dividir la imagen en tercios y más</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="402"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
         <source>G</source>
         <translation>G</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="406"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="410"/>
         <source>Turn ri&amp;ght</source>
         <translation>Girar a la &amp;derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="407"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="411"/>
         <source>Turn the view clockwise; the frames stay as they are</source>
         <translation>Girar la vista en sentido horario; las imágenes no cambian</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="408"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
         <source>R</source>
         <translation>R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="412"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="416"/>
         <source>Turn &amp;left</source>
         <translation>Girar a la &amp;izquierda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="413"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
         <source>Turn the view anticlockwise</source>
         <translation>Girar la vista en sentido antihorario</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="414"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="418"/>
         <source>Shift+R</source>
         <translation>Shift+R</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="417"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="421"/>
         <source>&amp;Mirror left and right</source>
         <translation>R&amp;eflejar izquierda y derecha</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
         <source>Mirror the view</source>
         <translation>Reflejar la vista</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="419"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="423"/>
         <source>M</source>
         <translation>M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="422"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="426"/>
         <source>Mirror top and &amp;bottom</source>
         <translation>Reflejar arriba y a&amp;bajo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="424"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
         <source>Shift+M</source>
         <translation>Shift+M</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="427"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
         <source>As the &amp;camera sends it</source>
         <translation>Como la envía la &amp;cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="428"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
         <source>Neither turned nor mirrored</source>
         <translation>Ni girada ni reflejada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="431"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="435"/>
         <source>F&amp;ull screen</source>
         <translation>&amp;Pantalla completa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="432"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
         <source>F11</source>
         <translation>F11</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="436"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="440"/>
         <source>&amp;Address…</source>
         <translation>&amp;Dirección…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="437"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
         <source>Type the address of a source</source>
         <translation>Escribir la dirección de una fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="438"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="442"/>
         <source>Ctrl+L</source>
         <translation>Ctrl+L</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="441"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
         <source>S&amp;earch again</source>
         <translation>B&amp;uscar de nuevo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="445"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="449"/>
         <source>&amp;Find a feature</source>
         <translation>Buscar un pa&amp;rámetro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="446"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
         <source>Filter the camera&apos;s features by name</source>
         <translation>Filtrar los parámetros de la cámara por nombre</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="447"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
         <source>Ctrl+F</source>
         <translation>Ctrl+F</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="450"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="454"/>
         <source>&amp;Calibrate camera…</source>
         <translation>&amp;Calibrar la cámara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="451"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
         <source>Find focal length and distortion with a printed board, for distances and for ROS</source>
         <translation>Hallar distancia focal y distorsión con un tablero impreso, para medir distancias y para ROS</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
         <source>&amp;Keyboard shortcuts</source>
         <translation>&amp;Atajos de teclado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="482"/>
         <source>F1</source>
         <translation>F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="481"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="485"/>
         <source>&amp;About grabbergui</source>
         <translation>A&amp;cerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="485"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
         <source>&amp;As the desktop</source>
         <translation>&amp;Como el escritorio</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="489"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
         <source>&amp;Light</source>
         <translation>C&amp;laro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="493"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="497"/>
         <source>&amp;Dark</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="297"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="300"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2214,179 +2267,204 @@ It {1}.</source>
         <translation>Colores de imágenes en &amp;gris</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="275"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="279"/>
         <source>Open snapshot fold&amp;er</source>
         <translation>&amp;Abrir la carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="282"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="286"/>
         <source>Sa&amp;ve settings…</source>
         <translation>&amp;Guardar ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="353"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="357"/>
         <source>Re&amp;gion…</source>
         <translation>&amp;Región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="365"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="369"/>
         <source>&amp;Expose once</source>
         <translation>&amp;Exponer una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="366"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="370"/>
         <source>Set exposure time and gain by the whole picture, once</source>
         <translation>Ajustar una vez la exposición y la ganancia según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="367"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="371"/>
         <source>E</source>
         <translation>E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="371"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="375"/>
         <source>Expose on a &amp;region…</source>
         <translation>E&amp;xponer según una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="372"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
         <source>Draw the region whose brightness counts; exposure time and gain are set by it, once</source>
         <translation>Dibujar la región cuyo brillo cuenta; la exposición y la ganancia se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="373"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
         <source>Shift+E</source>
         <translation>Shift+E</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="376"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="380"/>
         <source>&amp;White balance once</source>
         <translation>&amp;Balance de blancos una vez</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="377"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="381"/>
         <source>Set the white balance by the whole picture, once</source>
         <translation>Ajustar una vez el balance de blancos según toda la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="378"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="382"/>
         <source>W</source>
         <translation>W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="382"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="386"/>
         <source>White &amp;balance on a region…</source>
         <translation>Ba&amp;lance de blancos en una región…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="383"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="387"/>
         <source>Draw a region that should be grey; the ratios of red and blue are set by it, once</source>
         <translation>Dibujar una región que debería ser gris; las proporciones de rojo y azul se ajustan una vez según ella</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="384"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="388"/>
         <source>Shift+W</source>
         <translation>Shift+W</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="296"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
         <source>Compare t&amp;wo files of settings…</source>
         <translation>Comparar dos archi&amp;vos de ajustes…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="297"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
         <source>Show what two files differ in, and set the camera as either says</source>
         <translation>Mostrar en qué difieren dos archivos y ajustar la cámara según uno de ellos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="300"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="304"/>
         <source>Settings &amp;kept in the camera…</source>
         <translation>Ajustes en la cá&amp;mara…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="301"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="305"/>
         <source>Load and save the sets that the camera keeps itself, and choose which one it starts with</source>
         <translation>Cargar y guardar los juegos que conserva la propia cámara y elegir con cuál arranca</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="302"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="306"/>
         <source>Ctrl+U</source>
         <translation>Ctrl+U</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="354"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="358"/>
         <source>Draw the part of the sensor that the camera is to send; this pauses the stream for a moment</source>
         <translation>Dibujar la parte del sensor que la cámara debe enviar; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="360"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="364"/>
         <source>Let the camera send the whole sensor again; this pauses the stream for a moment</source>
         <translation>Que la cámara vuelva a enviar todo el sensor; esto detiene la captura un momento</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="455"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
         <source>&amp;Load calibration…</source>
         <translation>Car&amp;gar calibración…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="456"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
         <source>Read a camera_info file, and show the picture without the distortion it describes</source>
         <translation>Leer un archivo camera_info y mostrar la imagen sin la distorsión que describe</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="459"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="463"/>
         <source>&amp;Show calibration</source>
         <translation>&amp;Mostrar calibración</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="460"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
         <source>Show the picture without the lens&apos;s distortion; neither the camera nor what is saved changes</source>
         <translation>Mostrar la imagen sin la distorsión del objetivo; no cambian ni la cámara ni lo que se guarda</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="464"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
         <source>&amp;Manual</source>
         <translation>&amp;Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="465"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
         <source>Read the manual</source>
         <translation>Leer el manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="468"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="472"/>
         <source>&amp;What&apos;s this?</source>
         <translation>¿&amp;Qué es esto?</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="469"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="473"/>
         <source>Click on anything to read what it does</source>
         <translation>Pulsar sobre cualquier cosa para leer lo que hace</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="470"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
         <source>Shift+F1</source>
         <translation>Shift+F1</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="473"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="477"/>
         <source>&amp;Doctor…</source>
         <translation>&amp;Diagnóstico…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="474"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="478"/>
         <source>Check this computer for what usually goes wrong with cameras</source>
         <translation>Revisar en este equipo lo que suele fallar con las cámaras</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="232"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="236"/>
         <source>Connect to the source chosen and set format and region before its first picture</source>
         <translation>Conectar con la fuente elegida y fijar formato y región antes de la primera imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/main_window.ui" line="231"/>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="235"/>
         <source>Connect wit&amp;hout starting</source>
         <translation>Conectar sin inici&amp;ar</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/main_window.ui" line="90"/>
+        <source>&amp;Polarised mosaic</source>
+        <translation>Mosaico &amp;polarizado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="313"/>
+        <source>As sent</source>
+        <translation>Como se envía</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="314"/>
+        <source>Intensity</source>
+        <translation>Intensidad</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="315"/>
+        <source>Degree of polarisation</source>
+        <translation>Grado de polarización</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="316"/>
+        <source>Angle of polarisation</source>
+        <translation>Ángulo de polarización</translation>
     </message>
 </context>
 <context>
@@ -2503,9 +2581,14 @@ It {1}.</source>
 <context>
     <name>Picture</name>
     <message>
-        <location filename="../../grabbergui/models/picture/picture.py" line="230"/>
+        <location filename="../../grabbergui/models/picture/picture.py" line="254"/>
         <source>frame {0} ({1}) cannot be shown: {2}</source>
         <translation>no se puede mostrar el fotograma {0} ({1}): {2}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/picture/readout.py" line="28"/>
+        <source>no data</source>
+        <translation>sin datos</translation>
     </message>
 </context>
 <context>
@@ -2544,79 +2627,89 @@ It {1}.</source>
 <context>
     <name>PictureView</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="25"/>
         <source>Live picture</source>
         <translation>Imagen en directo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="35"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="42"/>
         <source>Pixel under the cursor and the sensor&apos;s value there</source>
         <translation>Píxel bajo el cursor y el valor del sensor en él</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="36"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="43"/>
         <source>Pixel under the cursor</source>
         <translation>Píxel bajo el cursor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="49"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="56"/>
         <source>What to do</source>
         <translation>Qué hacer</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="56"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="63"/>
         <source>Samples of the whole frame at the ends of the sensor’s range</source>
         <translation>Muestras de toda la imagen en los extremos del rango del sensor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="57"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="64"/>
         <source>Saturated and black</source>
         <translation>Saturado y negro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="64"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="71"/>
         <source>Screen pixels for each pixel of the picture</source>
         <translation>Píxeles de pantalla por cada píxel de la imagen</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="65"/>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="72"/>
         <source>Zoom</source>
         <translation>Ampliación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="141"/>
         <source>Draw the region that the camera is to send; Esc gives up.</source>
         <translation>Dibuje la región que la cámara debe enviar; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="102"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="142"/>
         <source>Draw the region that is to be sharp; Esc gives up.</source>
         <translation>Dibuje la región que debe ser nítida; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="103"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="143"/>
         <source>Draw the line whose values are to be shown; Esc gives up.</source>
         <translation>Dibuje la línea cuyos valores se mostrarán; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="142"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="195"/>
         <source> · fitted</source>
         <translation> · encajada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="104"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="144"/>
         <source>Draw the region whose brightness counts; Esc gives up.</source>
         <translation>Dibuje la región cuyo brillo cuenta; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="105"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="145"/>
         <source>Draw a region that should be grey; Esc gives up.</source>
         <translation>Dibuje una región que debería ser gris; Esc cancela.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/picture_view.py" line="77"/>
+        <location filename="../../grabbergui/ui/views/picture_view.py" line="115"/>
         <source>Last picture, {0} old</source>
         <translation>Última imagen, de hace {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="14"/>
+        <source>Component of the frame</source>
+        <translation>Componente del fotograma</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/forms/picture_view.ui" line="15"/>
+        <source>Which of the images in each frame is shown</source>
+        <translation>Cuál de las imágenes de cada fotograma se muestra</translation>
     </message>
 </context>
 <context>
@@ -2753,17 +2846,17 @@ It {1}.</source>
 <context>
     <name>Program</name>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="266"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="279"/>
         <source>Folder for snapshots</source>
         <translation>Carpeta de capturas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
         <source>About grabbergui</source>
         <translation>Acerca de grabbergui</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/run/program.py" line="275"/>
+        <location filename="../../grabbergui/ui/run/program.py" line="288"/>
         <source>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Tune GenICam cameras live, and share them on YARP and ROS 2 networks.&lt;/p&gt;&lt;p&gt;Free software under the GNU General Public License, version 3 or later, with an additional permission to combine it with the GenICam runtime.&lt;/p&gt;</source>
         <translation>&lt;h3&gt;grabbergui {0}&lt;/h3&gt;&lt;p&gt;Ajusta cámaras GenICam en directo y las comparte en redes YARP y ROS 2.&lt;/p&gt;&lt;p&gt;Software libre bajo la Licencia Pública General de GNU, versión 3 o posterior, con un permiso adicional para combinarlo con las bibliotecas de GenICam.&lt;/p&gt;</translation>
     </message>
@@ -3054,6 +3147,19 @@ It {1}.</source>
     </message>
 </context>
 <context>
+    <name>ScaleBar</name>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/scale_bar.py" line="47"/>
+        <source>Scale of the colours: {0}</source>
+        <translation>Escala de los colores: {0}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/widgets/scale_bar.py" line="94"/>
+        <source>no data</source>
+        <translation>sin datos</translation>
+    </message>
+</context>
+<context>
     <name>ServoController</name>
     <message>
         <location filename="../../grabbergui/ui/controllers/servoing.py" line="118"/>
@@ -3232,42 +3338,42 @@ It {1}.</source>
 <context>
     <name>Servoing</name>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="293"/>
+        <location filename="../../grabbergui/models/servoing.py" line="294"/>
         <source>searching</source>
         <translation>buscando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="294"/>
+        <location filename="../../grabbergui/models/servoing.py" line="295"/>
         <source>centring</source>
         <translation>centrando</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="295"/>
+        <location filename="../../grabbergui/models/servoing.py" line="296"/>
         <source>waiting for the marker</source>
         <translation>esperando el marcador</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="296"/>
+        <location filename="../../grabbergui/models/servoing.py" line="297"/>
         <source>approaching</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="297"/>
+        <location filename="../../grabbergui/models/servoing.py" line="298"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="298"/>
+        <location filename="../../grabbergui/models/servoing.py" line="299"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="299"/>
+        <location filename="../../grabbergui/models/servoing.py" line="300"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="300"/>
+        <location filename="../../grabbergui/models/servoing.py" line="301"/>
         <source>stopped</source>
         <translation>parado</translation>
     </message>
@@ -3575,32 +3681,32 @@ It {1}.</source>
 <context>
     <name>SourceDelegate</name>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="93"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="99"/>
         <source>serial {0}</source>
         <translation>n.º de serie {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="100"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="106"/>
         <source>connected</source>
         <translation>conectada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="102"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="108"/>
         <source>named by hand</source>
         <translation>añadida a mano</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="110"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="116"/>
         <source>Simulated</source>
         <translation>Simulada</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="111"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="117"/>
         <source>File</source>
         <translation>Archivo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="98"/>
+        <location filename="../../grabbergui/ui/widgets/source_delegate.py" line="104"/>
         <source>lost, reconnecting</source>
         <translation>perdida, reconectando</translation>
     </message>

@@ -17,6 +17,9 @@ from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.models.error_text import error_text
 from grabbergui.models.language import translate
+from grabbergui.models.picture.components import chosen, own_label
+from grabbergui.models.picture.components import labels as component_labels
+from grabbergui.models.picture.quantities import Quantity
 from grabbergui.models.picture.rendering import DisplaySettings, render
 
 log = logging.getLogger(__name__)
@@ -32,10 +35,17 @@ class Picture:
     """A frame and what of it can be painted."""
 
     frame: Frame
+    "The component that is shown, as a frame of its own."
     image: DisplayImage
     width: int
     height: int
     "Of the whole frame as it is seen: exchanged where it is turned on its side."
+    labels: tuple[str, ...] = ()
+    "The components to choose from; empty where there is only one."
+    label: str = ""
+    "The component that is shown, one of `labels`."
+    quantity: Quantity | None = None
+    "What the colours mean, where they mean something other than light."
 
 
 class PictureModel:
@@ -59,6 +69,9 @@ class PictureModel:
         self._offer: Picture | None = None
         self._frame: Frame | None = None
         self._frozen: Frame | None = None
+        self._latest: Picture | None = None
+        self._chosen: tuple[Frame, str, Frame] | None = None
+        "A frame, the label of a component, and that component as a frame."
         self._settings = DisplaySettings()
         self._again = threading.Event()
         "Set when the frame shown is to be converted once more."
@@ -82,6 +95,17 @@ class PictureModel:
         return self._frame
 
     @property
+    def shown(self) -> Frame | None:
+        """The component of the newest frame that is shown, as a frame; the frame itself if it is the only."""
+        frame, latest = self._frame, self._latest
+        return latest.frame if frame is not None and frame.parts and latest is not None else frame
+
+    @property
+    def latest(self) -> Picture | None:
+        """The picture made last; None until one was made of this source."""
+        return self._latest
+
+    @property
     def problem(self) -> str:
         """Why the newest frame cannot be shown; empty where it can."""
         return self._problem
@@ -98,7 +122,7 @@ class PictureModel:
         with self._lock:
             self._queue = queue
             self._frame = frame = other.frame if other is not None else None
-        self._frozen = None
+        self._frozen = self._latest = self._chosen = None
         self._problem = ""
         self._dropped = 0
         self.received = self.converted = 0
@@ -219,8 +243,8 @@ class PictureModel:
             region, size, settings = self._region, self._size, self._settings
             self._frame = frame
         try:
-            image = render(frame, region, size, settings)
-            picture = Picture(frame, image, *settings.orientation.view_size(frame.width, frame.height))
+            picture = self._picture_of(frame, region, size, settings)
+            image = picture.image
         except PixelFormatError as error:
             self._report(error_text(error))
             return
@@ -237,9 +261,29 @@ class PictureModel:
         with self._lock:
             if self._queue is not queue:
                 return  # another source is shown by now
+            self._latest = picture
             self._taken.clear()
             self._offer = picture
         self.ready.emit()
+
+    def _picture_of(
+        self, frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings
+    ) -> Picture:
+        labels, shown = component_labels(frame), frame
+        if labels:
+            shown = self._component(frame, settings.component)
+        quantity = settings.quantity(shown)
+        image = render(shown, region, size, settings, quantity)
+        label = settings.component if settings.component in labels else own_label(frame)
+        seen = settings.orientation.view_size(shown.width, shown.height)
+        return Picture(shown, image, *seen, labels, label, quantity)
+
+    def _component(self, frame: Frame, label: str) -> Frame:
+        """Return a component; the same object for the same frame, as its conversions are made once."""
+        known = self._chosen
+        if known is None or known[0] is not frame or known[1] != label:
+            self._chosen = known = (frame, label, chosen(frame, label))
+        return known[2]
 
     def _report(self, problem: str) -> None:
         self._taken.set()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Any
 
 import cv2
@@ -13,12 +12,21 @@ from numpy.typing import NDArray
 from grabbergui.core import pfnc, unpacking
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.colour import halved
-from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
-from grabbergui.core.pixels import DisplayImage, for_display, value_at
+from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.picture.geometry import Orientation, undistorted
+from grabbergui.models.picture.levels import Levels
+from grabbergui.models.picture.quantities import (
+    PolarisedView,
+    Quantity,
+    coloured,
+    intensity_of,
+    is_mosaic,
+    quantity_of,
+)
 
 Mask = NDArray[np.uint8]
 
@@ -96,71 +104,26 @@ def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
     return mask
 
 
-MOST = 2500
-"Pixels of a region beyond which nothing is written; they would be too small to read."
-
-
-def value_texts(frame: Frame, region: Region, orientation: Orientation) -> dict[tuple[int, int], str]:
-    """The values of a region of the view, by its columns and lines; one line a component.
-
-    Empty where the region is too large or the format cannot be read.
-    """
-    if region.width * region.height > MOST:
-        return {}
-    texts = {}
-    try:
-        for y in range(region.y, region.bottom):
-            for x in range(region.x, region.right):
-                pixel = orientation.pixel(x, y, frame.width, frame.height)
-                texts[x, y] = "\n".join(map(value_text, value_at(frame, *pixel)))
-    except (PixelFormatError, IndexError):
-        return {}
-    return texts
-
-
-def value_text(value: float) -> str:
-    """Return a component of a pixel as people read it: integers in full, others with six digits."""
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-COLOUR_MAPS = {
-    "Inferno": cv2.COLORMAP_INFERNO,
-    "Viridis": cv2.COLORMAP_VIRIDIS,
-    "Turbo": cv2.COLORMAP_TURBO,
-    "Jet": cv2.COLORMAP_JET,
-    "Bone": cv2.COLORMAP_BONE,
-}
-"""For pictures in grey, by the names people know."""
-_SAMPLES = 20_000
-"""Pixels of a depth image that its range is estimated from."""
-_WITHOUT_OUTLIERS = (0.5, 99.5)
-"""Percentiles."""
-
-
-@dataclass(frozen=True)
-class Levels:
-    """Which of the sensor's values are shown as black and as white, as fractions of its range."""
-
-    black: float = 0.0
-    white: float = 1.0
-
-    @property
-    def neutral(self) -> bool:
-        """Whether the whole range is shown."""
-        return self == Levels()
-
-
 @dataclass(frozen=True)
 class DisplaySettings:
     """Display settings of the image. None of them changes the camera or saved frames."""
 
-    levels: Levels = Levels()
+    levels: Levels = field(default_factory=Levels)
     colour_map: str = ""
     "One of COLOUR_MAPS; empty for grey."
     show_clipping: bool = False
     orientation: Orientation = field(default_factory=Orientation)
+    component: str = ""
+    "The label of the component that is shown; empty for the frame's own image."
+    scan: Scan3d = field(default_factory=Scan3d)
+    "What the camera reports of its coordinates."
+    polarised: PolarisedView = PolarisedView.MOSAIC
     calibration: Calibration | None = None
     "Without whose distortion the picture is shown; None shows it as it is. Only for frames of its size."
+
+    def quantity(self, frame: Frame) -> Quantity | None:
+        """Return what a frame measures other than light, if anything. Raises PixelFormatError."""
+        return quantity_of(frame, self.scan, self.polarised, self.levels, self.colour_map)
 
     def undistorts(self, frame: Frame) -> Calibration | None:
         """Return the calibration without whose distortion a frame is shown, if any."""
@@ -169,11 +132,16 @@ class DisplaySettings:
 
 
 def render(
-    frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings
+    frame: Frame,
+    region: Region | None,
+    size: tuple[int, int] | None,
+    settings: DisplaySettings,
+    quantity: Quantity | None = None,
 ) -> DisplayImage:
     """The picture of a region of the view, in at most `size` screen pixels; see `pixels.for_display`.
 
-    Region and size are the view's, and so is the region that comes back. Raises PixelFormatError.
+    Region and size are the view's, and so is the region that comes back. `quantity` is what
+    `settings.quantity` gives for the frame, if the caller has it already. Raises PixelFormatError.
     """
     orientation = settings.orientation
     if region is not None:
@@ -192,43 +160,37 @@ def render(
                 max(1, round(frame.height * wanted[1] / view.height)),
             ),
         )
-    levels = settings.levels
-    if levels.neutral and frame.pixel_format.is_distance and not frame.pixel_format.needs_range:
-        levels = _measured(frame)
-    image = for_display(_levelled(frame, levels), region, size)
+    quantity = quantity or settings.quantity(frame)
+    image = _light(frame, region, size, settings) if quantity is None else quantity.paint(region, size)
     pixels = image.pixels
-    if not levels.neutral and not _has_deep_levels(frame.pixel_format):
-        pixels = np.asarray(cv2.LUT(pixels, _stretch(levels)), np.uint8)
-    if settings.colour_map and pixels.ndim == 2:
-        pixels = np.asarray(cv2.applyColorMap(pixels, _colours(settings.colour_map)), np.uint8)
-    if settings.show_clipping:
-        pixels = with_clipping(pixels, *clipping_masks(frame, image.region))
     shown = image.region
     if calibration is not None:
         pixels, shown = undistorted(pixels, calibration, view, wanted), view
     return DisplayImage(orientation.applied(pixels), orientation.to_view(shown, frame.width, frame.height))
 
 
+def _light(
+    frame: Frame, region: Region | None, size: tuple[int, int] | None, settings: DisplaySettings
+) -> DisplayImage:
+    """Return pixels that measure light: with levels, in a colour map, with clipping marks."""
+    levels = settings.levels
+    if settings.polarised is PolarisedView.INTENSITY and is_mosaic(frame):
+        frame = intensity_of(frame)
+    image = for_display(_levelled(frame, levels), region, size)
+    pixels = image.pixels
+    if not levels.neutral and not _has_deep_levels(frame.pixel_format):
+        pixels = np.asarray(cv2.LUT(pixels, _stretch(levels)), np.uint8)
+    if settings.colour_map and pixels.ndim == 2:
+        pixels = coloured(pixels, settings.colour_map)
+    if settings.show_clipping:
+        pixels = with_clipping(pixels, *clipping_masks(frame, image.region))
+    return DisplayImage(pixels, image.region)
+
+
 def _fitting(region: Region, size: tuple[int, int] | None) -> tuple[int, int]:
     """Width and height of a region's picture: no more than `size`, nothing enlarged."""
     scale = min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
     return max(1, round(region.width * scale)), max(1, round(region.height * scale))
-
-
-def _measured(frame: Frame) -> Levels:
-    """From the nearest to the farthest distance of a depth image, without a few outliers.
-
-    A sample will do; 0 is where nothing was measured.
-    """
-    every = max(1, round((frame.width * frame.height / _SAMPLES) ** 0.5))
-    sample = frame.raw()[::every, ::every]
-    found = sample[sample > 0]
-    if not found.size:
-        return Levels()
-    top = (1 << frame.pixel_format.depth) - 1
-    near, far = np.percentile(found, _WITHOUT_OUTLIERS)
-    # The nearest is not quite black, which is what was not measured.
-    return Levels(max(0.0, near - 1 - (far - near) / 16) / top, max(far, near + 1) / top)
 
 
 def _has_deep_levels(pixel_format: PixelFormat) -> bool:
@@ -257,13 +219,6 @@ def _stretch(levels: Levels) -> NDArray[np.uint8]:
     span = max(levels.white - levels.black, 1 / 255)
     values = (np.arange(256) / 255 - levels.black) / span
     return np.clip(np.round(values * 255), 0, 255).astype(np.uint8)
-
-
-@cache
-def _colours(name: str) -> NDArray[np.uint8]:
-    """The map's 256 colours, R G B, as applyColorMap takes them."""
-    ramp = np.arange(256, dtype=np.uint8).reshape(256, 1)
-    return np.ascontiguousarray(cv2.applyColorMap(ramp, COLOUR_MAPS[name])[:, :, ::-1], np.uint8)
 
 
 def with_levels(settings: DisplaySettings, black: float, white: float) -> DisplaySettings:

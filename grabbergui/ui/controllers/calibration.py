@@ -145,14 +145,14 @@ class CalibrationViewController(QObject):
         self._apply()
 
     def _on_picture_painted(self) -> None:
-        frame = self._picture.frame
+        frame = self._picture.shown
         if frame is not None and (frame.width, frame.height) != self._size:
             self._size = (frame.width, frame.height)
             self._apply()
 
     def _apply(self, _: bool = False) -> None:
         """Show the picture with or without the distortion; a calibration of another crop is refused."""
-        source, frame = self._connection.source, self._picture.frame
+        source, frame = self._connection.source, self._picture.shown
         wanted = self._actions.actionShowCalibration.isChecked() and source is not None
         calibration = self._known.get(source) if wanted and source is not None else None
         if calibration is not None and frame is not None:

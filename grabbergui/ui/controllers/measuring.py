@@ -66,7 +66,7 @@ class MeasuringController(QObject):
 
     def show_marks(self) -> None:
         """Draw the region and the line where they are seen."""
-        frame, marks = self._picture.frame, self._view.canvas.marks
+        frame, marks = self._picture.shown, self._view.canvas.marks
         focus = self._focus_region if self._seen_docks[self._panels.focusDock] else None
         line = self._line if self._seen_docks[self._panels.profileDock] else None
         marks.setShape(Mark.FOCUS, self._seen(focus, frame) if focus and frame else None)
@@ -93,13 +93,13 @@ class MeasuringController(QObject):
         self.show_marks()
 
     def _on_region_drawn(self, purpose: Purpose, region: Region) -> None:
-        frame = self._picture.frame
+        frame = self._picture.shown
         if purpose is Purpose.FOCUS_REGION and frame is not None:
             self._size = (frame.width, frame.height)
             self._focus_on(self._orientation.to_frame(region, frame.width, frame.height))
 
     def _on_line_drawn(self, purpose: Purpose, line: Line) -> None:
-        frame = self._picture.frame
+        frame = self._picture.shown
         if purpose is not Purpose.PROFILE_LINE or frame is None:
             return
         size = self._size = (frame.width, frame.height)

@@ -8,15 +8,15 @@ from pathlib import Path
 
 from PyQt5.QtCore import QObject, QTimer, pyqtSignal
 
-from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.pixels import value_at
 from grabbergui.models.connection import Connection
 from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
-from grabbergui.models.picture.geometry import Orientation, distorted_pixel
+from grabbergui.models.picture.geometry import Orientation
+from grabbergui.models.picture.levels import Levels
 from grabbergui.models.picture.picture import Picture, PictureModel
-from grabbergui.models.picture.rendering import Levels, value_text, value_texts, with_levels
+from grabbergui.models.picture.readout import cursor_text, value_texts
+from grabbergui.models.picture.rendering import with_levels
 from grabbergui.recording.snapshot import SnapshotWriter
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.preferences import Preferences
@@ -98,6 +98,8 @@ class AcquisitionController(QObject):
         if picture is None or self._shown is None:
             return
         self._view.setPicture(picture.image, picture.width, picture.height)
+        self._view.setComponents(picture.labels, picture.label)
+        self._view.setScale(None if picture.quantity is None else picture.quantity.scale)
         self._show_values(picture)
         if not self._actions.actionSnapshot.isEnabled():
             self._enable_actions()
@@ -105,26 +107,16 @@ class AcquisitionController(QObject):
     def _show_values(self, picture: Picture) -> None:
         """Write the sensor's values on pixels that have room for them."""
         canvas, texts = self._view.canvas, {}
-        plain = self._picture.settings.undistorts(picture.frame) is None  # else pixels lie between others
-        if plain and canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
-            texts = value_texts(picture.frame, picture.image.region, self._picture.settings.orientation)
+        if canvas.zoom >= LEGIBLE_ZOOM * canvas.devicePixelRatioF():
+            texts = value_texts(picture, self._picture.settings)
         canvas.values.setTexts(texts)
 
     def _show_cursor(self, *_: int) -> None:
-        frame, pixel = self._picture.frame, self._view.canvas.cursorPixel
-        if frame is None or pixel is None or self._shown is None:
+        picture, pixel = self._picture.latest, self._view.canvas.cursorPixel
+        if picture is None or pixel is None or self._shown is None:
             self._view.setCursorText("")
             return
-        pixel = self._picture.settings.orientation.pixel(*pixel, frame.width, frame.height)
-        if (calibration := self._picture.settings.undistorts(frame)) is not None:
-            pixel = distorted_pixel(calibration, *pixel)
-        try:
-            values = value_at(frame, *pixel)
-        except (PixelFormatError, IndexError):
-            self._view.setCursorText(f"x {pixel[0]}  y {pixel[1]}")
-            return
-        text = ", ".join(map(value_text, values))
-        self._view.setCursorText(f"x {pixel[0]}  y {pixel[1]}   {frame.pixel_format.family.value} {text}")
+        self._view.setCursorText(cursor_text(picture, pixel, self._picture.settings))
 
     # -- the connection --------------------------------------------------------------------------------
     def _on_connection_opened(self, source: OpenSource) -> None:

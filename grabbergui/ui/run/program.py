@@ -31,6 +31,7 @@ from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.controllers.calibration import CalibrationOpener, CalibrationViewController
 from grabbergui.ui.controllers.camera_work import CameraWork
 from grabbergui.ui.controllers.changes import ChangesController
+from grabbergui.ui.controllers.components import ComponentController
 from grabbergui.ui.controllers.favourites import FavouritesController, FeatureMenuController
 from grabbergui.ui.controllers.features import FeatureController
 from grabbergui.ui.controllers.help import HelpController, LogController
@@ -76,7 +77,7 @@ class Program(QObject):
         self.picture = PictureModel()
         self.snapshots = SnapshotWriter()
         self.history = FrameHistory()
-        self.measuring = MeasuringModel(lambda: self.picture.frame)
+        self.measuring = MeasuringModel(lambda: self.picture.shown)
         self.log_book = LogBook()
         self.log_book.open()
         self.recordings = Recordings(self.connection)
@@ -112,6 +113,9 @@ class Program(QObject):
         self.settings_files = SettingsFilesController(window, files, connection, self.work, said)
         self.user_sets = UserSetsController(window.actionUserSets, window, connection, self.work, said)
         self.display = DisplayController(window, picture, window.histogram, connection, self.picture, self)
+        self.components = ComponentController(
+            window, picture, window.histogram, connection, self.picture, self
+        )
         self.measures = MeasuringController(
             picture, window, window.actionClipping, connection, self.picture, self.measuring, self
         )

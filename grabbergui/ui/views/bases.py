@@ -17,6 +17,7 @@ from PyQt5.QtWidgets import QAction
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message
+from grabbergui.models.picture.quantities import ColourScale, PolarisedView
 from grabbergui.models.status import Tone
 from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
@@ -114,6 +115,12 @@ class PictureView(DrawableView, LivePictureView, Protocol):
     def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
 
+    def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
+        """Offer these components of the frame, or none, and mark the one that is shown."""
+
+    def setScale(self, scale: ColourScale | None) -> None:
+        """Show what the colours mean, or nothing where they show light."""
+
     def setCursorText(self, text: str) -> None:
         """Describe the pixel under the cursor."""
 
@@ -122,6 +129,14 @@ class PictureView(DrawableView, LivePictureView, Protocol):
 
     def clear(self) -> None:
         """Show nothing."""
+
+
+class ComponentView(Protocol):
+    """The choice among a frame's components."""
+
+    @property
+    def componentChosen(self) -> pyqtBoundSignal:
+        """The label of the component that the user chose."""
 
 
 class Layout(Protocol):
@@ -174,6 +189,17 @@ class DisplayActions(Protocol):
     @property
     def colourMapChosen(self) -> pyqtBoundSignal:
         """The name of a colour map for monochrome images; empty for grey."""
+
+
+class ComponentActions(Protocol):
+    """The choice of what is shown of a polarised mosaic."""
+
+    @property
+    def polarisedViewChosen(self) -> pyqtBoundSignal:
+        """The `PolarisedView` that the user chose."""
+
+    def setPolarisedView(self, view: PolarisedView) -> None:
+        """Mark the view that is shown."""
 
 
 class PauseActions(Protocol):

@@ -20,7 +20,7 @@ from PyQt5.QtWidgets import (
     QWidget,
 )
 
-from grabbergui.models.picture.rendering import COLOUR_MAPS
+from grabbergui.models.picture.quantities import COLOUR_MAPS, PolarisedView
 from grabbergui.ui import icons
 from grabbergui.ui.editors.feature_row import FeatureRow
 from grabbergui.ui.loader import load_form
@@ -67,6 +67,7 @@ class MainWindow(QMainWindow):
     """The user closes the window; emitted once, before it goes."""
     themeChosen = pyqtSignal(Theme)
     colourMapChosen = pyqtSignal(str)
+    polarisedViewChosen = pyqtSignal(object)
     """The name of a colour map for grey pictures; empty for grey."""
 
     favourites: FavouritesStrip
@@ -94,6 +95,7 @@ class MainWindow(QMainWindow):
     menubar: QMenuBar
     menuView: QMenu
     menuColours: QMenu
+    menuPolarised: QMenu
     actionUndo: QAction
     actionRedo: QAction
     actionConnect: QAction
@@ -170,6 +172,7 @@ class MainWindow(QMainWindow):
         self._arrange_tools()
         self._group_themes()
         self._group_colours()
+        self._group_polarised_views()
         self._join_own_actions()
         self._keep_bare_keys_to_picture()
         self._explain_shortcuts()
@@ -300,6 +303,26 @@ class MainWindow(QMainWindow):
             action.setData(name)
         self.menuColours.addActions(group.actions())
         group.triggered.connect(lambda action: self.colourMapChosen.emit(action.data()))
+
+    def setPolarisedView(self, view: PolarisedView) -> None:
+        """Mark what is shown of a polarised mosaic."""
+        self._polarised[view].setChecked(True)
+
+    def _group_polarised_views(self) -> None:
+        titles = {
+            PolarisedView.MOSAIC: self.tr("As sent"),
+            PolarisedView.INTENSITY: self.tr("Intensity"),
+            PolarisedView.DEGREE: self.tr("Degree of polarisation"),
+            PolarisedView.ANGLE: self.tr("Angle of polarisation"),
+        }
+        group = QActionGroup(self)
+        self._polarised = {view: QAction(title, group) for view, title in titles.items()}
+        for view, action in self._polarised.items():
+            action.setCheckable(True)
+            action.setData(view)
+        self._polarised[PolarisedView.MOSAIC].setChecked(True)
+        self.menuPolarised.addActions(group.actions())
+        group.triggered.connect(lambda action: self.polarisedViewChosen.emit(action.data()))
 
     def _group_themes(self) -> None:
         self._themes = {

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from PyQt5.QtCore import QPoint, Qt, pyqtSignal
+from PyQt5.QtCore import QPoint, QSignalBlocker, Qt, pyqtSignal
 from PyQt5.QtGui import QResizeEvent
-from PyQt5.QtWidgets import QLabel, QWidget
+from PyQt5.QtWidgets import QLabel, QTabBar, QWidget
 
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.models.diagnosis import Stage
+from grabbergui.models.picture.quantities import ColourScale
 from grabbergui.ui.loader import load_form
 from grabbergui.ui.widgets.drawing import DrawingTool, Purpose
 from grabbergui.ui.widgets.labels import TaskStack
 from grabbergui.ui.widgets.message_stack import PictureNote
 from grabbergui.ui.widgets.picture_canvas import PictureCanvas
 from grabbergui.ui.widgets.playback_bar import PauseBar, PlaybackBar
+from grabbergui.ui.widgets.scale_bar import ScaleBar
 
 NOTE_WIDTH = 560
 NOTE_MARGIN = 16
+SCALE_HEIGHT = 260
 
 
 class PictureView(QWidget):
@@ -30,7 +33,11 @@ class PictureView(QWidget):
     painted = pyqtSignal()
     """A picture has reached the screen."""
 
+    componentChosen = pyqtSignal(str)
+    """The label of a component of the frame."""
+
     canvas: PictureCanvas
+    componentTabs: QTabBar
     pauseBar: PauseBar
     playbackBar: PlaybackBar
     cursorLabel: QLabel
@@ -41,6 +48,9 @@ class PictureView(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         load_form("picture_view", self)
+        self._labels: tuple[str, ...] = ()
+        self._asked = ""
+        "The component that was chosen and is not shown yet."
         self.note = PictureNote(self)
         self.tasks = TaskStack(self)
         """Work in progress, over the lower edge of the picture, which does not move."""
@@ -50,6 +60,11 @@ class PictureView(QWidget):
         self.ageLabel.setProperty("age", True)
         self.ageLabel.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.ageLabel.hide()
+        self.scaleBar = ScaleBar(self)
+        """What the colours mean, over the right edge of the picture."""
+        self.componentTabs.setDrawBase(False)
+        self.componentTabs.setExpanding(False)
+        self.componentTabs.currentChanged.connect(self._on_tab_changed)
         self.drawing = DrawingTool(self.canvas)
         """Takes strokes of the mouse over the picture."""
         self.drawing.ended.connect(self.hintLabel.clear)
@@ -62,6 +77,29 @@ class PictureView(QWidget):
     def setPicture(self, image: DisplayImage, width: int, height: int) -> None:
         """Show an image of a frame of that size in pixels."""
         self.canvas.setPicture(image, width, height)
+
+    def setComponents(self, labels: tuple[str, ...], shown: str) -> None:
+        """Offer these components of the frame in tabs, or none, and mark the one that is shown."""
+        tabs = self.componentTabs
+        if labels != self._labels:
+            self._labels = labels
+            with QSignalBlocker(tabs):
+                while tabs.count():
+                    tabs.removeTab(0)
+                for label in labels:
+                    tabs.addTab(label)
+            tabs.setVisible(bool(labels))
+            self._asked = ""
+        if self._asked in ("", shown) and shown in labels and tabs.currentIndex() != labels.index(shown):
+            with QSignalBlocker(tabs):
+                tabs.setCurrentIndex(labels.index(shown))
+        if shown == self._asked:
+            self._asked = ""
+
+    def setScale(self, scale: ColourScale | None) -> None:
+        """Show what the colours mean, or nothing where they show light."""
+        if self.scaleBar.setScale(scale):
+            self._place_scale()
 
     @property
     def empty(self) -> bool:
@@ -82,6 +120,8 @@ class PictureView(QWidget):
     def clear(self) -> None:
         """Show nothing."""
         self.canvas.clear()
+        self.setComponents((), "")
+        self.setScale(None)
         self.setAge(None)
         self.setCursorText("")
         self.setClippingText("")
@@ -119,6 +159,7 @@ class PictureView(QWidget):
         super().resizeEvent(event)
         self._place_note()
         self._place_tasks()
+        self._place_scale()
 
     def _place_note(self) -> None:
         if self.note.isHidden():
@@ -137,6 +178,18 @@ class PictureView(QWidget):
         x = canvas.x() + (canvas.width() - width) // 2
         self.tasks.setGeometry(x, canvas.bottom() - NOTE_MARGIN - height, width, height)
         self.tasks.raise_()
+
+    def _place_scale(self) -> None:
+        canvas, bar = self.canvas.geometry(), self.scaleBar
+        height = min(SCALE_HEIGHT, canvas.height() - 2 * NOTE_MARGIN)
+        width = bar.sizeHint().width()
+        bar.setGeometry(canvas.right() - NOTE_MARGIN - width, canvas.top() + NOTE_MARGIN, width, height)
+        bar.raise_()
+
+    def _on_tab_changed(self, index: int) -> None:
+        if 0 <= index < len(self._labels):
+            self._asked = self._labels[index]
+            self.componentChosen.emit(self._asked)
 
     def _on_canvas_zoom_changed(self, zoom: float, fitted: bool) -> None:
         self.zoomLabel.setText(f"{zoom:.0%}" + (self.tr(" · fitted") if fitted else ""))

@@ -5,12 +5,12 @@ from frames import frame_of
 from grabbergui.core.pixels import for_display
 from grabbergui.core.region import Region
 from grabbergui.models.picture.geometry import Orientation
+from grabbergui.models.picture.levels import Levels
+from grabbergui.models.picture.quantities import COLOUR_MAPS
 from grabbergui.models.picture.rendering import (
     BLACK,
-    COLOUR_MAPS,
     SATURATED,
     DisplaySettings,
-    Levels,
     clipping_masks,
     render,
     with_levels,
@@ -31,27 +31,6 @@ def test_levels_of_deep_pixels_show_all_gradations_between_them():
     pixels = render(frame, None, None, settings).pixels.reshape(-1)
     assert set(pixels[:1001]) == {0} and set(pixels[1255:]) == {255}
     assert pixels[1000:1256].tolist() == list(range(256))
-
-
-def test_distances_are_shown_from_the_nearest_to_the_farthest_and_what_was_not_measured_is_black():
-    """Millimetres between 0.5 and 2.5 m would be nearly black in the whole range of 16 bits."""
-    millimetres = np.linspace(500, 2500, 64 * 64).astype(np.uint16).reshape(64, 64)
-    millimetres[::8] = 0
-    millimetres[1, 1] = 65535  # an outlier
-    shown = render(frame_of(millimetres, "Coord3D_C16"), None, None, DisplaySettings()).pixels
-
-    assert set(shown[::8].reshape(-1)) == {0}
-    assert 5 < shown[1, 0] < 30 and shown[-1, -1] == 255
-    assert abs(int(shown[33, 0]) - 135) < 10, "and in proportion between them"
-
-    nothing = render(frame_of(np.zeros((8, 8), np.uint16), "Coord3D_C16"), None, None, DisplaySettings())
-    assert not nothing.pixels.any()
-
-
-def test_levels_that_somebody_set_hold_for_distances_too():
-    frame = frame_of(RAMP, "Coord3D_C16")
-    settings = DisplaySettings(levels=Levels(0, 4095 / 65535))
-    assert render(frame, None, None, settings).pixels[32, 0] == pytest.approx(128, abs=1)
 
 
 @pytest.mark.parametrize("order", ["RG", "GR", "BG", "GB"])

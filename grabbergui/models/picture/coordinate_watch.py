@@ -1,0 +1,57 @@
+"""The camera's Scan3d features, read again whenever one of them may have changed."""
+
+from __future__ import annotations
+
+from psygnal import Signal
+
+from grabbergui.core.scan3d import Scan3d
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import OpenSource
+
+PREFIX = "Scan3d"
+
+
+class CoordinateWatch:
+    """Reads what the values of range images mean. No call waits; the signal comes from the source's thread.
+
+    A camera without these features is asked for nothing.
+    """
+
+    changed = Signal(Scan3d)
+
+    def __init__(self, connection: Connection) -> None:
+        self._source: OpenSource | None = None
+        connection.opened.connect(self._on_opened)
+        connection.closing.connect(self._on_closing)
+
+    def _on_opened(self, source: OpenSource) -> None:
+        self._leave()
+        if source.grabber is None:
+            return
+        self._source = source
+        source.grabber.features_changed.connect(self._on_features_changed)
+        self._read(source)
+
+    def _on_closing(self, _: OpenSource) -> None:
+        self._leave()
+
+    def _leave(self) -> None:
+        source, self._source = self._source, None
+        if source is not None and source.grabber is not None:
+            source.grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        # Reading under its selectors changes the selector itself; that must not start the next reading.
+        named = any(name.startswith(PREFIX) and not name.endswith("Selector") for name in names)
+        if (source := self._source) is not None and named:
+            self._read(source)
+
+    def _read(self, source: OpenSource) -> None:
+        grabber = source.grabber
+        assert grabber is not None
+
+        def tell(scan: Scan3d) -> None:
+            if source is self._source:
+                self.changed.emit(scan)
+
+        source.worker.submit(lambda: Scan3d.read(grabber), key="Scan3d", done=tell)

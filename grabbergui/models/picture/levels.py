@@ -1,0 +1,18 @@
+"""Levels: which values are shown as black and as white."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Which of the sensor's values are shown as black and as white, as fractions of its range."""
+
+    black: float = 0.0
+    white: float = 1.0
+
+    @property
+    def neutral(self) -> bool:
+        """Whether the whole range is shown."""
+        return self == Levels()

@@ -1,0 +1,60 @@
+"""The choice of a component, and of what is shown of a polarised mosaic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PyQt5.QtCore import QObject
+
+from grabbergui.core.scan3d import Scan3d
+from grabbergui.models.connection import Connection
+from grabbergui.models.open_source import OpenSource
+from grabbergui.models.picture.coordinate_watch import CoordinateWatch
+from grabbergui.models.picture.levels import Levels
+from grabbergui.models.picture.picture import PictureModel
+from grabbergui.models.picture.quantities import PolarisedView
+from grabbergui.ui.bridge import Bridge
+from grabbergui.ui.views.bases import ComponentActions, ComponentView
+from grabbergui.ui.views.measuring_panels import HistogramPanel
+
+
+class ComponentController(QObject):
+    """Shows one component of a frame, distances by the camera's scale. Never changes the camera."""
+
+    def __init__(
+        self,
+        actions: ComponentActions,
+        view: ComponentView,
+        histogram: HistogramPanel,
+        connection: Connection,
+        picture: PictureModel,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._actions = actions
+        self._histogram = histogram
+        self._picture = picture
+        self._coordinates = CoordinateWatch(connection)
+        view.componentChosen.connect(self._on_component_chosen)
+        actions.polarisedViewChosen.connect(self._on_polarised_view_chosen)
+        bridge = Bridge(self)
+        bridge.bind(self._coordinates.changed, self._on_coordinates_changed)
+        bridge.bind(connection.opened, self._on_connection_opened)
+
+    def _on_component_chosen(self, label: str) -> None:
+        # Levels of one component mean nothing in another.
+        self._picture.settings = replace(self._picture.settings, component=label, levels=Levels())
+        self._histogram.setLevels(0.0, 1.0)
+
+    def _on_polarised_view_chosen(self, view: PolarisedView) -> None:
+        self._picture.settings = replace(self._picture.settings, polarised=view)
+
+    def _on_coordinates_changed(self, scan: Scan3d) -> None:
+        self._picture.settings = replace(self._picture.settings, scan=scan)
+
+    def _on_connection_opened(self, _: OpenSource) -> None:
+        before = self._picture.settings
+        if before.component or before.polarised is not PolarisedView.MOSAIC:
+            mosaic = PolarisedView.MOSAIC
+            self._picture.settings = replace(before, component="", polarised=mosaic)
+        self._actions.setPolarisedView(PolarisedView.MOSAIC)

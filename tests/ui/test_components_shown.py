@@ -1,0 +1,73 @@
+"""A camera that sends several images in a frame: each can be looked at, distances in millimetres."""
+
+from PyQt5.QtCore import QEvent, QPointF, Qt
+from PyQt5.QtGui import QMouseEvent
+from PyQt5.QtWidgets import QApplication
+
+from grabbergui.models.picture.quantities import PolarisedView
+
+
+def send_components(grabber, *names):
+    for name in names:
+        grabber.write_feature("ComponentSelector", name)
+        grabber.write_feature("ComponentEnable", True)
+
+
+def tabs_of(desk):
+    tabs = desk.window.picture.componentTabs
+    return [tabs.tabText(index) for index in range(tabs.count())]
+
+
+def point_at(desk, x, y):
+    canvas = desk.window.picture.canvas
+    place = QPointF(canvas.frameToView(x + 0.5, y + 0.5))
+    event = QMouseEvent(QEvent.MouseMove, place, Qt.NoButton, Qt.NoButton, Qt.NoModifier)
+    QApplication.sendEvent(canvas.viewport(), event)
+
+
+def test_components_are_tabs_and_the_range_is_read_in_millimetres(window_desk):
+    desk, picture = window_desk, window_desk.window.picture
+    desk.connect("sim:")
+    for name, value in (("Width", 320), ("Height", 240)):
+        desk.grabber.write_feature(name, value)
+    desk.watch(1)
+    assert not picture.componentTabs.isVisible() and not picture.scaleBar.isVisible()
+
+    send_components(desk.grabber, "Range", "Confidence")
+    desk.until(lambda: tabs_of(desk) == ["Intensity", "Range", "Confidence"])
+    assert picture.componentTabs.isVisible() and picture.componentTabs.currentIndex() == 0
+    assert not picture.scaleBar.isVisible()
+
+    picture.componentTabs.setCurrentIndex(1)
+    desk.until(lambda: picture.scaleBar.scale is not None and picture.scaleBar.scale.unit == "mm")
+    scale = picture.scaleBar.scale
+    assert scale.low <= 650 and 1200 <= scale.high <= 1400
+    assert desk.program.picture.shown.pixel_format.name == "Coord3D_C16"
+    point_at(desk, 300, 5)
+    desk.until(lambda: " mm  (" in picture.cursorLabel.text())
+
+    picture.componentTabs.setCurrentIndex(2)
+    desk.until(lambda: picture.scaleBar.scale is None)
+    assert desk.program.picture.shown.pixel_format.name == "Confidence8"
+
+    send = desk.grabber.write_feature
+    for name in ("Range", "Confidence"):
+        send("ComponentSelector", name)
+        send("ComponentEnable", False)
+    desk.until(lambda: tabs_of(desk) == [])
+    assert not picture.componentTabs.isVisible()
+    assert desk.program.picture.shown.pixel_format.name == "Mono8"
+
+
+def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_sent(window_desk):
+    desk, window = window_desk, window_desk.window
+    desk.connect("sim:")
+    degree = next(a for a in window.menuPolarised.actions() if a.data() is PolarisedView.DEGREE)
+    degree.trigger()
+    desk.until(lambda: window.picture.scaleBar.scale is not None)
+    assert (window.picture.scaleBar.scale.low, window.picture.scaleBar.scale.high) == (0.0, 1.0)
+
+    desk.connect("sim:colour")
+    desk.until(lambda: window.picture.scaleBar.scale is None)
+    assert not degree.isChecked()
+    assert desk.program.picture.settings.polarised is PolarisedView.MOSAIC
