@@ -2444,7 +2444,7 @@ It {1}.</source>
     <message>
         <location filename="../../grabbergui/ui/forms/main_window.ui" line="90"/>
         <source>&amp;Polarised mosaic</source>
-        <translation>Mosaico &amp;polarizado</translation>
+        <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
         <location filename="../../grabbergui/ui/views/main_window.py" line="313"/>
