@@ -72,8 +72,8 @@ class TrackConfig:
     "Metres from one picture to the next beyond which it is another thing."
     jump_angle: float = 20.0
     "Degrees likewise."
-    smoothing: float = 0.15
-    "Weight of the newest picture in the target's pose."
+    smoothing: float = 0.04
+    "Weight of the newest picture in the target's pose while it rests; one that moves is followed at once."
     grace: float = 0.3
     "Seconds without a usable detection, nothing moving, before the target is lost."
 

@@ -1,8 +1,8 @@
 """From detections in single pictures to targets that may be moved for.
 
 A target is usable while it was seen in each of the last few pictures, in one place, by a picture that is
-fresh. Anything else (a detection that comes and goes, a second marker of the same id, an ambiguous pose)
-interrupts it at once.
+fresh. Anything else (a detection that comes and goes, a second marker of the same id, an ambiguous pose or
+one that flipped) interrupts it at once: such a view counts as not seen.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ import numpy as np
 
 from grabbergui.calibration import geometry
 from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.servo.config import TrackConfig
 from grabbergui.servo.detection import Sighting
+from grabbergui.servo.marker_filter import Covariance, MarkerFilter, covariance_in_base, is_flip
 
 
 class JointHistory:
@@ -58,7 +60,9 @@ class MarkerTrack:
         self._config = config
         self._streak = 0
         self._newest: Pose | None = None
-        self._estimate: Pose | None = None
+        self._filter = MarkerFilter(config.smoothing)
+        self._flips = 0
+        self._camera: Pose | None = None
         self._captured = -math.inf
 
     @property
@@ -68,8 +72,13 @@ class MarkerTrack:
 
     @property
     def pose(self) -> Pose | None:
-        """The smoothed pose; None unless usable."""
-        return self._estimate if self.usable else None
+        """The filtered pose; None unless usable."""
+        return self._filter.pose if self.usable else None
+
+    @property
+    def covariance(self) -> Covariance | None:
+        """(6, 6) of the pose, metres along and radians about the base's axes; None unless usable."""
+        return self._filter.covariance if self.usable else None
 
     @property
     def captured(self) -> float:
@@ -91,22 +100,35 @@ class MarkerTrack:
             self._interrupt(f"marker {self._id} would be behind the camera")
         elif camera is None or not geometry.is_pose(camera):
             self._interrupt("it is not known where the head looked")
+        elif self._flipped(marker, camera):
+            self._interrupt(f"marker {self._id}: its pose has flipped")
         else:
-            self._take(camera @ marker.pose, sighting.captured)
+            self._take(marker, camera @ marker.pose, camera, sighting.captured)
 
-    def _take(self, seen: Pose, captured: float) -> None:
-        config = self._config
+    def _take(self, marker: MarkerDetection, seen: Pose, camera: Pose, captured: float) -> None:
         if self._newest is not None and self._streak and self._jumped(self._newest, seen):
             self._streak = 0
-        self._newest, self._captured = seen, captured
+        covariance = covariance_in_base(marker, camera, self._camera, captured - self._captured)
+        self._newest, self._camera, self._captured = seen, camera, captured
         self._streak += 1
-        if self._streak == 1 or self._estimate is None:
-            self._estimate = seen
-        else:
-            weight = max(config.smoothing, 1 / self._streak)
-            self._estimate = geometry.interpolate(self._estimate, seen, weight)
+        if self._streak == 1:
+            self._filter.restart()
+        self._filter.update(seen, covariance)
         if not self.usable:
             self.problem = f"marker {self._id} is not sure yet"
+
+    def _flipped(self, marker: MarkerDetection, camera: Pose) -> bool:
+        """Whether it is seen in the other of its two poses than before.
+
+        Seen so as often in a row as a marker must be to be believed, it was the earlier pose that was wrong.
+        """
+        known = self._filter.pose
+        flip = known is not None and is_flip(marker, camera, known)
+        self._flips = self._flips + 1 if flip else 0
+        if self._flips > self._config.confirm:
+            self._filter.restart()
+            return False
+        return flip
 
     def _jumped(self, before: Pose, after: Pose) -> bool:
         return (
