@@ -64,6 +64,8 @@ class Frame:
     payload_type: PayloadType = PayloadType.IMAGE
     parts: tuple[Component, ...] = ()
     "The components of a payload with several; empty where the frame's own image is the only one, or none."
+    stream_channel: int = 0
+    "Which of the device's stream channels it is from, where it has several; ids count on each channel."
     file_name: str = ""
     "Of a payload that is a file."
     chunk_payload: NDArray[np.uint8] | None = field(default=None, repr=False)
@@ -120,6 +122,7 @@ class Frame:
             padding_x=component.padding_x,
             big_endian=component.big_endian,
             chunks=self.chunks,
+            stream_channel=self.stream_channel,
         )
 
     def detached(self) -> Frame:

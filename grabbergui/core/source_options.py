@@ -102,6 +102,12 @@ class GigeUriOptions:
     multicast: str = _option(
         "", "ADDRESS", "send to a group, as in `239.192.0.1`, so that others can listen in"
     )
+    stream_channel: str = _option(
+        "0",
+        "INDEX|all",
+        "the stream channel to receive, of a camera with several (`GevStreamChannelCount`): often one for "
+        "each sensor. Of `all` every channel's frames come, and `Frame.stream_channel` tells them apart",
+    )
     plain: bool = _option(False, "0|1", "one system call per packet, for comparison", _switch)
     packet_ring: bool = _option(
         False,

@@ -182,3 +182,5 @@ class PacketSizeFlag(IntFlag):
 
 PACKET_SIZE_MASK = 0xFFFF
 PORT_MASK = 0xFFFF
+STREAM_CHANNELS_MASK = 0x1FF
+"Of `Register.STREAM_CHANNELS`: how many there are."

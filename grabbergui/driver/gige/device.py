@@ -24,7 +24,7 @@ from grabbergui.core.identity import describe, require_same
 from grabbergui.core.uri import is_ip_address
 from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige import bootstrap
-from grabbergui.driver.gige.bootstrap import Capability, Control, Register, StreamChannel
+from grabbergui.driver.gige.bootstrap import Capability, Control, Register
 from grabbergui.driver.gige.control.channel import PRIVILEGE_AND_HOLDER, ControlTiming, Holder, Pulse
 from grabbergui.driver.gige.control.description import fetch_description
 from grabbergui.driver.gige.control.events import MessageChannel
@@ -36,7 +36,8 @@ from grabbergui.driver.gige.discovery.search import FoundDevice
 from grabbergui.driver.gige.gvcp import Status, WriteReg
 from grabbergui.driver.gige.gvcp_messages import Identity
 from grabbergui.driver.gige.stream.channel import Stream, tick_frequency
-from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy, settle_delay
+from grabbergui.driver.gige.stream.channels import Streams, chosen_channels
+from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy
 
 log = logging.getLogger(__name__)
@@ -58,6 +59,8 @@ class GigeOptions:
     packet_delay: PacketDelayPolicy = field(default_factory=PacketDelayPolicy)
     multicast: str = ""
     "Multicast group that the camera sends its stream to, for others to receive too; empty: to us alone."
+    stream_channel: int = 0
+    "Index of the stream channel to receive, or `ALL_CHANNELS`."
     batched: bool = True
     "Many datagrams in one system call, if the system can."
     packet_ring: bool = False
@@ -85,7 +88,7 @@ class GigeDevice(Device):
         "The host's network interface to the camera, once open."
         self._link: ControlLink | None = None
         self._memory: DeviceMemory | None = None
-        self._stream: Stream | None = None
+        self._stream: Streams | None = None
         self._messages: MessageChannel | None = None
         self._tick_frequency = 0
         self._last_statistics = StreamStatistics()
@@ -110,21 +113,28 @@ class GigeDevice(Device):
             link.on_lost = self._on_link_lost
             controlling = access is Access.CONTROL
             link.start_heartbeat(Pulse.for_timeout(timeout_ms), controlling=controlling, holder=holder)
+            indices = chosen_channels(memory, self.options.stream_channel)
         except BaseException:
             self._disconnect(link, memory)
             raise
         self._link, self._memory = link, memory
-        self._stream = Stream(
+        self._stream = Streams([self._channel(memory, index) for index in indices])
+        return access
+
+    def _channel(self, memory: DeviceMemory, index: int) -> Stream:
+        options = self.options
+        return Stream(
             memory,
             self.info.address,
             self._require_interface(),
-            packet_size=self.options.packet_size,
-            resend=self.options.resend,
-            batched=self.options.batched,
-            packet_ring=self.options.packet_ring,
-            multicast=self.options.multicast,
+            packet_size=options.packet_size,
+            packet_delay=options.packet_delay,
+            resend=options.resend,
+            channel=index,
+            batched=options.batched,
+            packet_ring=options.packet_ring,
+            multicast=options.multicast,
         )
-        return access
 
     def close(self) -> None:
         """Close stream, events and connection, and release control. May be called twice."""
@@ -298,13 +308,10 @@ class GigeDevice(Device):
 
     # -- stream ----------------------------------------------------------------------------------
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
-        """Open stream channel 0; `deliver` is called on the receiving thread."""
-        memory, stream = self._opened(), self._stream
-        assert stream is not None
-        stream.open(request, deliver, self._tick_frequency)
-        if memory.writable:
-            policy = self.options.packet_delay
-            settle_delay(memory, StreamChannel(0), policy, stream.packet_size, self._tick_frequency)
+        """Open the chosen stream channels; `deliver` is called on a receiving thread, one at a time."""
+        self._opened()
+        assert self._stream is not None
+        self._stream.open(request, deliver, self._tick_frequency)
 
     def close_stream(self) -> None:
         """Close the stream channel; nothing is delivered any more on return."""

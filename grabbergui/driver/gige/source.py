@@ -15,8 +15,12 @@ from grabbergui.core.uri import SourceUri
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.gige.device import GigeDevice, GigeOptions
 from grabbergui.driver.gige.discovery import search
+from grabbergui.driver.gige.stream.channels import ALL_CHANNELS
 from grabbergui.driver.gige.stream.packet_settings import PacketDelayPolicy, PacketSizePolicy
 from grabbergui.driver.gige.stream.resend import ResendPolicy
+
+MOST_CHANNELS = 512
+"Stream channels of a device (GigE Vision, register 0x0904)."
 
 
 def create(uri: SourceUri) -> FrameGrabber:
@@ -26,6 +30,7 @@ def create(uri: SourceUri) -> FrameGrabber:
         packet_size=PacketSizePolicy.parse(chosen.packet_size),
         resend=ResendPolicy(enabled=chosen.resend),
         packet_delay=PacketDelayPolicy.parse(chosen.packet_delay, chosen.bandwidth),
+        stream_channel=_channel(uri, chosen.stream_channel),
         multicast=_checked_group(uri, chosen.multicast),
         packet_ring=chosen.packet_ring,
         batched=not chosen.plain,
@@ -33,6 +38,14 @@ def create(uri: SourceUri) -> FrameGrabber:
     device = GigeDevice(uri.name, options)
     device.info = replace(device.info, uri=str(uri))
     return Camera(device, deliver_incomplete=chosen.incomplete)
+
+
+def _channel(uri: SourceUri, text: str) -> int:
+    if text == "all":
+        return ALL_CHANNELS
+    if text.isdecimal() and int(text) < MOST_CHANNELS:
+        return int(text)
+    raise UsageError(f"{uri}: stream_channel={text}: write a number from 0 to {MOST_CHANNELS - 1}, or all")
 
 
 def discover(timeout: float) -> list[DeviceInfo]:

@@ -42,7 +42,7 @@ class Device:
             memory,
             largest_packet=9000,
             on_resend=self.resends.append,
-            on_test_packet=self.tests.append,
+            on_test_packet=lambda size, channel: self.tests.append((channel, size)),
         )
         self.model = model
         self.now = 100.0
@@ -260,7 +260,7 @@ def test_a_test_packet_follows_the_acknowledge(controlled):
     controlled.write(SCPS, 0xC0000000 | 2000)
     assert controlled.tests == []
     controlled.channel.run_deferred()
-    assert controlled.tests == [2000]
+    assert controlled.tests == [(0, 2000)]
     assert controlled.value(SCPS) == 0x40000000 | 2000
 
 

@@ -39,8 +39,12 @@ class BlockAssembler:
         policy: ResendPolicy | None = None,
         *,
         deliver_incomplete: bool = False,
+        channel: int = 0,
     ) -> None:
-        """`stride`: image bytes in a full packet; `payload_size`: bytes of a buffer, the largest payload."""
+        """`stride`: image bytes in a full packet; `payload_size`: bytes of a buffer, the largest payload.
+
+        `channel` is named by requests for lost packets.
+        """
         self.policy = policy or ResendPolicy()
         self.statistics = StreamStatistics()
         "Counters; the rates in it stay 0."
@@ -50,7 +54,7 @@ class BlockAssembler:
         self._open: list[Block] = []
         "In the order of their ids."
         self._history = BlockHistory()
-        self._resender = Resender(self.policy)
+        self._resender = Resender(self.policy, channel)
         self._previous_leader: Leader | None = None
         self._previous_packets = 0
         "Payload packets of the last image."

@@ -1,4 +1,4 @@
-"""Opening and closing a device's stream channel."""
+"""Opening and closing one stream channel of a device."""
 
 from __future__ import annotations
 
@@ -27,7 +27,12 @@ from grabbergui.driver.gige.stream import recvmmsg
 from grabbergui.driver.gige.stream.assembler import BlockAssembler
 from grabbergui.driver.gige.stream.frame_builder import FrameBuilder
 from grabbergui.driver.gige.stream.packet_ring import PacketRing, usable
-from grabbergui.driver.gige.stream.packet_settings import PacketSizePolicy, PacketSizer
+from grabbergui.driver.gige.stream.packet_settings import (
+    PacketDelayPolicy,
+    PacketSizePolicy,
+    PacketSizer,
+    settle_delay,
+)
 from grabbergui.driver.gige.stream.packet_source import DatagramSource, PlainSource
 from grabbergui.driver.gige.stream.receiver import StreamReceiver
 from grabbergui.driver.gige.stream.resend import ResendPolicy
@@ -53,7 +58,7 @@ READY_BUFFERS = 4
 
 
 class Stream:
-    """Stream channel 0 of an opened device, until closed."""
+    """One stream channel of an opened device, until closed."""
 
     def __init__(
         self,
@@ -62,7 +67,9 @@ class Stream:
         interface: Interface,
         *,
         packet_size: PacketSizePolicy,
+        packet_delay: PacketDelayPolicy,
         resend: ResendPolicy,
+        channel: int = 0,
         batched: bool = True,
         packet_ring: bool = False,
         multicast: str = "",
@@ -75,11 +82,12 @@ class Stream:
         self._device_ip = device_ip
         self._interface = interface
         self._packet_size_policy = packet_size
+        self._packet_delay_policy = packet_delay
         self._resend = resend
         self._batched = batched
         self._packet_ring = packet_ring
         self._multicast = multicast
-        self._channel = StreamChannel(0)
+        self._channel = StreamChannel(channel)
         self._receiver: StreamReceiver | None = None
         self._statistics = StreamStatistics()
         self.port = 0
@@ -110,13 +118,21 @@ class Stream:
                 pool.take,
                 self._resend_policy(pool, receiver),
                 deliver_incomplete=request.deliver_incomplete,
+                channel=self._channel.index,
             )
-            builder = FrameBuilder(tick_frequency, big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS))
+            builder = FrameBuilder(
+                tick_frequency,
+                big_endian=bool(flags & PacketSizeFlag.BIG_ENDIAN_PIXELS),
+                channel=self._channel.index,
+            )
             source = self._open_source(receiver, request.payload_size)
             self._receiver = StreamReceiver(receiver, self._device_ip, assembler, builder, deliver, source)
         except BaseException:
             receiver.close()
             raise
+        if self._memory.writable:
+            policy = self._packet_delay_policy
+            settle_delay(self._memory, self._channel, policy, self.packet_size, tick_frequency)
 
     def close(self) -> None:
         """Close the channel in the camera and stop receiving. May be called twice; never raises."""

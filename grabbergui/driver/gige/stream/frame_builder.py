@@ -32,8 +32,12 @@ _COMPRESSED: dict[int, PayloadType] = {
 class FrameBuilder:
     """Makes the frames of one stream. One thread."""
 
-    def __init__(self, tick_frequency: int, *, big_endian: bool = False) -> None:
-        """`tick_frequency` in Hz, 0 if the device has no clock; `big_endian`: byte order of pixels."""
+    def __init__(self, tick_frequency: int, *, big_endian: bool = False, channel: int = 0) -> None:
+        """`tick_frequency` in Hz, 0 if the device has no clock; `big_endian`: byte order of pixels.
+
+        `channel` is the stream channel that the blocks are from.
+        """
+        self._channel = channel
         self._tick_frequency = tick_frequency
         self._big_endian = big_endian
         self._clock = ClockMapper()
@@ -63,6 +67,7 @@ class FrameBuilder:
             offset_y=leader.offset_y,
             padding_x=leader.padding_x,
             big_endian=self._big_endian,
+            stream_channel=self._channel,
         )
         return frame if leader.is_image and not leader.parts else self._contents(leader, block).frame(frame)
 

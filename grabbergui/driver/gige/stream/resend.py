@@ -159,8 +159,9 @@ class AnswerWindow:
 class Resender:
     """Requests the missing packets of one stream's blocks."""
 
-    def __init__(self, policy: ResendPolicy) -> None:
+    def __init__(self, policy: ResendPolicy, channel: int = 0) -> None:
         self.policy = policy
+        self._channel = channel
         self._answer = LearnedWait(
             policy.first_answer_wait, policy.shortest_answer_wait, policy.longest_answer_wait
         )
@@ -248,7 +249,9 @@ class Resender:
             log.note_requested(due, now, wait)
             self._window.requested(len(due), now + wait)
             for first, last in id_runs(due):
-                self._requests.append(PacketResend(block.block_id, first, last, 0, block.extended))
+                self._requests.append(
+                    PacketResend(block.block_id, first, last, self._channel, block.extended)
+                )
         waiting = log.again_at[missing]
         next_due = float(waiting[waiting > now].min(initial=NEVER))
         log.next_check = min(log.next_check, max(next_due, now + policy.initial_wait))

@@ -10,6 +10,7 @@ import socket
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 from grabbergui.core.errors import RemoteProtocolError
@@ -85,8 +86,8 @@ class ControlChannel:
     largest_packet: int = 65_532
     "Bytes, as SCPS counts; the interface's MTU."
     on_resend: Callable[[PacketResend], None] = lambda request: None
-    on_test_packet: Callable[[int], None] = lambda size: None
-    "Called with the size of the IP datagram, after the acknowledge is on its way."
+    on_test_packet: Callable[[int, int], None] = lambda size, channel: None
+    "Called with the size of the IP datagram and the stream channel, after the acknowledge is on its way."
     on_stream_changed: Callable[[], None] = lambda: None
     "Called when the stream's destination, packet size or delay changed."
     on_force_ip: Callable[[str, str], bool] = lambda ip, netmask: False
@@ -102,10 +103,12 @@ class ControlChannel:
     def __post_init__(self) -> None:
         memory = self.memory
         memory.on_check(gev.CCP, self._take_control)
-        memory.on_check(gev.SCPS, self._set_packet_size)
+        for index, channel in enumerate(gev.CHANNELS):
+            memory.on_check(channel.scps, partial(self._set_packet_size, index))
         memory.on_check(gev.HEARTBEAT_TIMEOUT, lambda value: max(int(value), gev.LEAST_HEARTBEAT_MS))
         memory.on_check(gev.TIMESTAMP_CONTROL, self._control_timestamp)
-        for register in (gev.SCP, gev.SCDA, gev.SCPD, gev.GVSP_CONFIGURATION):
+        streams = (register for each in gev.CHANNELS for register in (each.scp, each.scda, each.scpd))
+        for register in (*streams, gev.GVSP_CONFIGURATION):
             memory.on_written(register, lambda: self._after.append(self.on_stream_changed))
 
     # -- datagrams -------------------------------------------------------------------------------
@@ -176,8 +179,8 @@ class ControlChannel:
     def release(self) -> None:
         """End control as the device does on time-out: streams and messages stop too."""
         self._controller = None
-        closed = (gev.CCP, gev.SWITCHOVER_KEY, gev.PRIMARY_IP, gev.PRIMARY_PORT, gev.SCP, gev.MCP)
-        for register in closed:
+        closed = (gev.CCP, gev.SWITCHOVER_KEY, gev.PRIMARY_IP, gev.PRIMARY_PORT, gev.MCP)
+        for register in (*closed, *(channel.scp for channel in gev.CHANNELS)):
             self.memory.set(register, 0)
         self._unheard.clear()
         self.model.stop()
@@ -201,7 +204,7 @@ class ControlChannel:
             request = PacketResend.decode(payload, flags)
         except RemoteProtocolError:
             return
-        if request.channel == 0:
+        if request.channel < len(gev.CHANNELS):
             self.on_resend(request)
 
     # -- commands --------------------------------------------------------------------------------
@@ -358,11 +361,11 @@ class ControlChannel:
         offered = memory.integer(gev.CCP) & Control.SWITCHOVER
         return bool(offered and wanted & _ON_CONTROL and wanted >> 16 == memory.integer(gev.SWITCHOVER_KEY))
 
-    def _set_packet_size(self, value: RegisterValue) -> RegisterValue:
+    def _set_packet_size(self, channel: int, value: RegisterValue) -> RegisterValue:
         size = min(int(value) & bootstrap.PACKET_SIZE_MASK, self.largest_packet) & ~3
         size = max(size, gev.SMALLEST_PACKET)
         if int(value) & bootstrap.PacketSizeFlag.FIRE_TEST_PACKET:
-            self._after.append(lambda: self.on_test_packet(size))
+            self._after.append(lambda: self.on_test_packet(size, channel))
         self._after.append(self.on_stream_changed)
         return int(value) & bootstrap.PacketSizeFlag.DO_NOT_FRAGMENT | size
 

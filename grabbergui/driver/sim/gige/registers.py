@@ -6,6 +6,7 @@ import io
 import socket
 import struct
 import zipfile
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 
@@ -22,7 +23,6 @@ XML_NAME = "grabbergui_simulated_camera"
 TICKS_PER_SECOND = 1_000_000_000
 LEAST_HEARTBEAT_MS = 500
 SMALLEST_PACKET = 576
-CHANNEL = StreamChannel(0)
 
 _CAPABILITY = (
     Capability.CONCATENATION
@@ -93,11 +93,38 @@ MCDA = _register("MCDA", _R.MCDA, writable=True)
 MCTT = _register("MCTT", _R.MCTT_MS, 200, writable=True, high=10_000)
 MCRC = _register("MCRC", _R.MCRC, 3, writable=True, high=20)
 MCSP = _register("MCSP", _R.MCSP, bootstrap.GVCP_PORT)
-SCP = _register("SCP0", CHANNEL.port, writable=True)
-SCPS = _register("SCPS0", CHANNEL.packet_size, 1500, writable=True)
-SCPD = _register("SCPD0", CHANNEL.packet_delay, writable=True, high=1_000_000_000)
-SCDA = _register("SCDA0", CHANNEL.destination, writable=True)
-SCSP = _register("SCSP0", CHANNEL.source_port)
+
+
+@dataclass(frozen=True)
+class ChannelRegisters:
+    """The registers of one stream channel."""
+
+    scp: Register
+    scps: Register
+    scpd: Register
+    scda: Register
+    scsp: Register
+
+    @classmethod
+    def of(cls, index: int) -> ChannelRegisters:
+        """Return those of the channel `index`."""
+        at = StreamChannel(index)
+        return cls(
+            _register(f"SCP{index}", at.port, writable=True),
+            _register(f"SCPS{index}", at.packet_size, 1500, writable=True),
+            _register(f"SCPD{index}", at.packet_delay, writable=True, high=1_000_000_000),
+            _register(f"SCDA{index}", at.destination, writable=True),
+            _register(f"SCSP{index}", at.source_port),
+        )
+
+    def all(self) -> tuple[Register, ...]:
+        """Return them in the order of their addresses."""
+        return self.scp, self.scps, self.scpd, self.scda, self.scsp
+
+
+CHANNELS = tuple(map(ChannelRegisters.of, range(2)))
+"Each that is open gets every frame."
+SCP, SCPS, SCPD, SCDA, SCSP = CHANNELS[0].all()
 ACTION_GROUP_KEY = _register("action group key", 0x9800, writable=True)
 ACTION_GROUP_MASK = _register("action group mask", 0x9804, writable=True)
 
@@ -117,7 +144,7 @@ _REGISTERS = (
     PERSISTENT_GATEWAY,
     LINK_SPEED,
     _register("message channels", _R.MESSAGE_CHANNELS, 1),
-    _register("stream channels", _R.STREAM_CHANNELS, 1),
+    _register("stream channels", _R.STREAM_CHANNELS, len(CHANNELS)),
     _register("action signals", _R.ACTION_SIGNALS, 1),
     ACTION_DEVICE_KEY,
     _register("active links", 0x0910, 1),
@@ -143,19 +170,19 @@ _REGISTERS = (
     MCTT,
     MCRC,
     MCSP,
-    SCP,
-    SCPS,
-    SCPD,
-    SCDA,
-    SCSP,
+    *(register for channel in CHANNELS for register in channel.all()),
     _register("SCC0", 0x0D20),
     _register("SCCFG0", 0x0D24, writable=True, high=0),
+    _register("SCC1", 0x0D60),
+    _register("SCCFG1", 0x0D64, writable=True, high=0),
     ACTION_GROUP_KEY,
     ACTION_GROUP_MASK,
 )
 
 
 _FEATURES = (
+    "GevStreamChannelCount",
+    "GevStreamChannelSelector",
     "GevSCPSPacketSize",
     "GevSCPSDoNotFragment",
     "GevSCPSFireTestPacket",

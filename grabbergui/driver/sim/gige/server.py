@@ -18,9 +18,9 @@ from grabbergui.driver.gige.discovery.interfaces import Interface, interface_of
 from grabbergui.driver.sim import registers as reg
 from grabbergui.driver.sim.files import FileStore
 from grabbergui.driver.sim.gige import registers as gev
-from grabbergui.driver.sim.gige.control import Address, ControlChannel, Outgoing
+from grabbergui.driver.sim.gige.control import ControlChannel, Outgoing
 from grabbergui.driver.sim.gige.stream import REBOOT_S, Faults, StreamSender, StreamSettings
-from grabbergui.driver.sim.memory import Register, RegisterValue
+from grabbergui.driver.sim.memory import Register, RegisterMemory, RegisterValue
 from grabbergui.driver.sim.model import CameraModel
 from grabbergui.driver.sim.scene import Scene
 
@@ -96,7 +96,7 @@ class GigeCamera:
 
     def stream_to(self, host: str, port: int, packet_size: int) -> None:
         """Send the stream there, as if a controller had set it so."""
-        self._stream.configure(StreamSettings(host, port, packet_size))
+        self._stream.configure([StreamSettings(host, port, packet_size)])
 
     def close(self) -> None:
         """Switch the camera off. May be called twice."""
@@ -128,7 +128,7 @@ class GigeCamera:
             segmentation=self._segmentation,
             on_sent=self._on_sent,
         )
-        memory.set(gev.SCSP, self._stream.port)
+        self._report_source_port(memory)
         self.control = ControlChannel(
             self.model,
             memory,
@@ -193,7 +193,7 @@ class GigeCamera:
         self.control.memory.set(gev.CURRENT_IP, int.from_bytes(socket.inet_aton(ip), "big"))
         self.control.memory.set(gev.SUBNET_MASK, int.from_bytes(socket.inet_aton(netmask), "big"))
         self._stream.move(ip)
-        self.control.memory.set(gev.SCSP, self._stream.port)
+        self._report_source_port(self.control.memory)
         return True
 
     # -- threads ---------------------------------------------------------------------------------
@@ -262,18 +262,23 @@ class GigeCamera:
 
     def _configure_stream(self) -> None:
         memory = self.control.memory
-        destination: Address = (
-            socket.inet_ntoa(memory.integer(gev.SCDA).to_bytes(4, "big")),
-            memory.integer(gev.SCP) & bootstrap.PORT_MASK,
-        )
+        extended = bool(memory.integer(gev.GVSP_CONFIGURATION) & gev.EXTENDED_IDS)
         self._stream.configure(
-            StreamSettings(
-                *destination,
-                memory.integer(gev.SCPS) & bootstrap.PACKET_SIZE_MASK,
-                memory.integer(gev.SCPD),
-                bool(memory.integer(gev.GVSP_CONFIGURATION) & gev.EXTENDED_IDS),
-            )
+            [
+                StreamSettings(
+                    socket.inet_ntoa(memory.integer(channel.scda).to_bytes(4, "big")),
+                    memory.integer(channel.scp) & bootstrap.PORT_MASK,
+                    memory.integer(channel.scps) & bootstrap.PACKET_SIZE_MASK,
+                    memory.integer(channel.scpd),
+                    extended,
+                )
+                for channel in gev.CHANNELS
+            ]
         )
+
+    def _report_source_port(self, memory: RegisterMemory) -> None:
+        for channel in gev.CHANNELS:
+            memory.set(channel.scsp, self._stream.port)
 
 
 def _open_sockets(interface: Interface, address: str) -> list[socket.socket]:

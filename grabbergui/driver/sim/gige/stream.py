@@ -1,4 +1,4 @@
-"""The stream channel of the simulated GigE Vision device: frames out, resends, faults on purpose."""
+"""The stream channels of the simulated GigE Vision device: frames out, resends, faults on purpose."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import socket
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,7 +104,7 @@ _SEND_BUFFER = 4 << 20
 
 @dataclass(frozen=True)
 class StreamSettings:
-    """Where packets go and how large they are."""
+    """Where the packets of one channel go and how large they are."""
 
     host: str = ""
     port: int = 0
@@ -116,7 +116,10 @@ class StreamSettings:
 
 
 class StreamSender:
-    """Renders frames and sends them, on a thread of its own; answers requests from any thread."""
+    """Renders frames and sends them to each open channel, on a thread of its own.
+
+    Answers requests from any thread.
+    """
 
     def __init__(
         self,
@@ -140,9 +143,12 @@ class StreamSender:
         self._bandwidth = bandwidth
         self._segmentation = segmentation
         self._on_sent = on_sent
-        self._settings = StreamSettings()
-        self._batch: DatagramBatch | None = None
-        self._kept: OrderedDict[int, Block] = OrderedDict()
+        self._settings: list[StreamSettings] = []
+        "By channel."
+        self._batches: dict[int, DatagramBatch] = {}
+        "Of the open channels."
+        self._kept: OrderedDict[int, dict[int, Block]] = OrderedDict()
+        "Frames by block id, as each channel sent them; their payload is the same."
         self._lock = threading.Lock()
         self._running = threading.Event()
         self._socket = _open_socket(address)
@@ -171,33 +177,36 @@ class StreamSender:
             self._socket.close()
             self._socket = _open_socket(address)
 
-    def configure(self, settings: StreamSettings) -> None:
-        """Take over where packets go; from the next frame on."""
+    def configure(self, settings: Sequence[StreamSettings]) -> None:
+        """Take over where each channel's packets go; from the next frame on."""
         with self._lock:
-            if (settings.host, settings.port) != (self._settings.host, self._settings.port):
+            before = [(channel.host, channel.port) for channel in self._settings]
+            if before != [(channel.host, channel.port) for channel in settings]:
                 self._kept.clear()
-            self._settings = settings
-            self._batch = None
-            if settings.port:
-                self._batch = DatagramBatch(
-                    self._socket, (settings.host, settings.port), segmentation=self._segmentation
+            self._settings = list(settings)
+            self._batches = {
+                index: DatagramBatch(
+                    self._socket, (channel.host, channel.port), segmentation=self._segmentation
                 )
+                for index, channel in enumerate(settings)
+                if channel.port
+            }
 
-    def send_test_packet(self, size: int) -> None:
+    def send_test_packet(self, size: int, channel: int = 0) -> None:
         """Send one datagram of `size` bytes with its IP header, to try whether it gets through."""
-        self._send(test_packet(size))
+        self._send(test_packet(size), channel)
 
     def resend(self, request: PacketResend) -> None:
         """Send packets again, or say that they are gone or not sent yet."""
         with self._lock:
-            block = self._kept.get(request.block_id)
+            block = self._kept.get(request.block_id, {}).get(request.channel)
             if block is None:
                 self._refuse(request, request.first, Status.PACKET_UNAVAILABLE)
                 return
             sent = block.sent
             count = min(request.last + 1, sent, request.first + _MOST_RESENT) - request.first
             for index in self._packet_faults.order(max(count, 0)):
-                self._send(block.packet(request.first + int(index)))
+                self._send(block.packet(request.first + int(index)), request.channel)
             if request.last < sent:
                 return
             if sent <= block.trailer_id:
@@ -206,10 +215,10 @@ class StreamSender:
                 self._refuse(request, max(request.first, sent), Status.PACKET_UNAVAILABLE)
 
     def _refuse(self, request: PacketResend, packet_id: int, status: Status) -> None:
-        self._send(unavailable(request.block_id, packet_id, request.extended, status))
+        self._send(unavailable(request.block_id, packet_id, request.extended, status), request.channel)
 
-    def _send(self, datagram: bytes) -> None:
-        settings = self._settings
+    def _send(self, datagram: bytes, channel: int) -> None:
+        settings = self._settings[channel] if channel < len(self._settings) else StreamSettings()
         if settings.port:
             try:
                 self._socket.sendto(datagram, (settings.host, settings.port))
@@ -224,38 +233,42 @@ class StreamSender:
 
     def _stream(self, plan: FramePlan) -> None:
         with self._lock:
-            batch, settings = self._batch, self._settings
+            batches, settings = self._batches, self._settings
             if plan.frame_id == 1:
                 self._kept.clear()
             storage = self._oldest(plan.payload_bytes)
         used = self._model.render(plan, storage)
         stalled = 0 < self._faults.stall_after < plan.frame_id
-        if batch is None or stalled:
+        if not batches or stalled:
             return
-        block = Block(
-            plan, storage[:used], settings.packet_size, settings.extended, self._faults.height_in_trailer
-        )
+        payload, trailing = storage[:used], self._faults.height_in_trailer
+        blocks = {
+            channel: Block(plan, payload, settings[channel].packet_size, settings[channel].extended, trailing)
+            for channel in batches
+        }
         with self._lock:
-            self._kept[block.block_id] = block
+            self._kept[next(iter(blocks.values())).block_id] = blocks
         if self._faults.delay:
             time.sleep(self._faults.delay)
-        try:
-            self._send_block(block, batch, settings)
-            self.sent_bytes += used
-        except OSError as error:
-            log.warning("frame %d was not sent: %s", plan.frame_id, error)
+        for channel, block in blocks.items():
+            try:
+                self._send_block(block, batches[channel], settings[channel], channel)
+                self.sent_bytes += used
+            except OSError as error:
+                log.warning("frame %d was not sent: %s", plan.frame_id, error)
 
     def _oldest(self, size: int) -> np.ndarray:
         """Room for a frame: the oldest kept one's, or new where there is memory left."""
         room = max(min(_MOST_KEPT, _KEPT_BYTES // size), 2)
         if len(self._kept) >= room:
-            _, block = self._kept.popitem(last=False)
-            base = block.payload.base if block.payload.base is not None else block.payload
+            _, blocks = self._kept.popitem(last=False)
+            payload = next(iter(blocks.values())).payload
+            base = payload.base if payload.base is not None else payload
             if isinstance(base, np.ndarray) and base.size == size:
                 return base
         return np.empty(size, np.uint8)
 
-    def _send_block(self, block: Block, batch: DatagramBatch, settings: StreamSettings) -> None:
+    def _send_block(self, block: Block, batch: DatagramBatch, settings: StreamSettings, channel: int) -> None:
         order = np.arange(block.payload_packets)
         leader = trailer = True
         if self._faults.disturbs_packets:
@@ -263,7 +276,7 @@ class StreamSender:
                 order = self._packet_faults.order(block.payload_packets)
                 leader, trailer = (len(self._packet_faults.order(1)) > 0 for _ in range(2))
         if leader:
-            self._send(block.leader())
+            self._send(block.leader(), channel)
         block.sent = 1
         headers, starts, sizes = block.headers, block.starts, block.sizes
         if self._faults.disturbs_packets:
@@ -283,7 +296,7 @@ class StreamSender:
                 time.sleep(max(due - time.monotonic(), 0))
         self._on_sent(block.block_id)
         if trailer:
-            self._send(block.trailer())
+            self._send(block.trailer(), channel)
         block.sent = block.trailer_id + 1
 
 
