@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PyQt5.QtCore import QSize, Qt, pyqtSignal
+from PyQt5.QtCore import QSize, Qt, QTimer, pyqtSignal
 from PyQt5.QtGui import QFocusEvent, QKeyEvent, QKeySequence, QResizeEvent, QShowEvent, QValidator
 from PyQt5.QtWidgets import QAbstractSpinBox, QApplication, QToolTip, QWidget
 
@@ -215,6 +215,12 @@ class RangeEditor(NumberEditor):
         self._feature: Feature | None = None
         self._waiting: int | float | None = None
         "A number on the slider that is not emitted yet."
+        self._number: int | float = 0
+        "The number that the slider was moved to last."
+        self._following = QTimer(self)
+        "Fires when the field is to follow the slider: after the write has left, not between the two."
+        self._following.setSingleShot(True)
+        self._following.timeout.connect(self._follow_slider)
         self._slider = ValueSlider(self)
         self._slider.sliderPressed.connect(self.editingStarted)
         self._slider.sliderReleased.connect(self._on_slider_released)
@@ -231,6 +237,7 @@ class RangeEditor(NumberEditor):
         self._slider.setAccessibleName(feature.title)
         if self._slider.isSliderDown():
             return
+        self._following.stop()
         super().setFeature(feature)
         scale = SliderScale.of(feature)
         if scale is not None and isinstance(feature.value, int | float):
@@ -238,12 +245,16 @@ class RangeEditor(NumberEditor):
 
     def _on_slider_value_edited(self, number: int | float) -> None:
         assert self._feature is not None
-        self._feature = replace(self._feature, value=number)
+        self._number = number
+        self._following.start()
         if self._feature.pauses_stream and self._slider.isSliderDown():
             self._waiting = number
         else:
-            self.valueEdited.emit(number)  # first, as the camera takes longer than the field
-        self.field.setFeature(self._feature)
+            self.valueEdited.emit(number)
+
+    def _follow_slider(self) -> None:
+        assert self._feature is not None
+        self.field.setFeature(replace(self._feature, value=self._number))
 
     def _on_slider_released(self) -> None:
         if (number := self._waiting) is not None:
