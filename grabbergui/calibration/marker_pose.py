@@ -49,6 +49,10 @@ class MarkerDetection:
     "(6, 6) of the pose: metres along, then radians about the camera's axes, as ROS orders it."
     other_pose: geometry.Pose | None = None
     "The second solution, beside a `pose`; None where there is one solution only."
+    points: NDArray[np.float64] | None = None
+    "(n, 3) metres on the target whose places gave the `pose`."
+    pixels: NDArray[np.float64] | None = None
+    "(n, 2) where they are seen."
 
 
 def located(
@@ -78,7 +82,7 @@ def located(
     covariance = pose_covariance(pose, points, of, found.reprojection_error)
     if covariance is None:
         return replace(found, pose=None, problem="its corners do not fix its pose")
-    return replace(found, pose=pose, covariance=covariance)
+    return replace(found, pose=pose, covariance=covariance, points=points, pixels=pixels)
 
 
 def judged(marker: MarkerDetection, poses: list[geometry.Pose], errors: list[float]) -> MarkerDetection:

@@ -296,6 +296,22 @@ class CommandGate:
             return f"{there.part} would come within {1e3 * max(there.distance, 0):.0f} mm of {there.other}"
         return ""
 
+    def obstruction(self, arm: Vector) -> str:
+        """Return why the arm must not rest at joint angles (radians), as display text; empty if it may."""
+        model, limits = self._robot.model, self._config.arm
+        place = model.arm.forward(arm)[:3, 3]
+        low = np.array([limits.x_low, limits.y_low, limits.z_low])
+        high = np.array([limits.x_high, limits.y_high, limits.z_high])
+        if ((place < low) | (place > high)).any():
+            return "it would be outside the workspace"
+        if model.body is None:
+            return ""
+        contact = self._nearest(model.body, arm)
+        if contact.distance < self._config.safety.clearance:
+            millimetres = 1e3 * max(contact.distance, 0)
+            return f"{contact.part} would come within {millimetres:.0f} mm of {contact.other}"
+        return ""
+
     def _nearest(self, body: Body, arm: Vector) -> Contact:
         contacts = [body.nearest(arm)]
         if self._obstacles:

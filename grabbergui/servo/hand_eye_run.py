@@ -1,0 +1,321 @@
+"""Hand–eye calibration on a robot that goes to the joint poses that tell most, and looks from each.
+
+Every motion passes the gate, which keeps speed, workspace and clearance. A pose that the gate refuses, that
+the arm does not reach, or that does not show the target, is passed over. The target stands still, or the hand
+holds it: see `EYES`.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grabbergui.calibration import geometry
+from grabbergui.calibration.geometry import Pose, Vector
+from grabbergui.calibration.hand_eye import HandEyeResult, solve
+from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints
+from grabbergui.calibration.hand_eye_poses import propose
+from grabbergui.calibration.marker_pose import MarkerDetection
+from grabbergui.core.calibration import Calibration
+from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.servo.config import Config
+from grabbergui.servo.gate import Command, CommandGate
+from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
+
+log = logging.getLogger(__name__)
+
+EYES = ("head", "hand", "stands")
+"Where the camera is: on the head or on the hand, the target standing; or standing, the target in the hand."
+FIRST_VIEWS = 6
+"Views from small moves about the first pose, where no drawing says where camera or target is."
+SMALL = math.radians(7)
+"Radians that joints move for those."
+SPAN = math.radians(40)
+"Radians about the first pose within which the arm's joints stay."
+PROPOSED = 3
+"Poses that are proposed at a time; the first that can be reached counts."
+SOLVED_EVERY = 5
+"Views after which what is known of camera and target is computed again."
+NEAR_M, NEAR = 0.004, math.radians(0.6)
+"Metres and radians from a pose at which it is reached: what counts is where the joints say they are."
+STALLED_S = 2.0
+"Seconds without coming nearer, after which a pose is given up."
+LONGEST_S = 30.0
+"Seconds for one move."
+SETTLE_S = 0.4
+"Seconds of rest before a frame counts."
+STILL = math.radians(0.1)
+"Radians that joints may move while the robot looks."
+RAMP_S = 0.5
+"Seconds in which a move comes to its speed."
+
+Look = Callable[[float], "MarkerDetection | None"]
+"Seconds on the run's clock to the target as a frame exposed after them shows it; None if none does."
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is."""
+
+    views: int
+    wanted: int
+    text: str
+    "The newest event, as display text."
+
+
+def arrangement(eye: str, model: KinematicModel) -> Arrangement:
+    """Return which chains carry camera and target. Raises UsageError for no entry of `EYES`."""
+    if eye not in EYES:
+        raise UsageError(f"there is no place '{eye}' for the camera; there are {', '.join(EYES)}")
+    if eye == "stands":
+        return Arrangement(None, model.arm)
+    return Arrangement(model.head if eye == "head" else model.arm, None)
+
+
+class HandEyeRun:
+    """One calibration. `run` from one thread, `cancel` from any; the robot is open, its guardian ready."""
+
+    def __init__(
+        self,
+        eye: str,
+        robot: Robot,
+        gate: CommandGate,
+        look: Look,
+        calibration: Calibration,
+        config: Config,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        pause: Callable[[float], None] = time.sleep,
+        report: Callable[[Progress], None] = lambda progress: None,
+    ) -> None:
+        """`calibration` is of the camera's images; `clock` and `pause` let a test turn the time."""
+        self._eye, self._robot, self._gate, self._look = eye, robot, gate, look
+        self._arrangement = arrangement(eye, robot.model)
+        self._calibration, self._config = calibration, config
+        self._clock, self._pause, self._report = clock, pause, report
+        self._views: list[HandEyeView] = []
+        self._wanted = 0
+        self._cancelled = False
+
+    def cancel(self) -> None:
+        """Stop the robot and end the run, which raises SourceUnavailableError. Any thread."""
+        self._cancelled = True
+        self._gate.rest()
+
+    def run(self, wanted: int = 20) -> HandEyeResult:
+        """Take `wanted` views and return what they say. The robot rests on return.
+
+        Raises UsageError where the target is not seen or too few poses show it, SourceUnavailableError where
+        the robot is stopped or does not answer.
+        """
+        self._wanted = wanted
+        start = self._state()
+        if self._eye != "head" and start.arm is None:
+            raise UsageError(f"{self._robot.name} does not report the angles of its arm")
+        try:
+            first = self._seen()
+            if first is None or first.pose is None:
+                raise UsageError("the target is not seen: bring it into the middle of the image first")
+            guess = self._first_guess(start, first.pose)
+            self._collect(start, guess, np.asarray(first.points))
+        finally:
+            self._gate.rest()
+        self._say("computing")
+        return solve(self._arrangement, self._views, self._calibration)
+
+    # -- which poses -----------------------------------------------------------------------------
+    def _first_guess(self, start: RobotState, target: Pose) -> Guess:
+        if self._eye == "head":
+            model, nothing = self._robot.model, np.zeros(0)
+            camera = model.camera_pose(start.head)
+            return Guess(model.camera, camera @ target, np.zeros_like(start.head), nothing)
+        random = np.random.default_rng(1)
+        angles = self._angles(start)
+        for _ in range(4 * FIRST_VIEWS):
+            if len(self._views) >= FIRST_VIEWS:
+                break
+            self._visit(angles + SMALL * random.uniform(-1, 1, angles.shape))
+        return self._known()
+
+    def _collect(self, start: RobotState, guess: Guess, points: Vector) -> None:
+        near = self._near(start)
+        tried = 0
+        while len(self._views) < self._wanted:
+            if tried > 4 * self._wanted:
+                raise UsageError(
+                    f"only {len(self._views)} of {self._wanted} views were possible: give the arm more room, "
+                    "or bring the target where more poses show it"
+                )
+            for camera, target in propose(
+                near, guess, points, self._calibration, PROPOSED, self._views, seed=tried
+            ):
+                tried += 1
+                if self._visit(camera if camera.size else target):
+                    break
+            if len(self._views) >= FIRST_VIEWS and len(self._views) % SOLVED_EVERY == 0:
+                guess = self._known()
+
+    def _near(self, start: RobotState) -> Arrangement:
+        """Return the arrangement with the arm's joints kept about the first pose."""
+        if self._eye == "head":
+            return self._arrangement
+        chain: Joints = _Near(self._robot.model.arm, self._angles(start))
+        return Arrangement(None, chain) if self._eye == "stands" else Arrangement(chain, None)
+
+    def _known(self) -> Guess:
+        result = solve(self._arrangement, self._views, self._calibration)
+        millimetres, degrees = 1e3 * result.uncertainty[0], math.degrees(result.uncertainty[1])
+        self._say(f"the camera is known to {millimetres:.1f} mm and {degrees:.2f}°")
+        return Guess(result.camera, result.target, result.camera_offsets, result.target_offsets)
+
+    # -- one view --------------------------------------------------------------------------------
+    def _visit(self, goal: Vector) -> bool:
+        """Go to joint angles and look; return whether that gave a view."""
+        if self._eye != "head" and (why_not := self._gate.obstruction(goal)):
+            self._say(f"a pose is passed over: {why_not}")
+            return False
+        if not self._go(goal):
+            self._say(f"a pose is passed over: {self._gate.hindrance or 'it was not reached'}")
+            return False
+        before = self._angles(self._state())
+        seen = self._seen()
+        after = self._angles(self._state())
+        if seen is None or seen.points is None or seen.pixels is None:
+            self._say("a pose is passed over: the target is not seen surely")
+            return False
+        if np.abs(after - before).max() > STILL:
+            self._say("a pose is passed over: the robot did not rest")
+            return False
+        nothing = np.zeros(0)
+        camera, target = (nothing, after) if self._eye == "stands" else (after, nothing)
+        self._views.append(HandEyeView(camera, target, seen.points, seen.pixels))
+        self._say(f"view {len(self._views)} of {self._wanted}")
+        return True
+
+    def _seen(self) -> MarkerDetection | None:
+        """Return the target once the robot has come to rest; None where it has no pose that is sure."""
+        self._gate.rest()
+        began = self._clock()
+        while self._clock() - began < SETTLE_S:
+            self._check()
+            self._pause(0.05)
+        found = self._look(self._clock())
+        return found if found is not None and found.pose is not None else None
+
+    def _go(self, goal: Vector) -> bool:
+        """Go to joint angles; return whether they were reached. The robot rests on return."""
+        began = improved = self._clock()
+        nearest = math.inf
+        try:
+            while True:
+                self._check()
+                now, state = self._clock(), self._state()
+                command, away = self._command(state, goal, min(1.0, (now - began) / RAMP_S))
+                if not command.moves and away == 0:
+                    return True
+                if away < nearest - 0.002:
+                    nearest, improved = away, now
+                if now - improved > STALLED_S or now - began > LONGEST_S:
+                    return False
+                self._gate.send(replace(command, until=now + self._config.safety.picture_timeout), now)
+                self._pause(1 / self._config.loop.rate)
+        finally:
+            self._gate.rest()
+
+    def _command(self, state: RobotState, goal: Vector, part: float) -> tuple[Command, float]:
+        """Return the command towards joint angles at a part of the speed, and how far away they are.
+
+        0: they are reached.
+        """
+        speed = part * self._config.loop.speed
+        if self._eye == "head":
+            off, fastest = goal - state.head, math.radians(self._config.head.fastest)
+            away = float(np.abs(off).max())
+            if away < NEAR:
+                return Command(), 0.0
+            return Command(head=speed * np.clip(self._config.head.gain * off, -fastest, fastest)), away
+        angles, arm = self._angles(state), self._robot.model.arm
+        place = geometry.diff(state.hand, arm.forward(goal))
+        metres, radians = float(np.linalg.norm(place[:3])), float(np.linalg.norm(place[3:]))
+        if metres < NEAR_M and radians < NEAR:
+            return Command(), 0.0
+        # Along the joints, so that no limit is met on the way; straight where only redundancy is left.
+        twist = arm.jacobian(angles) @ (goal - angles)
+        if np.linalg.norm(twist) < 0.3 * np.linalg.norm(place):
+            twist = place
+        twist = self._config.arm.gain * twist
+        share = max(
+            float(np.linalg.norm(twist[:3])) / self._config.arm.fastest,
+            float(np.linalg.norm(twist[3:])) / math.radians(self._config.arm.fastest_turn),
+            1.0,
+        )
+        away = float(np.linalg.norm(goal - angles)) if len(angles) <= 6 else metres + 0.3 * radians
+        return Command(hand=speed * twist / share), away
+
+    def _state(self) -> RobotState:
+        """Return a fresh reading. Raises SourceUnavailableError where there is none."""
+        began = self._clock()
+        while True:
+            state, now = self._robot.state(), self._clock()
+            if state is not None and now - state.time <= self._config.safety.robot_timeout:
+                return state
+            self._check()
+            if now - began > STALLED_S:
+                raise SourceUnavailableError(f"{self._robot.name} does not report its joints")
+            self._pause(0.02)
+
+    def _angles(self, state: RobotState) -> Vector:
+        angles = state.head if self._eye == "head" else state.arm
+        if angles is None:
+            raise SourceUnavailableError(f"{self._robot.name} no longer reports the angles of its arm")
+        return angles
+
+    def _check(self) -> None:
+        if self._cancelled:
+            raise SourceUnavailableError("the calibration was cancelled")
+        if self._gate.halted:
+            raise SourceUnavailableError(f"the robot is stopped: {self._gate.halted}")
+
+    def _say(self, text: str) -> None:
+        log.info("%s", text)
+        self._report(Progress(len(self._views), self._wanted, text))
+
+
+@contextmanager
+def watched(gate: CommandGate) -> Iterator[None]:
+    """Stop a robot whose commands cease, from a thread of its own, and let its guardian know that we live."""
+    over = threading.Event()
+
+    def watch() -> None:
+        while not over.wait(0.02):
+            gate.expire(time.monotonic())
+            gate.beat()
+
+    thread = threading.Thread(target=watch, name="hand-eye watchdog", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+        gate.halt("the calibration ended")
+
+
+class _Near:
+    """A chain whose joints stay near some angles."""
+
+    def __init__(self, chain: Joints, angles: Vector) -> None:
+        self._chain = chain
+        self.low = np.maximum(chain.low, angles - SPAN)
+        self.high = np.minimum(chain.high, angles + SPAN)
+
+    def forward(self, angles: Vector) -> Pose:
+        """Return the tool's pose in the base."""
+        return self._chain.forward(angles)
