@@ -19,6 +19,7 @@ from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, FrameGrabber
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import snapshot
 from grabbergui.recording.recorder import RecordingLimits, create_recorder
@@ -114,6 +115,7 @@ def _add_grab(commands: Any) -> None:
     add_options(parser, awaited="a frame")
     parser.add_argument("-n", "--frames", type=count, default=1, metavar="FRAMES", help="how many frames (1)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="save every frame in this folder")
+    parser.add_argument("--ply", action="store_true", help="save point clouds of range images beside them")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=_grab)
 
@@ -135,7 +137,16 @@ def _grab(options: argparse.Namespace) -> int:
     return 0
 
 
+def _save(frame: Frame, folder: Path, grabber: FrameGrabber, scan: Scan3d | None) -> None:
+    snapshot.save(frame, folder, grabber.info)
+    if scan is not None:
+        snapshot.save_points(frame, folder, grabber.info, scan)
+
+
 def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace) -> dict[str, Any]:
+    if options.ply and options.out is None:
+        raise UsageError("--ply saves into the folder of --out; name one")
+    scan = Scan3d.read(source.grabber) if options.ply else None
     first: Frame | None = None
     payload_bytes = 0
     for so_far in range(options.frames):
@@ -143,7 +154,7 @@ def _collect(source: FrameSource, queue: FrameQueue, options: argparse.Namespace
         first = first or frame
         payload_bytes += frame.nbytes
         if options.out is not None:
-            snapshot.save(frame, options.out, source.grabber.info)
+            _save(frame, options.out, source.grabber, scan)
     assert first is not None
     counters = source.grabber.statistics()
     # From the first frame's own time to the last's: opening the camera is not the camera's rate.

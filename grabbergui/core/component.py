@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 from typing import Any
@@ -119,6 +119,12 @@ class Component:
         return _Picture(
             self.payload, self.width, self.height, self.pixel_format, self.padding_x, self.big_endian
         )
+
+
+def own_component(parts: Sequence[Component]) -> Component | None:
+    """Return the component that consumers of one image get: the first intensity, or else the first."""
+    intensities = (part for part in parts if part.kind is ComponentKind.INTENSITY)
+    return next(intensities, parts[0] if parts else None)
 
 
 @dataclass(eq=False)

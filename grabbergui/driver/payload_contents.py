@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grabbergui.core import pfnc
-from grabbergui.core.component import Component, ComponentKind, PayloadType
+from grabbergui.core.component import Component, ComponentKind, PayloadType, own_component
 from grabbergui.core.encoded_image import ImageHeader, StillImage, jpeg2000_header, jpeg_header
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import EncodedFrame, Frame
@@ -49,9 +49,8 @@ class Contents:
 
     @property
     def first_image(self) -> Component | None:
-        """The component that consumers of one image get: the first intensity, or else the first."""
-        intensities = (part for part in self.parts if part.kind is ComponentKind.INTENSITY)
-        return next(intensities, self.parts[0] if self.parts else None)
+        """The component that consumers of one image get."""
+        return own_component(self.parts)
 
     def frame(self, image: Frame) -> Frame:
         """Return `image`, which has the metadata of the block, with these contents."""

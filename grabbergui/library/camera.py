@@ -10,11 +10,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from grabbergui.core.component import Component
 from grabbergui.core.errors import FrameTimeoutError, GrabberError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import Role
 from grabbergui.library.callbacks import Callbacks, Occasion
 from grabbergui.library.effect import Effects, SettingEffect
@@ -24,6 +29,7 @@ from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
+from grabbergui.recording.point_cloud import PointCloud
 from grabbergui.recording.recorder import RecordingLimits
 
 TIMEOUT = 5.0
@@ -311,6 +317,26 @@ class Camera(FeatureAccess):
         return Recording.begin(
             self._grabber, path, RecordingLimits(frames, seconds), self.start, lossless=lossless
         )
+
+    def points(self, frame: Frame) -> PointCloud:
+        """Compute the points of a frame's range image by the camera's Scan3d features.
+
+        `camera.points(frame).points` is (n, 3) float32 in millimetres, `colours` the intensity there. Raises
+        PixelFormatError if the frame has no range image, or the camera does not report enough.
+        """
+        return PointCloud.of(frame, Scan3d.read(self._grabber))
+
+    def save_points(self, frame: Frame, path: str | Path) -> None:
+        """Write the points of a frame's range image to a PLY file, binary and little-endian, in millimetres.
+
+        Raises as `points` does, and OSError if the file cannot be written.
+        """
+        Path(path).write_bytes(self.points(frame).ply())
+
+    def distances(self, component: Frame | Component) -> NDArray[np.float32]:
+        """Return a range image in millimetres: (height, width) float32, NaN where nothing was measured."""
+        scan = Scan3d.read(self._grabber)
+        return scan.distances(component.raw(), component.pixel_format)
 
     def save_settings(self, path: str | Path) -> None:
         """Write every setting to a file: GenICam's feature stream, or YAML for `.yaml`."""

@@ -1,10 +1,13 @@
-"""Saves one frame at full resolution, from the sensor's data and not from the painted image."""
+"""Saves one frame at full resolution, from the sensor's data and not from the painted image; its points."""
 
 from __future__ import annotations
 
 import json
 import threading
 import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from itertools import count
 from pathlib import Path
@@ -15,10 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
+from grabbergui.core.component import ComponentKind, own_component
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.pfnc import Family
+from grabbergui.core.scan3d import Scan3d
+from grabbergui.recording.point_cloud import PointCloud
 
 
 class SnapshotError(GrabberError):
@@ -30,27 +36,30 @@ def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = No
 
     8-bit formats become PNG (Bayer and YUV in colour). Deeper ones become TIFF of 16 bits with the sensor's
     own values in the low bits, a Bayer pattern as it is. A format that cannot be laid out becomes its payload
-    bytes (`.raw`) with a `.json` beside it that says what they are. No file is overwritten. `moment` is
-    seconds since the epoch; the frame's own by default. Raises SnapshotError.
+    bytes (`.raw`) with a `.json` beside it that says what they are. Of a frame with several components each
+    becomes a file; those beside the frame's own image have their kind in the name (`_range.tiff`). No file is
+    overwritten. `moment` is seconds since the epoch; the frame's own by default. Raises SnapshotError.
     """
-    if moment is None:
-        moment = frame.received_ns / 1e9 if frame.received_ns else time.time()
+    moment = _moment(frame, moment)
     stem = _stem(info, moment)
-    try:
+    with _folder_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        try:
-            suffix, content = _encoded(frame)
-        except PixelFormatError:
-            path = _write_new(folder, stem, ".raw", frame.payload.tobytes())
-            path.with_suffix(".json").write_text(
-                json.dumps(_particulars(frame, info, moment), indent=2) + "\n"
-            )
-            return path
-        return _write_new(folder, stem, suffix, content)
-    except OSError as error:
-        raise SnapshotError(
-            f"the snapshot could not be written to {folder}: {error.strerror or error}; choose another folder"
-        ) from error
+        for name, part in _other_components(frame):
+            _save_image(part, folder, f"{stem}_{name}", info, moment)
+        return _save_image(frame, folder, stem, info, moment)
+
+
+def save_points(
+    frame: Frame, folder: Path, info: DeviceInfo, scan: Scan3d, moment: float | None = None
+) -> Path:
+    """Write the point cloud of a frame's range image as PLY into a folder; return the file's path.
+
+    Named as `save` names files. Raises SnapshotError, and PixelFormatError of a frame without points.
+    """
+    content = PointCloud.of(frame, scan).ply()
+    with _folder_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        return _write_new(folder, _stem(info, _moment(frame, moment)), ".ply", content)
 
 
 class SnapshotWriter:
@@ -65,9 +74,11 @@ class SnapshotWriter:
 
     def save(self, frame: Frame, folder: Path, info: DeviceInfo) -> None:
         """Save a frame soon. Never waits."""
-        thread = threading.Thread(target=self._save, args=(frame, folder, info), name="snapshot", daemon=True)
-        self._threads = [*(t for t in self._threads if t.is_alive()), thread]
-        thread.start()
+        self._begin(lambda: save(frame, folder, info))
+
+    def save_points(self, frame: Frame, folder: Path, info: DeviceInfo, scan: Scan3d) -> None:
+        """Save the point cloud of a frame soon. Never waits."""
+        self._begin(lambda: save_points(frame, folder, info, scan))
 
     def wait(self, timeout: float) -> bool:
         """Whether everything is saved, within `timeout` seconds. For quitting."""
@@ -76,14 +87,56 @@ class SnapshotWriter:
             thread.join(max(0.0, deadline - time.monotonic()))
         return not any(thread.is_alive() for thread in self._threads)
 
-    def _save(self, frame: Frame, folder: Path, info: DeviceInfo) -> None:
+    def _begin(self, write: Callable[[], Path]) -> None:
+        thread = threading.Thread(target=self._write, args=(write,), name="snapshot", daemon=True)
+        self._threads = [*(t for t in self._threads if t.is_alive()), thread]
+        thread.start()
+
+    def _write(self, write: Callable[[], Path]) -> None:
         try:
             with self._order:
-                path = save(frame, folder, info)
+                path = write()
         except GrabberError as error:
             self.failed.emit(str(error))
         else:
             self.saved.emit(path)
+
+
+def _moment(frame: Frame, moment: float | None) -> float:
+    if moment is not None:
+        return moment
+    return frame.received_ns / 1e9 if frame.received_ns else time.time()
+
+
+@contextmanager
+def _folder_errors(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise SnapshotError(
+            f"the snapshot could not be written to {folder}: {error.strerror or error}; choose another folder"
+        ) from error
+
+
+def _save_image(frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment: float) -> Path:
+    try:
+        suffix, content = _encoded(frame)
+    except PixelFormatError:
+        path = _write_new(folder, stem, ".raw", frame.payload.tobytes())
+        path.with_suffix(".json").write_text(json.dumps(_particulars(frame, info, moment), indent=2) + "\n")
+        return path
+    return _write_new(folder, stem, suffix, content)
+
+
+def _other_components(frame: Frame) -> Iterator[tuple[str, Frame]]:
+    """Give the components beside the frame's own image with names for files, each once."""
+    seen: Counter[ComponentKind] = Counter()
+    own = own_component(frame.parts)
+    for part in frame.parts:
+        seen[part.kind] += 1
+        if part is not own:
+            number = f"_{seen[part.kind]}" if seen[part.kind] > 1 else ""
+            yield f"{part.kind.name.lower()}{number}", frame.of_component(part)
 
 
 def _encoded(frame: Frame) -> tuple[str, bytes]:
@@ -94,7 +147,11 @@ def _encoded(frame: Frame) -> tuple[str, bytes]:
     if raw.dtype == np.uint16 and family is Family.RGB:
         order = [frame.pixel_format.raw_order.index(name) for name in "BGR"]
         return ".tiff", _encode(".tiff", np.ascontiguousarray(raw[..., order]))
-    if family in (Family.MONO, Family.COORDINATES):
+    if family is Family.COORDINATES:
+        if raw.shape[2] != 3 or raw.dtype not in (np.uint8, np.uint16, np.float32):
+            raise PixelFormatError(f"no file of pictures holds {frame.pixel_format}")
+        return ".tiff", _encode(".tiff", np.ascontiguousarray(raw[..., ::-1]))  # OpenCV swaps them back
+    if family is Family.MONO:
         return ".png", _encode(".png", frame.mono())
     return ".png", _encode(".png", cv2.cvtColor(frame.rgb(), cv2.COLOR_RGB2BGR))
 

@@ -274,3 +274,11 @@ def test_the_module_runs_and_a_closed_pipe_is_no_error():
     assert process.stderr.read() == b""
     process.stderr.close()
     assert process.wait(PATIENCE) == 0
+
+
+def test_grab_saves_every_component_and_the_point_cloud(capsys, tmp_path):
+    enable = ["--set", "ComponentSelector=Range", "--set", "ComponentEnable=on"]
+    assert run(capsys, "grab", SMALL, *enable, "--out", str(tmp_path), "--ply")[0] == 0
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".ply", ".png", ".tiff"]
+    code, _, problem = run(capsys, "grab", SMALL, "--ply")
+    assert code != 0 and "--out" in problem

@@ -345,3 +345,17 @@ def test_files_in_the_camera(camera: grabbergui.Camera, tmp_path: Path) -> None:
         camera.files.write("Firmware", b"")
     with pytest.raises(grabbergui.CameraFileError, match="DeviceLog"):
         camera.files.write("DeviceLog", b"")
+
+
+def test_the_points_of_a_frame_and_its_distances(tmp_path):
+    with grabbergui.open("sim:") as camera:
+        camera.width, camera.height = 64, 48
+        camera["ComponentSelector"] = "Range"
+        camera["ComponentEnable"] = True
+        frame = camera.grab()
+        distance = camera.distances(frame.components[1])
+        cloud = camera.points(frame)
+        camera.save_points(frame, tmp_path / "cloud.ply")
+    assert distance.shape == (48, 64) and 550 < np.nanmin(distance) < np.nanmax(distance) < 1500
+    assert len(cloud.points) == np.isfinite(distance).sum() == len(cloud.colours)
+    assert (tmp_path / "cloud.ply").stat().st_size > 15 * len(cloud.points)

@@ -46,6 +46,10 @@ def test_components_are_tabs_and_the_range_is_read_in_millimetres(window_desk):
     point_at(desk, 300, 5)
     desk.until(lambda: " mm  (" in picture.cursorLabel.text())
 
+    desk.window.actionPointCloud.trigger()
+    folder = desk.preferences.snapshot_folder
+    desk.until(lambda: [path for path in folder.glob("*.ply") if path.stat().st_size > 1000])
+
     picture.componentTabs.setCurrentIndex(2)
     desk.until(lambda: picture.scaleBar.scale is None)
     assert desk.program.picture.shown.pixel_format.name == "Confidence8"

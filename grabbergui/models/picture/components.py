@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from grabbergui.core.component import Component, ComponentKind
+from grabbergui.core.component import Component, ComponentKind, own_component
 from grabbergui.core.frame import Frame
 from grabbergui.models.language import translate
 
@@ -23,12 +23,9 @@ def labels(frame: Frame) -> tuple[str, ...]:
 
 
 def own_label(frame: Frame) -> str:
-    """Return the label of the frame's own image, which is the first of intensity; empty without a choice."""
-    known = labels(frame)
-    kinds = [part.kind for part in frame.parts]
-    if not known:
-        return ""
-    return known[kinds.index(ComponentKind.INTENSITY) if ComponentKind.INTENSITY in kinds else 0]
+    """Return the label of the frame's own image; empty without a choice."""
+    own = own_component(frame.parts)
+    return next((label for label, part in zip(labels(frame), frame.parts, strict=False) if part is own), "")
 
 
 def chosen(frame: Frame, label: str) -> Frame:

@@ -77,6 +77,7 @@ class AcquisitionController(QObject):
         actions.actionStart.triggered.connect(self._connection.start)
         actions.actionStop.triggered.connect(self._connection.stop)
         actions.actionSnapshot.triggered.connect(self.snapshot)
+        actions.actionPointCloud.triggered.connect(self.save_points)
         view.viewChanged.connect(self._picture.set_viewport)
         view.cursorMoved.connect(self._show_cursor)
         view.cursorLeft.connect(self._show_cursor)
@@ -91,6 +92,13 @@ class AcquisitionController(QObject):
             )
             return
         self._snapshots.save(frame, self._preferences.snapshot_folder, source.grabber.info)
+
+    def save_points(self) -> None:
+        """Save the points of the newest frame where snapshots go."""
+        frame, source = self._picture.frame, self._connection.source
+        if frame is not None and source is not None and source.grabber is not None:
+            folder, scan = self._preferences.snapshot_folder, self._picture.settings.scan
+            self._snapshots.save_points(frame, folder, source.grabber.info, scan)
 
     # -- the picture ---------------------------------------------------------------------------------
     def _on_picture_ready(self) -> None:
@@ -149,7 +157,8 @@ class AcquisitionController(QObject):
         actions.actionDisconnect.setEnabled(state is not LinkState.CLOSED)
         actions.actionStart.setEnabled(state is LinkState.OPEN)
         actions.actionStop.setEnabled(state is LinkState.STREAMING)
-        actions.actionSnapshot.setEnabled(self._shown is not None and self._picture.frame is not None)
+        for action in (actions.actionSnapshot, actions.actionPointCloud):
+            action.setEnabled(self._shown is not None and self._picture.frame is not None)
 
 
 class DisplayController(QObject):

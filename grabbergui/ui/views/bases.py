@@ -172,6 +172,7 @@ class AcquisitionActions(Protocol):
     actionStart: QAction
     actionStop: QAction
     actionSnapshot: QAction
+    actionPointCloud: QAction
 
 
 class DisplayActions(Protocol):

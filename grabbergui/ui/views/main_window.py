@@ -106,6 +106,7 @@ class MainWindow(QMainWindow):
     actionStart: QAction
     actionStop: QAction
     actionSnapshot: QAction
+    actionPointCloud: QAction
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
     actionRecord: QAction
