@@ -9,7 +9,7 @@ from grabbergui.calibration import geometry
 from grabbergui.net.yarp.os.bottle import Bottle
 from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.request import ConnectionInfo, Request
-from grabbergui.net.yarp.os.values import Vocab
+from grabbergui.net.yarp.os.values import Dialect, Vocab
 from grabbergui.servo.robots import board_messages, cartesian_messages, teo
 from grabbergui.servo.robots.board_messages import FAIL, OK
 from grabbergui.servo.robots.simulated import SimRobot
@@ -77,28 +77,65 @@ def conversation(name):
 
 
 # -- what real peers send is what we read and write ----------------------------------------------
-def test_a_real_boards_encoders_are_read():
-    for _, data in recorded("control_board_312.txt", "S"):
+BOARDS = pytest.mark.parametrize(
+    ("dialect", "file"),
+    [(Dialect.YARP3, "control_board_312.txt"), (Dialect.YARP4, "control_board_40.txt")],
+    ids=["3.12", "4.0"],
+)
+
+
+@BOARDS
+def test_a_real_boards_encoders_are_read(dialect, file):
+    for _, data in recorded(file, "S"):
         assert np.isfinite(board_messages.read_encoders(Bottle.decode(data), 2)).all()
+        assert board_messages.encoders(np.zeros(2)).encode(dialect)[:8] == data[:8]
 
 
-def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout():
-    (_, real), *_ = recorded("control_board_312.txt", "E")
-    ours = board_messages.extended_state(np.zeros(2), [board_messages.POSITION_MODE] * 2)
-    for mine, theirs in zip(ours, Bottle.decode(real), strict=True):
+@BOARDS
+def test_what_a_board_streams_of_all_kinds_has_the_real_ones_layout(dialect, file):
+    (_, real), *_ = recorded(file, "E")
+    modes = [board_messages.POSITION_MODE] * 2
+    ours = board_messages.extended_state(np.zeros(2), modes, dialect)
+    real_items = Bottle.decode(real, dialect)
+    for mine, theirs in zip(ours, real_items, strict=True):
         assert isinstance(mine, list) == isinstance(theirs, list)
         if isinstance(mine, list):
             assert [type(item) for item in mine] == [type(item) for item in theirs]
-    assert len(ours.encode()) == len(real)
+    assert len(ours.encode(dialect)) == len(real)
 
 
-def test_our_velocities_are_those_of_a_real_client():
-    real = next(data for letter, data in recorded("control_board_312.txt", "C"))
+@BOARDS
+def test_our_velocities_are_those_of_a_real_client(dialect, file):
+    real = next(data for letter, data in recorded(file, "C"))
     velocity = board_messages.read_streamed(Bottle.decode(real), 2).values
     assert np.degrees(velocity) == pytest.approx([5.0, 5.0])
-    ours = board_messages.velocity_moves(velocity).encode()
-    assert ours[:32] == real[:32]  # all but the numbers themselves
+    ours = board_messages.velocity_moves(velocity, dialect).encode(dialect)
+    assert ours[:-16] == real[:-16]  # all but the numbers themselves
     assert len(ours) == len(real)
+
+
+def test_our_streamed_positions_are_those_of_a_real_client_of_4():
+    ours = board_messages.direct_positions(np.radians([4.0, 3.0]), Dialect.YARP4).encode(Dialect.YARP4)
+    real = [data for _, data in recorded("control_board_40.txt", "C")]
+    assert ours[:-16] in [data[:-16] for data in real]
+    read = [board_messages.read_streamed(Bottle.decode(data), 2) for data in real]
+    assert [(str(command.mode), command.joints) for command in read] == [
+        *[("vel", [0, 1]), ("vel", [0]), ("vel", [1])],
+        *[("posd", [0, 1]), ("posd", [0]), ("posd", [0])],
+    ]
+
+
+def test_our_requests_are_those_of_a_real_client_of_4():
+    real = [data for _, data in recorded("control_board_40.txt", "Q")]
+    for ours in (
+        board_messages.control_modes(board_messages.DIRECT_MODE, 2, Dialect.YARP4),
+        board_messages.relative_moves(np.radians([2.0, 2.0]), Dialect.YARP4),
+    ):
+        assert ours.encode(Dialect.YARP4) in real
+    for ours in (board_messages.axes(Dialect.YARP4), board_messages.stop_all(Dialect.YARP4)):
+        # Lone words may go without their type code: 4.0 reads both.
+        ours.specialised = False
+        assert ours.encode(Dialect.YARP4) in real
 
 
 def test_a_real_controllers_pose_is_that_of_our_kinematics():
@@ -121,13 +158,28 @@ def test_our_requests_are_those_of_a_real_client(request_of_ours):
 
 
 # -- the simulated ones answer as the real ones did ------------------------------------------------
-def test_the_simulated_board_answers_a_real_client_as_the_real_one(board, robot, clock):
-    for data, answer in conversation("control_board_312.txt"):
+@BOARDS
+def test_the_simulated_board_answers_a_real_client_as_the_real_one(names, robot, clock, dialect, file):
+    board = SimulatedBoard(robot, names, "/head", dialect)
+    for data, answer in conversation(file):
         if answer is None:
             board._command(asked(data))
         else:
-            assert shape(board.answer(asked(data))) == shape(Bottle.decode(answer)), Bottle.decode(data)
+            assert answer_shape(board.answer(asked(data)), data) == answer_shape(answer, data), data
         pass_time(clock, board, 0.5)
+    if dialect is Dialect.YARP4:  # the last that was streamed were positions
+        *_, (_, there) = recorded(file, "S")
+        assert robot.state().head == pytest.approx(board_messages.read_encoders(Bottle.decode(there), 2))
+
+
+def answer_shape(answer, request):
+    if b"getRemoteProtocolVersion" in request:
+        return answer  # no Bottle
+    read = answer if isinstance(answer, Bottle) else Bottle.decode(answer)
+    if b"getDeviceInterfaces" in request:
+        # A simulated head has fewer of them, and must know all.
+        return [read[0], [name for name, _ in read[1]]]
+    return shape(read)
 
 
 def test_the_simulated_controller_answers_a_real_client_as_the_real_one(cartesian, robot, clock):

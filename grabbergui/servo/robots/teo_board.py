@@ -27,14 +27,31 @@ PROTOCOL = (1, 9, 0)
 "Of remote_controlboard, 3.x."
 VERSION_OF_4 = struct.pack("<2i4h", 256, 1, 0, 4, 0, 0)
 "4.0's reply about its version, which is no Bottle: a list of one, then protocol, major, minor, patch."
-INTERFACES = {
-    **dict.fromkeys(("IAxisInfo", "IControlLimits", "IControlMode", "IEncodersTimed"), True),
-    **dict.fromkeys(("IPositionControl", "IPositionDirect", "IVelocityControl"), True),
-    **dict.fromkeys(("IAmplifierControl", "ICurrentControl", "IImpedanceControl", "IInteractionMode"), False),
-    **dict.fromkeys(("IJointBrake", "IJointCoupling", "IMotor", "IMotorEncoders", "IPWMControl"), False),
-    **dict.fromkeys(("IPidControl", "IRemoteVariables", "ITorqueControl", "IVelocityDirect"), False),
+INTERFACES = (
+    *(
+        "iAmplifierControl",
+        "iAxisInfo",
+        "iControlCalibration",
+        "iControlLimits",
+        "iControlMode",
+        "iCurrentControl",
+    ),
+    *("iEncodersTimed", "iImpedanceControl", "iInteractionMode", "iJointBrake", "iJointFault", "iMotor"),
+    *(
+        "iMotorEncoders",
+        "iPWMControl",
+        "iPidControl",
+        "iPositionControl",
+        "iPositionDirect",
+        "iPreciselyTimed",
+    ),
+    *("iRemoteCalibrator", "iRemoteVariables", "iTorqueControl", "iVelocityControl", "iVelocityDirect"),
+)
+"All that a board of 4.0 says of its device whether it has it."
+IMPLEMENTED = {
+    *("iAxisInfo", "iControlLimits", "iControlMode", "iEncodersTimed", "iPositionControl", "iPositionDirect"),
+    "iVelocityControl",
 }
-"What a board of 4.0 says that its device can do."
 MODES = (messages.POSITION_MODE, messages.DIRECT_MODE, messages.VELOCITY_MODE)
 
 
@@ -52,6 +69,8 @@ class SimulatedBoard:
         self._speeds = np.full(self._joints, STEP_SPEED)
         "Of moves, rad/s."
         self._velocity = np.zeros(self._joints)
+        self._target: Vector | None = None
+        "Of the moves that the joints are on, radians; None while they obey velocities or nothing."
         self._count = 0
         self._state = OutputPort(f"{name}/state:o", names)
         self._extended_state = OutputPort(f"{name}/stateExt:o", names)
@@ -98,8 +117,8 @@ class SimulatedBoard:
         if method == "getRemoteProtocolVersion":
             return VERSION_OF_4
         if method == "getDeviceInterfacesRPC":
-            known = INTERFACES.items()
-            can: list[Item] = [[name, messages.OK if has else messages.FAIL] for name, has in known]
+            flags = (messages.OK if name in IMPLEMENTED else messages.FAIL for name in INTERFACES)
+            can: list[Item] = [[name, flag] for name, flag in zip(INTERFACES, flags, strict=True)]
             return self._reply_of_4([messages.OK], can)
         verb, _, words = messages.METHODS.get(method, "").partition(" ")
         what, _, more = words.partition(" ")
@@ -135,8 +154,7 @@ class SimulatedBoard:
                 moving = [mode == messages.VELOCITY_MODE for mode in self._modes]
                 self._go(np.where(obeying, wanted, np.where(moving, self._velocity, 0.0)))
             elif obeying.any():
-                target = np.where(obeying, wanted, self._robot.state().head)
-                self._robot.point_head(target, self._chain.fastest)
+                self._point(np.where(obeying, wanted, self._goal()), self._chain.fastest)
 
     def _tell(self, what: str, rest: list[Item]) -> list[Item]:
         """The name of a value, then the value. Raises IndexError, RemoteProtocolError."""
@@ -168,7 +186,7 @@ class SimulatedBoard:
             target = np.radians(messages.numbers(rest[0], self._joints))
             return self._move(target + angles if what == "rels" else target)
         if what in ("rel", "pos"):
-            joint, target = self._joint(rest), angles.copy()
+            joint, target = self._joint(rest), self._goal()
             value = float(np.radians(messages.numbers(rest[1:], 1)[0]))
             target[joint] = value + angles[joint] if what == "rel" else value
             return self._move(target)
@@ -191,12 +209,19 @@ class SimulatedBoard:
     def _move(self, target: Vector) -> bool:
         if any(mode != messages.POSITION_MODE for mode in self._modes):
             return False
-        self._velocity = np.zeros(self._joints)
-        self._robot.point_head(target, np.minimum(np.abs(self._speeds), self._chain.fastest))
+        self._point(target, np.minimum(np.abs(self._speeds), self._chain.fastest))
         return True
 
+    def _goal(self) -> Vector:
+        """Where the joints go to, or stand."""
+        return np.array(self._robot.state().head if self._target is None else self._target)
+
+    def _point(self, target: Vector, fastest: Vector) -> None:
+        self._velocity, self._target = np.zeros(self._joints), target
+        self._robot.point_head(target, fastest)
+
     def _go(self, velocity: Vector) -> None:
-        self._velocity = velocity
+        self._velocity, self._target = velocity, None
         self._robot.move_head(velocity)
 
     def _set_modes(self, joints: range | list[int], modes: list[Item]) -> bool:
