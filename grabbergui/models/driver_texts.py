@@ -23,7 +23,7 @@ def QT_TRANSLATE_NOOP(context: str, text: str) -> str:
 _SENTENCES = (
     # A camera that is lost
     QT_TRANSLATE_NOOP("Drivers", "the camera is lost: {0}"),
-    QT_TRANSLATE_NOOP("Drivers", "the camera has not answered for {0} s"),
+    QT_TRANSLATE_NOOP("Drivers", "the camera did not answer for {0} s"),
     QT_TRANSLATE_NOOP("Drivers", "another application took control of the camera for itself alone"),
     QT_TRANSLATE_NOOP("Drivers", "another application, at {0}, took control of the camera"),
     QT_TRANSLATE_NOOP(

@@ -510,17 +510,17 @@ It {1}.</source>
         <translation>Cerrar esta fuente</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="53"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="54"/>
         <source>Close {0}</source>
         <translation>Cerrar {0}</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="83"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="84"/>
         <source>This is the current source</source>
         <translation>Esta es la fuente activa</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/gallery.py" line="83"/>
+        <location filename="../../grabbergui/ui/views/gallery.py" line="84"/>
         <source>Make this the current source</source>
         <translation>Hacer activa esta fuente</translation>
     </message>
@@ -847,7 +847,7 @@ It {1}.</source>
         <translation>Dejar de representarlo</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/widgets/plots.py" line="144"/>
+        <location filename="../../grabbergui/ui/widgets/plots.py" line="157"/>
         <source>{0} over time</source>
         <translation>{0} en el tiempo</translation>
     </message>
@@ -1012,11 +1012,6 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
-        <source>the camera has not answered for {0} s</source>
-        <translation>la cámara no responde desde hace {0} s</translation>
-    </message>
-    <message>
-        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
         <source>another application took control of the camera for itself alone</source>
         <translation>otra aplicación tomó el control exclusivo de la cámara</translation>
     </message>
@@ -1114,6 +1109,11 @@ It {1}.</source>
         <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
         <source>{0} is {1} instead of {2}</source>
         <translation>{0} es {1} en lugar de {2}</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/driver_texts.py" line="23"/>
+        <source>the camera did not answer for {0} s</source>
+        <translation>la cámara no respondió durante {0} s</translation>
     </message>
 </context>
 <context>
@@ -1230,12 +1230,12 @@ It {1}.</source>
 <context>
     <name>FavouritesStrip</name>
     <message>
-        <location filename="../../grabbergui/ui/forms/favourites.ui" line="8"/>
+        <location filename="../../grabbergui/ui/forms/favourites.ui" line="7"/>
         <source>Favourites</source>
         <translation>Favoritos</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/favourites.ui" line="18"/>
+        <location filename="../../grabbergui/ui/forms/favourites.ui" line="17"/>
         <source>Exposure, gain and frame rate appear here where the camera has them.</source>
         <translation>Aquí aparecen exposición, ganancia y frecuencia, si la cámara las tiene.</translation>
     </message>
@@ -1520,7 +1520,7 @@ It {1}.</source>
         <translation>Nitidez en los últimos segundos; línea discontinua: la mejor</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="164"/>
         <source>of the whole picture</source>
         <translation>de toda la imagen</translation>
     </message>
@@ -1528,6 +1528,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/measuring_panels.py" line="151"/>
         <source>Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best</source>
         <translation>Nitidez {0:.2f}    mejor {1:.2f}    {2:.0%} de la mejor</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="151"/>
+        <source>Sharpness {0:.2f}    best {1:.2f}</source>
+        <translation>Nitidez {0:.2f}    mejor {1:.2f}</translation>
     </message>
 </context>
 <context>
@@ -2247,7 +2252,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="301"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="341"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2442,22 +2447,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="314"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="354"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="315"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="355"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="316"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="356"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="317"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="357"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -2833,12 +2838,12 @@ It {1}.</source>
         <translation>Valores a lo largo de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="181"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="188"/>
         <source>The sensor&apos;s values over the pixels along the line</source>
         <translation>Los valores del sensor en los píxeles de la línea</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="190"/>
+        <location filename="../../grabbergui/ui/views/measuring_panels.py" line="197"/>
         <source>Draw a line through the picture to see its values.</source>
         <translation>Dibuje una línea en la imagen para ver sus valores.</translation>
     </message>
@@ -3007,7 +3012,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="169"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="170"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3022,27 +3027,27 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="152"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="153"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="153"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="154"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="155"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="160"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
@@ -3067,22 +3072,22 @@ It {1}.</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="148"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="149"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="155"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
@@ -3683,7 +3688,7 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="177"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="179"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>

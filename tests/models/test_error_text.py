@@ -109,8 +109,8 @@ def test_every_known_sentence_is_still_said_by_a_driver():
 
 def test_drivers_sentences_are_translated_with_those_within_them(foreign):
     set_translator(lambda context, text: f"<{text}>", ",")
-    sentence = "the camera is lost: the camera has not answered for 1.5 s"
-    expected = "<the camera is lost: <the camera has not answered for 1,5 s>>"
+    sentence = "the camera is lost: the camera did not answer for 1.5 s"
+    expected = "<the camera is lost: <the camera did not answer for 1,5 s>>"
     assert driver_texts.driver_text(sentence) == expected
     assert lost_text("GV01", sentence) == f"<the connection to GV01 was lost>: {expected}"
     held = "another application at 10.0.0.2 controls GV01 (10.0.0.1); close it there"

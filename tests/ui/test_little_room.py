@@ -7,14 +7,19 @@ import pytest
 from PyQt5.QtCore import QPoint, QRect, Qt
 from PyQt5.QtWidgets import QApplication, QDockWidget, QToolButton
 
+from grabbergui.core.features import FeatureDescription, FeatureKind
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.models.diagnosis import Stage
 from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.models.status import Tone
+from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.measuring_panels import FocusPanel
 from grabbergui.ui.views.picture_view import PictureView
+from grabbergui.ui.views.recording_bar import RecordingBar
 from grabbergui.ui.widgets.labels import ElidedLabel, TaskStack
 from grabbergui.ui.widgets.message_stack import MessageBar
+from grabbergui.ui.widgets.plots import LABEL_ROOM, CurveRow, SecondsAxis
 from grabbergui.ui.widgets.status_strip import StatusStrip
 from grabbergui.ui.widgets.tab_order import reading_order
 
@@ -224,6 +229,26 @@ def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(w
     assert not isinstance(QApplication.focusWidget(), QToolButton)
 
 
+def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_picture_stays_the_largest(window_desk):
+    window = window_desk.window
+    window_desk.connect()
+    window_desk.program.connection.open_additional("sim:colour")
+    window_desk.until(lambda: len(window.gallery.tiles) == 2)
+    window.valuesDock.show()
+    for key in (Qt.Key_F2, Qt.Key_F3):
+        window_desk.qtbot.keyClick(window, key)
+    window_desk.until(lambda: window.focusDock.x() > window.histogramDock.x())
+    window_desk.until(lambda: window.picture.canvas.height() > 2 * window.gallery.tiles[0].height())
+    window.resize(800, 600)
+    window_desk.until(lambda: window.width() == 800)
+    window_desk.until(lambda: window.focusDock in window.tabifiedDockWidgets(window.histogramDock))
+    cards = window.favourites._shown
+    window_desk.until(lambda: all(card.height() >= card.minimumSizeHint().height() for card in cards))
+    for dock in (window.histogramDock, window.focusDock, window.valuesDock):
+        needed = dock.widget().layout().minimumSize().width()
+        window_desk.until(lambda dock=dock, needed=needed: dock.width() >= needed)
+
+
 def test_panels_that_were_squeezed_get_their_width_back(window_desk):
     window_desk.connect()
     window = window_desk.window
@@ -283,3 +308,46 @@ def test_the_choices_of_a_recording_can_be_read_beside_tiles_and_a_length(window
     needed = bar.limitBox.fontMetrics().horizontalAdvance(bar.limitBox.currentText())
     window_desk.until(lambda: bar.limitBox.width() >= needed + 24)  # and its arrow
     assert not bar.progressLabel.isVisible()
+
+
+def test_figures_of_a_recording_are_whole_or_not_there(qtbot):
+    bar = RecordingBar()
+    qtbot.addWidget(bar)
+    bar.setProgress(RecordingProgress(206, seconds=20.1, size=63_000_000, free=75_000_000_000))
+    label, seen = bar.progressLabel, []
+    for width in range(20, 600, 10):
+        label.resize(width, 20)
+        seen.append(label.shown)
+    assert list(dict.fromkeys(seen)) == [
+        "", "00:20.1", "00:20.1 · 206 frames", "00:20.1 · 206 frames · 63 MB",
+        "00:20.1 · 206 frames · 63 MB · 75.0 GB free",
+    ]  # fmt: skip
+    assert label.toolTip() == seen[-1]
+
+
+def test_the_sharpness_is_never_half_a_number(qtbot):
+    panel = FocusPanel()
+    qtbot.addWidget(panel)
+    panel.setScores([(0.0, 31.9), (1.0, 31.92)], 31.94)
+    for width in range(40, 500, 10):
+        panel.scoreLabel.resize(width, 20)
+        assert "…" not in panel.scoreLabel.shown
+    assert panel.scoreLabel.shown == "Sharpness 31.92    best 31.94    100% of the best"
+
+
+@pytest.mark.parametrize("width", [70, 100, 300])
+def test_times_beneath_a_plot_do_not_run_into_each_other(qtbot, width):
+    axis = SecondsAxis("bottom")
+    spacing, _ = axis.tickSpacing(-30.0, 0.0, width)[0]
+    assert spacing / 30.0 * width >= LABEL_ROOM
+
+
+def test_a_value_that_does_not_change_is_a_line_in_the_middle_of_its_plot(qtbot):
+    row = CurveRow(FeatureDescription(name="ExposureTime", kind=FeatureKind.FLOAT))
+    qtbot.addWidget(row)
+    times = np.arange(-5.0, 1.0)
+    row.setSamples(times, np.full(6, 10_000.0), 10.0)
+    low, high = row.plot.viewRange()[1]
+    assert (low, high) == pytest.approx((9_000, 11_000))
+    row.setSamples(times, np.linspace(0, 10_000, 6), 10.0)
+    assert row.plot.getViewBox().autoRangeEnabled()[1]

@@ -21,6 +21,8 @@ from grabbergui.core.features import Feature, FeatureDescription
 from grabbergui.ui.editors.feature_row import FeatureRow, FeatureRows, dragged_feature
 from grabbergui.ui.loader import load_form
 
+LINE_HEIGHT = 72
+"Pixels of a line of controls, with what is above and below it."
 CARD_WIDTH = 160
 """Least width of one; as many stand in a line as there is room for."""
 MOST_WIDTH = 460
@@ -85,8 +87,8 @@ class FavouritesStrip(QWidget):
         self.rows.setFeature(feature)
 
     def minimumSizeHint(self) -> QSize:
-        """One card wide: the others go to further lines."""
-        return QSize(CARD_WIDTH, super().minimumSizeHint().height())
+        """One card wide, as the others go to further lines, of which two at most are claimed."""
+        return QSize(CARD_WIDTH, max(LINE_HEIGHT, min(super().minimumSizeHint().height(), 2 * LINE_HEIGHT)))
 
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Put as many into a line as there is room for."""

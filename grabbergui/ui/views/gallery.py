@@ -15,9 +15,10 @@ from grabbergui.ui.widgets.picture_items import Thumbnail
 
 TILE_WIDTH = 204
 TILE_HEIGHT = 156
+"Pixels of a tile."
 COMPACT_WIDTH = 152
 COMPACT_HEIGHT = 62
-"Of a tile where the window is low: two stand beside each other on 800 pixels."
+"Of a tile where there is little height: two stand beside each other on 800 pixels."
 PICTURE = (150, 84)
 COMPACT_PICTURE = (60, 50)
 "Least pixels of a tile's picture."
@@ -132,10 +133,14 @@ class Gallery(QWidget):
         self._compact = compact
         for tile in self._tiles:
             tile.setCompact(compact)
+        self.setFixedHeight(self.heightAs(compact))
+
+    def heightAs(self, compact: bool) -> int:
+        """Pixels of its height, taking little of it or as much as it likes."""
         bar = self.scrollArea.horizontalScrollBar()
         below = bar.sizeHint().height() if bar is not None else 0
         # A compact tile has no room at its foot that the scroll bar could cover.
-        self.setFixedHeight(COMPACT_HEIGHT + 10 + below if compact else TILE_HEIGHT + 10 + below // 2)
+        return COMPACT_HEIGHT + 10 + below if compact else TILE_HEIGHT + 10 + below // 2
 
     def addTile(self) -> CameraTile:
         """One more, on the right."""

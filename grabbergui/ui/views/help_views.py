@@ -154,6 +154,8 @@ class ShortcutsDialog(QDialog):
 
     def _take_room(self) -> None:
         """Show everything at once where the screen has room for it; else it is scrolled."""
+        if (layout := self.layout()) is not None:
+            layout.activate()  # only then is it known what is beside the tables
         hint = self.content.sizeHint()
         width = hint.width() + SCROLL_BAR
         wanted = QSize(width, self.content.heightForWidth(width)) + self.size() - self.scrollArea.size()

@@ -45,8 +45,10 @@ FIRST_SHARE = 0.75
 TOOLS_HEIGHT = 210
 "Of the panels below the picture at first."
 
-LOW = 680
-"Pixels of a window's height below which the tiles take less of it."
+LEAST_PICTURE = 240
+"Pixels of the picture's height below which the tiles take less of it."
+LEAST_TOOL = 150
+"Pixels of the width to which the window may squeeze two panels that stand beside each other."
 SEPARATORS = 4
 "Pixels between panels."
 
@@ -168,8 +170,8 @@ class MainWindow(QMainWindow):
         "Of the panels at the sides, as they were made last."
         self._settled_width = -1
         "Of the window, once its panels are laid out in it."
-        for dock in (self.sourcesDock, self.featuresDock):
-            dock.installEventFilter(self)
+        for watched in (self.sourcesDock, self.featuresDock, self.centre):
+            watched.installEventFilter(self)
         self._arrange_tools()
         self._group_themes()
         self._group_colours()
@@ -198,7 +200,6 @@ class MainWindow(QMainWindow):
     def resizeEvent(self, event: QResizeEvent | None) -> None:
         """Give the panels at the sides the width back that a narrow window took from them."""
         super().resizeEvent(event)
-        self.gallery.setCompact(self.height() < LOW)
         self._settled_width = self.width()
         if event is not None and event.size().width() > event.oldSize().width():
             # Once the window has laid itself out.
@@ -211,11 +212,27 @@ class MainWindow(QMainWindow):
         self._settled_width = settled
 
     def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
-        """Remember how wide the panels at the sides are made, other than by the window's own width."""
+        """Notice how wide the panels at the sides are made by hand, and how large the middle becomes."""
+        if watched is self.centre and event is not None:
+            if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
+                self._share_height()
+            if event.type() == QEvent.Type.Resize:
+                QTimer.singleShot(0, self._join_tools)
         changed = isinstance(event, QResizeEvent) and event.size().width() != event.oldSize().width()
         if changed and isinstance(watched, QDockWidget) and self.width() == self._settled_width:
             self._widths[watched] = watched.width()
         return super().eventFilter(watched, event)
+
+    def _share_height(self) -> None:
+        """Give the picture more of little height than the tiles, and let the window become that low."""
+        gallery, layout = self.gallery, self.centre.layout()
+        if layout is None or gallery.isHidden():
+            self.centre.setMinimumHeight(0)  # what its layout needs
+            return
+        others = layout.minimumSize().height() - gallery.minimumHeight()
+        self.centre.setMinimumHeight(others + gallery.heightAs(compact=True))
+        picture = self.centre.height() - others - gallery.heightAs(compact=False)
+        gallery.setCompact(picture + self.picture.minimumSizeHint().height() < LEAST_PICTURE)
 
     def takeRoom(self) -> None:
         """Be as large as a first look wants it: most of a large screen, and never more than there is."""
@@ -285,15 +302,38 @@ class MainWindow(QMainWindow):
 
     def _place_focus(self, *, beside: bool) -> None:
         """Put the focus aid beside the histogram where there is room for both, else behind it."""
-        both = (self.histogramDock, self.focusDock)
-        needed = sum(dock.minimumSizeHint().width() for dock in both) + SEPARATORS
-        shown = any(dock.isVisible() for dock in both)
-        if beside and shown and self.centre.width() >= needed:
+        shown = any(dock.isVisible() for dock in (self.histogramDock, self.focusDock))
+        if beside and shown and self.centre.width() >= self._width_of_tools():
             self.addDockWidget(
                 Qt.DockWidgetArea.BottomDockWidgetArea, self.focusDock, Qt.Orientation.Horizontal
             )
+            # The window may become narrower than both need: then `_join_tools` follows.
+            self._set_least_tool(LEAST_TOOL)
         elif not beside or not shown:
-            self.tabifyDockWidget(self.histogramDock, self.focusDock)
+            self._put_focus_behind()
+
+    def _join_tools(self) -> None:
+        """Put the focus aid behind the others where the window has become too narrow for both."""
+        beside = self.focusDock.isVisible() and not self.focusDock.isFloating()
+        beside &= self.focusDock not in self.tabifiedDockWidgets(self.histogramDock)
+        if beside and self.centre.width() < self._width_of_tools():
+            self._put_focus_behind()
+
+    def _put_focus_behind(self) -> None:
+        self.tabifyDockWidget(self.histogramDock, self.focusDock)
+        self._set_least_tool(0)
+
+    def _set_least_tool(self, width: int) -> None:
+        """Let the panels below the picture become that narrow; 0: as narrow as their controls are."""
+        for dock in (self.focusDock, self.histogramDock, *self.tabifiedDockWidgets(self.histogramDock)):
+            if (panel := dock.widget()) is not None:
+                panel.setMinimumWidth(width)
+
+    def _width_of_tools(self) -> int:
+        """Pixels that the focus aid and the panels beside it need."""
+        group = [self.histogramDock, *self.tabifiedDockWidgets(self.histogramDock)]
+        others = [dock for dock in group if dock is not self.focusDock]
+        return max(map(_needed_width, others)) + _needed_width(self.focusDock) + SEPARATORS
 
     def _group_colours(self) -> None:
         group = QActionGroup(self)
@@ -386,3 +426,10 @@ class MainWindow(QMainWindow):
         for action in self.findChildren(QAction):
             if not action.shortcut().isEmpty():
                 action.setToolTip(f"{action.toolTip()} ({action.shortcut().toString()})")
+
+
+def _needed_width(dock: QDockWidget) -> int:
+    """Pixels that a panel needs for all of its controls."""
+    panel = dock.widget()
+    layout = panel.layout() if panel is not None else None
+    return layout.minimumSize().width() if layout is not None else dock.minimumSizeHint().width()

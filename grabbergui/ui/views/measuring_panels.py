@@ -148,8 +148,15 @@ class FocusPanel(QWidget):
         self._best.setValue(best)
         self._best.setVisible(best > 0)
         share = values[-1] / best if best else 0
-        text = self.tr("Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best")
-        self.scoreLabel.setText(localized(text.format(values[-1], best, share)))
+        texts = (
+            self.tr("Sharpness {0:.2f}    best {1:.2f}    {2:.0%} of the best"),
+            self.tr("Sharpness {0:.2f}    best {1:.2f}"),
+            "{0:.2f}",
+            "{0:.0f}",
+        )
+        tip = self.scoreLabel.toolTip()
+        self.scoreLabel.setTexts(*(localized(text.format(values[-1], best, share)) for text in texts))
+        self.scoreLabel.setToolTip(tip)
 
     def setWhat(self, region: str) -> None:
         """Show the scored region as text."""

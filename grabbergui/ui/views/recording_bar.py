@@ -129,8 +129,9 @@ class RecordingBar(QWidget):
             parts.append(self.tr("{0} dropped").format(progress.dropped))
         if progress.free and not progress.ended:
             parts.append(self.tr("{0} free").format(_bytes(progress.free)))
-        self.progressLabel.setText(" · ".join(parts))
-        self.progressLabel.setToolTip(self.progressLabel.text())
+        # A figure that is cut off is another figure: where there is no room, there are fewer, or none.
+        fewer = (" · ".join(parts[:count]) for count in range(len(parts) - 1, 0, -1))
+        self.progressLabel.setTexts(" · ".join(parts), *fewer, "")
 
     @property
     def limits(self) -> RecordingLimits:

@@ -21,12 +21,23 @@ COLOURS = {"R": "#e5484d", "G": "#30a46c", "B": "#3e7bfa", "U": "#3e7bfa", "V": 
 """Of the channels that have one; all others are drawn in the colour of text."""
 
 
+LABEL_ROOM = 44
+"Pixels that a time beneath a plot needs."
+
+
 class SecondsAxis(pg.AxisItem):  # type: ignore[misc]  # the library has no types
     """Says the unit with every value: a title of the axis would take a line of the plot."""
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Seconds before now."""
         return [localized(f"{value:g} s") if value else "0" for value in values]
+
+    def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
+        """As far apart as their texts are wide."""
+        (widest, offset), *finer = super().tickSpacing(low, high, size)
+        while 0 < widest < (high - low) * LABEL_ROOM / max(size, LABEL_ROOM):
+            widest *= 2
+        return [(widest, offset), *finer]
 
 
 class ChannelPlot(pg.PlotWidget):  # type: ignore[misc]  # the library has no types
@@ -121,6 +132,8 @@ AXIS_WIDTH = 56
 """The same for all, so that the curves of several rows stand below each other."""
 
 RANGE_DIGITS = 5
+STEADY_MARGIN = 0.1
+"""Share of a value that does not change that is shown above and below it."""
 
 
 class CurveRow(QWidget):
@@ -168,6 +181,11 @@ class CurveRow(QWidget):
             self.rangeLabel.clear()
             return
         low, high, last = float(finite.min()), float(finite.max()), float(values[-1])
+        if high > low:
+            self.plot.enableAutoRange(axis="y")
+        else:  # of itself the plot would enlarge the last digit that the number has
+            margin = abs(low) * STEADY_MARGIN or 1.0
+            self.plot.setYRange(low - margin, low + margin, padding=0)
         # One unit for value, range and axis, so that they can be compared.
         shown = shown_unit(max(abs(low), abs(high)), self._unit)
         self.plot.getAxis("left").setScale(in_unit(1.0, self._unit, shown))

@@ -284,7 +284,7 @@ class Heartbeat:
         if exchange.payload is not None:
             self._judge_privilege(exchange.payload)
         elif isinstance(error, AckTimeoutError) and not self._excused(exchange):
-            self.lost = f"the camera has not answered for {now - exchange.started:.1f} s"
+            self.lost = f"the camera did not answer for {now - exchange.started:.1f} s"
         elif isinstance(error, DeviceStatusError) and error.status == Status.ACCESS_DENIED:
             # Whoever has control exclusively keeps others from reading too.
             self.lost = "another application took control of the camera for itself alone"
