@@ -236,6 +236,8 @@ def _record(options: argparse.Namespace) -> int:
             f"{options.out}: {counted(progress.frames, 'frame')} in {progress.seconds:.2f} s, "
             f"{megabytes:.1f} MB; {progress.dropped} dropped"
         )
+        if progress.left_out:
+            print(f"only the first of {progress.left_out + 1} images in each frame; .mcap keeps all")
     elif not progress.reason:
         print("nothing was recorded")
     if progress.reason:

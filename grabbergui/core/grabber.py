@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from psygnal import Signal
 
@@ -27,6 +27,9 @@ from grabbergui.core.features import (
 )
 from grabbergui.core.frame_queue import FrameFanout, FrameQueue
 from grabbergui.core.selection import Selected, Selectors, SettingKey, ValueChange, WriteResult, same_value
+
+if TYPE_CHECKING:
+    from grabbergui.core.scan3d import Scan3d
 
 log = logging.getLogger(__name__)
 
@@ -426,6 +429,13 @@ class FrameGrabber(ABC):
         """Return how directions become pixels in its current images; None if the source does not report it.
 
         Any thread; never waits.
+        """
+        return None
+
+    def recorded_coordinates(self) -> Scan3d | None:
+        """Return what its 3D data mean, as it was recorded with them; None if the features report it.
+
+        Any thread; never waits. `Scan3d.read` asks for this first.
         """
         return None
 

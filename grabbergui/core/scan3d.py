@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import math
 import re
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 
 from grabbergui.core.component import Component
 from grabbergui.core.derived import millimetres
-from grabbergui.core.errors import GrabberError, PixelFormatError
+from grabbergui.core.errors import GrabberError, PixelFormatError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
@@ -21,6 +23,8 @@ from grabbergui.core.selection import SettingKey
 MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}
 "By the entries of Scan3dDistanceUnit."
 COORDINATES = "ABC"
+_LONGEST = 64
+"Characters of a mode's name."
 _AXES = re.compile(r"Coord3D_([ABC]+)")
 
 
@@ -61,6 +65,8 @@ class Scan3d:
 
         Blocks while the camera answers. Features that cannot be read have their defaults.
         """
+        if (recorded := grabber.recorded_coordinates()) is not None:
+            return recorded
         if not grabber.has_feature("Scan3dCoordinateScale"):
             return cls()
         focal_length = _number(grabber, "Scan3dFocalLength")
@@ -79,6 +85,30 @@ class Scan3d:
             ),
             baseline=baseline * unit if baseline else None,
         )
+
+    def as_json(self) -> str:
+        """Write it as one line of JSON, for `from_json`."""
+        return json.dumps(asdict(self), separators=(",", ":"))
+
+    @classmethod
+    def from_json(cls, text: str) -> Scan3d:
+        """Read what `as_json` wrote. Raises UsageError for anything else."""
+        try:
+            values = json.loads(text)
+            first, second, third = (_coordinate_of(axis) for axis in values["coordinates"])
+            centre_x, centre_y = (_finite(value) or 0.0 for value in values["principal_point"])
+            return cls(
+                calibrated=values["calibrated"] is True,
+                coordinates=(first, second, third),
+                unit=_finite(values["unit"]) or 1.0,
+                system=str(values["system"])[:_LONGEST],
+                output_mode=str(values["output_mode"])[:_LONGEST],
+                focal_length=_finite(values["focal_length"]),
+                principal_point=(centre_x, centre_y),
+                baseline=_finite(values["baseline"]),
+            )
+        except (ValueError, TypeError, KeyError, RecursionError, OverflowError):
+            raise UsageError(f"'{text[:60]}' does not describe 3D coordinates") from None
 
     @property
     def disparity(self) -> bool:
@@ -157,6 +187,20 @@ class Scan3d:
         if not self.calibrated and pixel_format.kind == "u" and axis == "C":
             invalid = 0.0
         return millimetres(values, coordinate.scale * self.unit, coordinate.offset * self.unit, invalid)
+
+
+def _coordinate_of(values: dict[str, object]) -> Coordinate:
+    scale, offset = _finite(values["scale"]), _finite(values["offset"])
+    return Coordinate(1.0 if scale is None else scale, offset or 0.0, _finite(values["invalid"]))
+
+
+def _finite(value: object) -> Any:
+    """Return a number as float, or None for None. Raises ValueError for what is neither, or not finite."""
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise ValueError(value)
+    return float(value)
 
 
 def axes_of(pixel_format: PixelFormat) -> str:

@@ -12,6 +12,7 @@ from grabbergui.core.calibration import Calibration
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import Access, ConnectionState, DeviceEvent, FrameGrabber, StreamStatistics
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.selection import Selectors, SettingKey, WriteResult
 
 
@@ -143,6 +144,10 @@ class SharedGrabber(FrameGrabber):
     @override
     def calibration(self) -> Calibration | None:
         return self._grabber.calibration()
+
+    @override
+    def recorded_coordinates(self) -> Scan3d | None:
+        return self._grabber.recorded_coordinates()
 
     @override
     def open_queue(self, depth: int = 2) -> FrameQueue:

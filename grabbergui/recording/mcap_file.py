@@ -7,8 +7,9 @@ into without being read; compressed ones are decompressed once for their table a
 
 from __future__ import annotations
 
+import logging
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,10 @@ from mcap.stream_reader import get_chunk_data_stream
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from grabbergui.core.component import Component, ComponentKind, PayloadType
 from grabbergui.core.errors import RemoteProtocolError, UsageError
 from grabbergui.core.frame import Frame
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording.recording import FrameNote, Recording, RecordingError, rebuilt, rising
 from grabbergui.recording.ros_image import (
     IMAGE_NAME,
@@ -32,17 +35,23 @@ from grabbergui.recording.ros_image import (
     format_name_of,
 )
 
+log = logging.getLogger(__name__)
+
 MAGIC = b"\x89MCAP0\r\n"
 DEVICE_TIME = "/device_time"
 "End of the topic with the camera's own clock, beside the images' topic."
 PIXEL_FORMAT_KEY = "pixel_format"
 "Of a channel's metadata: PFNC's name, which ROS's encoding does not contain (Mono12 is mono16)."
+BESIDE_KEY = "beside"
+"Of a channel's metadata: the topic of the frames that its images are further components of."
+SCAN_METADATA = "grabbergui/scan3d"
+"Name of the record with what 3D data mean."
 MAX_CHUNK = 1 << 30
 MOST_MESSAGES = 10_000_000
 "Of all topics; compressed, a small file could hold any number."
 MAX_SMALL = 1 << 24
 "Bytes of any record that holds no frames."
-_NOTHING, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0, 3, 4, 5, 6
+_NOTHING, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _METADATA = 0, 3, 4, 5, 6, 12
 "Opcodes; zero is none: a power cut leaves zeros where a file was to grow."
 
 
@@ -77,6 +86,8 @@ class McapRecording(Recording):
         self._schemas: dict[int, str] = {}
         self._channels: dict[int, _Channel] = {}
         self._messages: list[_Place] = []
+        self._beside: dict[tuple[int, int], list[_Place]] = {}
+        "Further components by the sequence number and the time of their frame."
         self._chunk: tuple[int, bytes] = (-1, b"")
         try:
             if self._file.read(len(MAGIC)) != MAGIC:
@@ -90,6 +101,16 @@ class McapRecording(Recording):
     @override
     def frame(self, index: int, received_ns: int) -> Frame:
         place = self._images[index]
+        frame = self._image(place, index, received_ns)
+        beside = self._beside.get((place.sequence, place.log_time), ())
+        if beside:
+            images = [(frame, place), *((self._image(one, index, received_ns), one) for one in beside)]
+            parts = sorted((self._component(*one) for one in images), key=lambda part: part[0])
+            components = tuple(part for _, part in parts)
+            frame = replace(frame, parts=components, payload_type=PayloadType.MULTI_PART)
+        return frame
+
+    def _image(self, place: _Place, index: int, received_ns: int) -> Frame:
         try:
             image = RosImage.decode(self._content(place))
         except RemoteProtocolError as error:
@@ -105,6 +126,23 @@ class McapRecording(Recording):
             timestamp_ns=self._device_time(place),
         )
         return rebuilt(self._lines(image), note, received_ns)
+
+    def _component(self, image: Frame, place: _Place) -> tuple[int, Component]:
+        """Return an image as a component, behind its place among those of the frame."""
+        metadata = self._channels[place.channel].metadata
+        kind = ComponentKind.__members__.get(metadata.get("component", ""), ComponentKind.UNDEFINED)
+        numbers = (_number(metadata.get(name, "")) for name in ("index", "region", "source", "purpose"))
+        index, region, source, purpose = numbers
+        return index, Component(
+            image.payload,
+            image.width,
+            image.height,
+            image.pixel_format,
+            kind,
+            region=region,
+            source=source,
+            purpose=purpose,
+        )
 
     @override
     def close(self) -> None:
@@ -122,6 +160,8 @@ class McapRecording(Recording):
         lines = np.ascontiguousarray(padded.reshape(image.height, image.step)[:, :line])
         # Of 8-bit components, YUV's among them, the flag means nothing.
         deep = image.encoding.endswith("16") or image.encoding.startswith("16U")
+        if image.is_bigendian and image.encoding.startswith("32F"):
+            return lines.view(">f4").astype("<f4")
         return lines.view(">u2").astype("<u2") if image.is_bigendian and deep else lines
 
     def _device_time(self, place: _Place) -> int:
@@ -148,7 +188,7 @@ class McapRecording(Recording):
                     at += 9 + inside
                     continue
                 self._enter_chunk(at, length)
-            elif opcode in (_SCHEMA, _CHANNEL) and length <= MAX_SMALL:
+            elif opcode in (_SCHEMA, _CHANNEL, _METADATA) and length <= MAX_SMALL:
                 self._learn(opcode, self._file.read(length))
             elif opcode == _MESSAGE and length >= 22:
                 self._note_message(self._file.read(22), -1, at + 9, length)
@@ -193,12 +233,23 @@ class McapRecording(Recording):
                 number, size = struct.unpack_from("<HI", body)
                 self._schemas[number] = str(body[6 : 6 + size], "utf-8", "replace")
                 return
+            if opcode == _METADATA:
+                self._learn_coordinates(body)
+                return
             number, schema, size = struct.unpack_from("<HHI", body)
             topic, at = str(body[8 : 8 + size], "utf-8", "replace"), 8 + size
             (size,) = struct.unpack_from("<I", body, at)
             self._channels[number] = _Channel(topic, schema, _pairs(body, at + 4 + size))
         except struct.error:
             raise UsageError(f"{self.path}: a schema or channel of it was cut short") from None
+
+    def _learn_coordinates(self, body: bytes) -> None:
+        try:
+            (size,) = struct.unpack_from("<I", body)
+            if str(body[4 : 4 + size], "utf-8", "replace") == SCAN_METADATA:
+                self.scan = Scan3d.from_json(_pairs(body, 4 + size).get("json", ""))
+        except (UsageError, struct.error) as error:
+            log.warning("%s: %s; distances have no unit", self.path, error)
 
     def _choose(self) -> None:
         by_topic: dict[str, list[_Place]] = {}
@@ -212,11 +263,21 @@ class McapRecording(Recording):
                 clocks.setdefault(channel.topic, []).append(place)
         if not by_topic:
             raise UsageError(f"{self.path} holds no images of the type {IMAGE_NAME}")
-        topic, images = max(by_topic.items(), key=lambda item: len(item[1]))
+        frames = [topic for topic, places in by_topic.items() if self._main(places[0]) not in by_topic]
+        topic = max(frames or by_topic, key=lambda topic: len(by_topic[topic]))
+        images = by_topic[topic]
+        for places in by_topic.values():
+            if self._main(places[0]) == topic:
+                for place in places:
+                    self._beside.setdefault((place.sequence, place.log_time), []).append(place)
         self.title = f"{self.path.name} {topic}"
         self._images = sorted(images, key=lambda place: place.log_time)
         self._times = {place.sequence: place for place in clocks.get(topic + DEVICE_TIME, [])}
         self.times_ns = rising([place.log_time for place in self._images])
+
+    def _main(self, place: _Place) -> str:
+        """Return the topic of the frames that a component belongs to; empty of frames themselves."""
+        return self._channels[place.channel].metadata.get(BESIDE_KEY, "")
 
     def _content(self, place: _Place) -> bytes | memoryview:
         if place.chunk >= 0:
@@ -260,6 +321,10 @@ class McapRecording(Recording):
             if type(error).__module__.split(".")[0] in ("zstd", "zstandard", "lz4"):
                 raise RecordingError(f"{self.path}: a chunk cannot be decompressed: {error}") from error
             raise
+
+
+def _number(text: str) -> int:
+    return int(text) if text.isascii() and text.isdigit() and len(text) < 20 else 0
 
 
 def _pairs(body: bytes, at: int) -> dict[str, str]:

@@ -11,23 +11,32 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from typing_extensions import override
 
+from grabbergui.core.component import Component, own_component
 from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording import ros_image
+from grabbergui.recording.mcap_file import BESIDE_KEY, SCAN_METADATA
 from grabbergui.recording.recording import unpacked
 from grabbergui.recording.ros_image import RosImage
 from grabbergui.recording.writer import RecordingWriter
 
 
 class McapWriter(RecordingWriter):
-    """`sensor_msgs/msg/Image`, a chunk a frame, not compressed; the camera's clock on a topic beside."""
+    """`sensor_msgs/msg/Image`, not compressed; the camera's clock and further components on topics beside.
+
+    A chunk holds an image. The components of a frame have its sequence number and time.
+    """
 
     TOPIC = "/grabbergui/image_raw"
+    COMPONENT_TOPIC = "/grabbergui/{}/image_raw"
     FRAME_ID = "camera"
 
-    def __init__(self, path: Path, info: DeviceInfo) -> None:
+    keeps_components = True
+
+    def __init__(self, path: Path, info: DeviceInfo, scan: Scan3d | None = None) -> None:
         self.path = path
         self._source = info.title
         self._file: BufferedWriter = path.open("xb")
@@ -35,35 +44,29 @@ class McapWriter(RecordingWriter):
         self._writer = Writer(self._file, chunk_size=1, compression=CompressionType.NONE)
         self._writer.start(profile="ros2", library="grabbergui")
         self._writer.add_metadata("grabbergui", info.as_dict())
+        if scan is not None and scan.calibrated:
+            self._writer.add_metadata(SCAN_METADATA, {"json": scan.as_json()})
         self._image_schema = self._schema(ros_image.IMAGE_NAME, ros_image.IMAGE_DEFINITION)
         self._time_schema = self._schema(ros_image.TIME_NAME, ros_image.TIME_DEFINITION)
-        self._channels: dict[str, int] = {}
+        self._channels: dict[tuple[str, ...], int] = {}
         self._clock: int | None = None
         self._broken = False
 
     @override
     def write(self, frame: Frame) -> None:
-        pixels, pixel_format = unpacked(frame)
-        encoding = ros_image.encoding_of(pixel_format)
-        if encoding is None:
-            raise PixelFormatError(f"ROS has no encoding for {pixel_format}; record a folder instead")
-        pixels = np.ascontiguousarray(pixels)
-        step = pixels.nbytes // frame.height
-        image = RosImage(
-            frame.received_ns,
-            self.FRAME_ID,
-            frame.height,
-            frame.width,
-            encoding,
-            0,
-            step,
-            pixels.data.cast("B"),
-        )
+        own = own_component(frame.parts)
+        messages: list[tuple[int, bytes]] = []
+        for index, part in enumerate(frame.parts):
+            if part is not own:
+                messages.append(self._message(frame.of_component(part), part, index))
+        # Last, so that whoever reads a file that was cut short finds no frame without its components.
+        messages.append(self._message(frame, own, frame.parts.index(own) if own is not None else 0))
         whole = self._file.tell()
         try:
             if frame.timestamp_ns:
                 self._add(self._clock_channel(), frame, self._time_of(frame))
-            self._add(self._image_channel(pixel_format), frame, image.encode())
+            for channel, message in messages:
+                self._add(channel, frame, message)
             self._writer.flush()  # type: ignore[no-untyped-call]
         except OSError:
             self._abandon(whole)
@@ -96,12 +99,34 @@ class McapWriter(RecordingWriter):
     def _schema(self, name: str, definition: str) -> int:
         return int(self._writer.register_schema(name, "ros2msg", definition.encode()))
 
-    def _image_channel(self, pixel_format: PixelFormat) -> int:
-        if pixel_format.name not in self._channels:
-            metadata = {"offered_qos_profiles": "", "pixel_format": pixel_format.name}
-            channel = self._writer.register_channel(self.TOPIC, "cdr", self._image_schema, metadata)
-            self._channels[pixel_format.name] = int(channel)
-        return self._channels[pixel_format.name]
+    def _message(self, image: Frame, part: Component | None, index: int) -> tuple[int, bytes]:
+        """Return an image's channel, and the image as a message; `part` is its component, at `index`."""
+        pixels, pixel_format = unpacked(image)
+        encoding = ros_image.encoding_of(pixel_format)
+        if encoding is None:
+            raise PixelFormatError(f"ROS has no encoding for {pixel_format}; record a folder instead")
+        pixels = np.ascontiguousarray(pixels)
+        step, data = pixels.nbytes // image.height, pixels.data.cast("B")
+        stamp, frame_id = image.received_ns, self.FRAME_ID
+        message = RosImage(stamp, frame_id, image.height, image.width, encoding, 0, step, data)
+        return self._image_channel(pixel_format, part, index, own=bool(image.parts)), message.encode()
+
+    def _image_channel(
+        self, pixel_format: PixelFormat, part: Component | None, index: int, *, own: bool
+    ) -> int:
+        metadata = {"offered_qos_profiles": "", "pixel_format": pixel_format.name}
+        topic = self.TOPIC
+        if part is not None:
+            metadata |= {"component": part.kind.name, "index": str(index), "source": str(part.source)}
+            metadata |= {"region": str(part.region), "purpose": str(part.purpose)}
+            if not own:
+                metadata[BESIDE_KEY] = self.TOPIC
+                topic = self.COMPONENT_TOPIC.format(f"{part.kind.name.lower()}_{index}")
+        key = (topic, *metadata.values())
+        if key not in self._channels:
+            channel = self._writer.register_channel(topic, "cdr", self._image_schema, metadata)
+            self._channels[key] = int(channel)
+        return self._channels[key]
 
     def _clock_channel(self) -> int:
         if self._clock is None:

@@ -16,6 +16,7 @@ from grabbergui.core.errors import DeviceLostError, FeatureError, GrabberError, 
 from grabbergui.core.features import Category, Feature, FeatureValue
 from grabbergui.core.frame_queue import RateMeter
 from grabbergui.core.grabber import Access, ConnectionState, DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.source_options import PlaybackOptions, read_options
 from grabbergui.core.uri import SourceUri
 from grabbergui.recording import playback_features as features
@@ -92,6 +93,11 @@ class PlaybackGrabber(FrameGrabber):
     def access(self) -> Access:
         """Always control: a recording is nobody else's."""
         return Access.CONTROL
+
+    @override
+    def recorded_coordinates(self) -> Scan3d | None:
+        recording = self._recording
+        return recording.scan if recording is not None else None
 
     # -- features --------------------------------------------------------------------------------
     @override

@@ -14,6 +14,7 @@ from grabbergui.core.errors import FeatureError, FrameTimeoutError, GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import FrameGrabber
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import Role
 from grabbergui.recording.recording import DiskFullError, SourceClosedError, UnfinishedFileError
 from grabbergui.recording.writer import RecordingKind, RecordingWriter, create_writer
@@ -60,6 +61,8 @@ class RecordingProgress:
     "Bytes written."
     free: int = 0
     "Bytes free where it is written."
+    left_out: int = 0
+    "Components of the last frame that this kind of recording does not keep."
     ended: bool = False
     error: Exception | None = None
     "Why it ended early; None if it was stopped or reached a limit."
@@ -183,6 +186,7 @@ class Recorder:
             dropped=self._queue.dropped,
             seconds=max(0.0, frame.captured - self._first),
             size=self.writer.size(),
+            left_out=0 if self.writer.keeps_components else max(0, len(frame.parts) - 1),
         )
 
     def _finish(self, problem: Exception | None) -> None:
@@ -211,7 +215,9 @@ def create_recorder(
 
     Raises RecordingError if the path is taken or cannot be made.
     """
-    return Recorder(grabber, create_writer(kind, path, grabber.info, frame_rate(grabber)), limits)
+    scan = Scan3d.read(grabber)
+    rate = frame_rate(grabber)
+    return Recorder(grabber, create_writer(kind, path, grabber.info, rate, scan), limits)
 
 
 def frame_rate(grabber: FrameGrabber) -> float:

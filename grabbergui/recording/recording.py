@@ -21,6 +21,7 @@ from grabbergui.core import pfnc
 from grabbergui.core.errors import GrabberError, MissingFileError, UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pfnc import Family, PixelFormat
+from grabbergui.core.scan3d import Scan3d
 
 DEFAULT_RATE = 25.0
 "Frames per second where nothing was noted."
@@ -67,6 +68,8 @@ class Recording(ABC):
     path: Path
     title: str = ""
     "Display text: what was recorded."
+    scan: Scan3d | None = None
+    "What its 3D data mean; None if that was not recorded."
     times_ns: list[int]
     "Of each frame, never falling; only differences matter."
 

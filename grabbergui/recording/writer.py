@@ -18,6 +18,7 @@ from typing import Generic, TypeVar
 from grabbergui.core.errors import UsageError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
+from grabbergui.core.scan3d import Scan3d
 from grabbergui.recording.recording import RecordingError
 
 Result = TypeVar("Result")
@@ -77,6 +78,8 @@ class RecordingWriter(ABC):
     """Where recorded frames go. A writer overwrites nothing."""
 
     path: Path
+    keeps_components = False
+    "Whether it writes every component of a frame, and not only the frame's own image."
 
     @abstractmethod
     def write(self, frame: Frame) -> None:
@@ -103,8 +106,10 @@ class RecordingWriter(ABC):
         return shutil.disk_usage(folder).free
 
 
-def create_writer(kind: RecordingKind, path: Path, info: DeviceInfo, rate: float = 0.0) -> RecordingWriter:
-    """A writer of a kind; `rate` is the camera's frames per second, 0 where unknown.
+def create_writer(
+    kind: RecordingKind, path: Path, info: DeviceInfo, rate: float = 0.0, scan: Scan3d | None = None
+) -> RecordingWriter:
+    """A writer of a kind; `rate` is the camera's frames per second, 0 where unknown; `scan` of 3D data.
 
     Raises RecordingError where the path is taken or cannot be made.
     """
@@ -116,7 +121,7 @@ def create_writer(kind: RecordingKind, path: Path, info: DeviceInfo, rate: float
         if kind is RecordingKind.MCAP:
             from grabbergui.recording.mcap_writer import McapWriter
 
-            return McapWriter(path, info)
+            return McapWriter(path, info, scan)
         if kind in (RecordingKind.PNG, RecordingKind.TIFF):
             from grabbergui.recording.folder import FolderWriter
 

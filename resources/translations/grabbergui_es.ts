@@ -3012,7 +3012,7 @@ It {1}.</source>
         <translation>Carpeta de grabaciones</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="170"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="172"/>
         <source>Play</source>
         <translation>Reproducir</translation>
     </message>
@@ -3027,27 +3027,27 @@ It {1}.</source>
         <translation>Reproducir la última grabación</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="153"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="155"/>
         <source>ROS 2 messages (MCAP)</source>
         <translation>Mensajes ROS 2 (MCAP)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="154"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
         <source>Movie (MP4)</source>
         <translation>Vídeo (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="155"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
         <source>Movie, lossless (MP4)</source>
         <translation>Vídeo sin pérdidas (MP4)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="161"/>
         <source>Pictures (PNG)</source>
         <translation>Imágenes (PNG)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="160"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="162"/>
         <source>Pictures (TIFF, fast)</source>
         <translation>Imágenes (TIFF, rápido)</translation>
     </message>
@@ -3067,27 +3067,27 @@ It {1}.</source>
         <translation>{0} descartadas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="131"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="133"/>
         <source>{0} free</source>
         <translation>{0} libres</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="149"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="151"/>
         <source>Play {0} in place of the camera</source>
         <translation>Reproducir {0} en lugar de la cámara</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="156"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
         <source>Movie, lossless up to 16 bits (FFV1)</source>
         <translation>Vídeo sin pérdidas de hasta 16 bits (FFV1)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="157"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="159"/>
         <source>Movie, smaller (HEVC)</source>
         <translation>Vídeo, más pequeño (HEVC)</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/recording_bar.py" line="158"/>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="160"/>
         <source>Movie, smallest (AV1)</source>
         <translation>Vídeo, el más pequeño (AV1)</translation>
     </message>
@@ -3095,6 +3095,11 @@ It {1}.</source>
         <location filename="../../grabbergui/ui/views/recording_bar.py" line="126"/>
         <source>1 frame</source>
         <translation>1 imagen</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/ui/views/recording_bar.py" line="131"/>
+        <source>first image of {0}</source>
+        <translation>primera imagen de {0}</translation>
     </message>
 </context>
 <context>

@@ -127,6 +127,8 @@ class RecordingBar(QWidget):
         parts = [localized(f"{int(minutes):02d}:{seconds:04.1f}"), frames, _bytes(progress.size)]
         if progress.dropped:
             parts.append(self.tr("{0} dropped").format(progress.dropped))
+        if progress.left_out:
+            parts.append(self.tr("first image of {0}").format(progress.left_out + 1))
         if progress.free and not progress.ended:
             parts.append(self.tr("{0} free").format(_bytes(progress.free)))
         # A figure that is cut off is another figure: where there is no room, there are fewer, or none.
