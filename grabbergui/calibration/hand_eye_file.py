@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,49 @@ from grabbergui.calibration.hand_eye import HandEyeResult
 from grabbergui.core.errors import UsageError
 
 
-def save(result: HandEyeResult, path: Path) -> None:
-    """Write a result. Raises OSError."""
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """What carries the camera, in the names of tf."""
+
+    eye: str
+    "`head`, `hand` or `stands`."
+    mount: str
+    "The frame that the camera is mounted on."
+    frame: str
+    "The camera's optical frame."
+    turned: Pose = field(default_factory=lambda: np.eye(4))
+    "The kinematic chain's tool as seen from `mount`."
+
+    def on_mount(self, camera: Pose) -> Pose:
+        """Return the camera as seen from `mount`."""
+        placed: Pose = self.turned @ camera
+        return placed
+
+
+def static_transform_command(result: HandEyeResult, placement: Placement) -> str:
+    """Return the command that publishes the camera's place on tf."""
+    placed = placement.on_mount(result.camera)
+    x, y, z = placed[:3, 3]
+    turn = geometry.quaternion_from_rotation(placed[:3, :3])
+    axes = " ".join(f"--q{axis} {value:.6f}" for axis, value in zip("xyzw", turn, strict=True))
+    return (
+        f"ros2 run tf2_ros static_transform_publisher --x {x:.6f} --y {y:.6f} --z {z:.6f} {axes} "
+        f"--frame-id {placement.mount} --child-frame-id {placement.frame}"
+    )
+
+
+def save(result: HandEyeResult, path: Path, placement: Placement | None = None) -> None:
+    """Write a result, with the frames' names if `placement` has them. Raises OSError."""
     metres, radians = result.uncertainty
-    content = {
+    content: dict[str, Any] = {}
+    if placement is not None:
+        content["eye"] = placement.eye
+        content["transform"] = {
+            "frame_id": placement.mount,
+            "child_frame_id": placement.frame,
+            **_pose_entry(placement.on_mount(result.camera)),
+        }
+    content |= {
         "camera": _pose_entry(result.camera),
         "target": _pose_entry(result.target),
         "camera_joint_offsets": [float(value) for value in result.camera_offsets],
@@ -32,14 +72,24 @@ def save(result: HandEyeResult, path: Path) -> None:
     path.write_text(header + yaml.safe_dump(content, sort_keys=False, default_flow_style=None), "utf-8")
 
 
+def placement(path: Path) -> Placement | None:
+    """Read what carries the camera; None where the file does not say. Raises UsageError, OSError."""
+    content = _content(path)
+    entry = content.get("transform")
+    if entry is None:
+        return None
+    names = [content.get("eye")]
+    names += [entry.get(key) for key in ("frame_id", "child_frame_id")] if isinstance(entry, dict) else [None]
+    if not all(isinstance(name, str) for name in names):
+        raise UsageError(f"{path}: eye, or frame_id and child_frame_id of transform, are no names")
+    turned = _pose(content, "transform", path) @ geometry.inverse(_pose(content, "camera", path))
+    eye, mount, frame = map(str, names)
+    return Placement(eye, mount, frame, turned)
+
+
 def load(path: Path) -> HandEyeResult:
     """Read a result. Raises UsageError for a file that holds none, OSError."""
-    try:
-        content = yaml.safe_load(path.read_text("utf-8", "replace"))
-    except yaml.YAMLError as error:
-        raise UsageError(f"{path} is no YAML: {error}") from error
-    if not isinstance(content, dict):
-        raise UsageError(f"{path} holds no hand–eye calibration; `calibration.hand_eye_file` writes one")
+    content = _content(path)
     return HandEyeResult(
         _pose(content, "camera", path),
         _pose(content, "target", path),
@@ -50,6 +100,16 @@ def load(path: Path) -> HandEyeResult:
         (),
         float(_numbers(content, "reading_spread", (), path)),
     )
+
+
+def _content(path: Path) -> dict[str, Any]:
+    try:
+        content = yaml.safe_load(path.read_text("utf-8", "replace"))
+    except yaml.YAMLError as error:
+        raise UsageError(f"{path} is no YAML: {error}") from error
+    if not isinstance(content, dict):
+        raise UsageError(f"{path} holds no hand–eye calibration; `grabbergui hand-eye` writes one")
+    return content
 
 
 def _pose_entry(pose: Pose) -> dict[str, list[float]]:

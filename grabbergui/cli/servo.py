@@ -45,6 +45,10 @@ def add_commands(commands: Any) -> None:
         example="grabbergui servo --robot sim-teo --headless --seconds 40 --report out",
     )
     servo_robots.add_arguments(parser)
+    servo_robots.add_publishing(parser)
+    parser.add_argument(
+        "--hand-eye", type=Path, metavar="FILE", help="where the camera sits, as `hand-eye` found it"
+    )
     parser.add_argument("--headless", action="store_true", help="no window: the state goes to the terminal")
     parser.add_argument("--seconds", type=positive, metavar="S", help="end after so long")
     parser.add_argument("--until-reached", action="store_true", help="headless: end with success")
@@ -59,7 +63,7 @@ def add_commands(commands: Any) -> None:
     )
     parser.add_argument("--report", type=Path, metavar="FOLDER", help="write report.json, plots and a video")
     parser.add_argument("--config", type=Path, metavar="FILE", help="rates, gains and limits (.ini)")
-    _add_target(parser)
+    add_target(parser)
     parser.add_argument(
         "--faces", metavar="DETECTOR", help="auto, cascade, or the path of a YuNet model (.onnx) (auto)"
     )
@@ -77,7 +81,8 @@ def add_commands(commands: Any) -> None:
     parser.set_defaults(run=_run)
 
 
-def _add_target(parser: argparse.ArgumentParser) -> None:
+def add_target(parser: argparse.ArgumentParser) -> None:
+    """Options that name the marker or the board."""
     group = parser.add_argument_group("the arm's goal")
     group.add_argument(
         "--target", choices=("single", "grid", "charuco"), help="one marker, or a board of markers (single)"
@@ -102,7 +107,8 @@ def _marker(options: argparse.Namespace, marker: MarkerConfig) -> MarkerConfig:
     return replace(marker, **{key: value for key, value in given.items() if value is not None})
 
 
-def _config(options: argparse.Namespace) -> Config:
+def configuration(options: argparse.Namespace) -> Config:
+    """The settings of a file, changed by options. Raises UsageError."""
     from grabbergui.servo.config import Config
 
     config = Config.load(find_file(options.config, "configuration")) if options.config else Config()
@@ -121,9 +127,11 @@ def _run(options: argparse.Namespace) -> int:
 
     if options.screenshot is not None and (options.seconds is None or options.headless):
         raise UsageError("--screenshot needs the window and --seconds, after which it is taken")
-    config = _config(options)
+    config = configuration(options)
     with ExitStack() as stack:
         scene = servo_robots.assemble(options, config, stack)
+        if options.hand_eye is not None:
+            servo_robots.place_camera(scene.robot, find_file(options.hand_eye, "hand–eye calibration"))
 
         def detector(frame: Frame) -> Detector:
             return closed_loop.detector(config, scene.calibration(frame.width, frame.height), real_time=True)

@@ -18,6 +18,7 @@ from grabbergui.core.errors import SourceUnavailableError, UsageError
 
 if TYPE_CHECKING:
     from grabbergui.calibration.fitted import CalibrationFor
+    from grabbergui.calibration.hand_eye_file import Placement
     from grabbergui.core.grabber import FrameGrabber
     from grabbergui.servo.config import Config
     from grabbergui.servo.guardian_link import GuardianLink
@@ -58,17 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="sim-teo (default), sim-tiago: simulated in this process; teo: on YARP; tiago: on ROS 2",
     )
     parser.add_argument("--source", metavar="SOURCE", help="the camera; by default that of the robot's head")
-    for option, network, prefix in (
-        ("--publish", "YARP", YARP_PREFIX),
-        ("--publish-ros2", "ROS 2", ROS2_PREFIX),
-    ):
-        parser.add_argument(
-            option,
-            nargs="?",
-            const=prefix,
-            metavar="/PREFIX",
-            help=f"on {network}: heads, markers, state, and a stop ({prefix})",
-        )
     yarp = parser.add_argument_group("YARP")
     yarp.add_argument("--remote", default="/teoSim", metavar="/PREFIX", help="teo's ports (/teoSim)")
     yarp.add_argument("--nameserver", default="", metavar="HOST:PORT", help="(YARP's configuration)")
@@ -81,6 +71,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DEGREES",
         help="do without a calibration: what the picture's width sees; distances are then rough",
     )
+
+
+def add_publishing(parser: argparse.ArgumentParser) -> None:
+    """Options that name the networks on which the loop publishes."""
+    for option, network, prefix in (
+        ("--publish", "YARP", YARP_PREFIX),
+        ("--publish-ros2", "ROS 2", ROS2_PREFIX),
+    ):
+        parser.add_argument(
+            option,
+            nargs="?",
+            const=prefix,
+            metavar="/PREFIX",
+            help=f"on {network}: heads, markers, state, and a stop ({prefix})",
+        )
 
 
 def add_tiago(parser: argparse.ArgumentParser) -> None:
@@ -120,6 +125,40 @@ def publish(runner: Runner, options: argparse.Namespace, stack: ExitStack) -> No
         stack.callback(topics.close)
 
 
+def place_camera(robot: Robot, file: Path) -> None:
+    """Take the camera to sit where a hand–eye calibration found it. Raises UsageError, OSError."""
+    from grabbergui.calibration import hand_eye_file
+    from grabbergui.servo.robots.robot import CameraPlace
+
+    result, placement = hand_eye_file.load(file), hand_eye_file.placement(file)
+    if placement is not None and placement.eye != "head":
+        raise UsageError(
+            f"{file} is of a camera that {'is on the hand' if placement.eye == 'hand' else 'stands'}; "
+            "servoing needs one on the head"
+        )
+    if result.camera_offsets.shape != robot.model.head.low.shape:
+        raise UsageError(f"{file} is of another robot: it has offsets of {len(result.camera_offsets)} joints")
+    robot.placed = CameraPlace(result.camera, result.camera_offsets)
+
+
+def placement(options: argparse.Namespace) -> Placement:
+    """What carries the camera, by tf's names as far as they are known."""
+    from grabbergui.calibration import hand_eye_file
+    from grabbergui.calibration.geometry import pose
+
+    eye, turned = options.eye, pose()
+    mount = {"head": "head", "hand": "hand", "stands": "base"}[eye]
+    if options.robot.endswith("tiago"):
+        from grabbergui.servo.robots import tiago
+
+        mount = {"head": tiago.HEAD, "hand": options.hand_frame or tiago.HAND, "stands": tiago.BASE}[eye]
+        if eye == "hand":
+            turned = pose(tiago.HAND_AXES)
+    return hand_eye_file.Placement(
+        eye, options.mount_frame or mount, options.camera_frame or "camera", turned
+    )
+
+
 def tiago_model(options: argparse.Namespace) -> KinematicModel:
     """TIAGo as the options have it. Raises SourceUnavailableError."""
     from grabbergui.servo.robots import tiago
@@ -154,12 +193,18 @@ def _simulated(model: KinematicModel, options: argparse.Namespace, config: Confi
     from grabbergui.servo.control import ArmController
     from grabbergui.servo.robots.simulated import SimRobot
 
-    robot = SimRobot(model)
+    eye = getattr(options, "eye", "")
+    robot = SimRobot(model, head=closed_loop.AT_BOARD if eye == "head" else (0.0, 0.0))
     robot.open()
     stack.callback(robot.close)
     if options.source:
         grabber = stack.enter_context(opened(options.source))
         return Scene(robot, grabber, _calibration(options, grabber))
+    if eye:
+        grabber = closed_loop.hand_eye_camera(robot, config.marker, eye)
+        grabber.open()
+        stack.callback(grabber.close)
+        return Scene(robot, grabber, closed_loop.calibration().scaled_to)
     board = rendered_scene.board_pose()
     things = closed_loop.things_for(
         config.marker, Things(board=lambda seconds: board if seconds >= BOARD_SHOWN_S else None)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import cv2
@@ -43,6 +44,10 @@ WIDTH, HEIGHT = 608, 512
 OFFSET_X = (reg.SENSOR_WIDTH // BINNING - WIDTH) // 2
 OFFSET_Y = (reg.SENSOR_HEIGHT // BINNING - HEIGHT) // 2
 EXPOSURE_US = 8000.0
+AT_BOARD = (-0.42, 0.1)
+"Pan and tilt, radians, at which TEO looks at the board that the person holds."
+ON_HAND = geometry.pose(geometry.rotation_from_vector((0.1, -0.2, 0.3)), (0.03, -0.05, 0.04))
+"A camera, or a target, that is screwed onto the hand."
 SHEET_PIXELS = 960
 "Along the longer edge of a printed board's drawing."
 
@@ -89,8 +94,16 @@ def detector(config: Config, of: Calibration, *, real_time: bool = False) -> Det
     return Detector(markers, faces)
 
 
-def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameGrabber:
-    """A simulated camera on the robot's head, like any other grabber; the clock is the real one."""
+def mounted_camera(
+    robot: SimRobot,
+    things: Things,
+    fps: float = 30.0,
+    camera_at: Callable[[float], Pose] | None = None,
+) -> FrameGrabber:
+    """A simulated camera, like any other grabber; the clock is the real one.
+
+    It is on the robot's head unless `camera_at` gives its pose in the room at a time.
+    """
     from grabbergui.driver.camera import Camera
 
     scene = RenderedScene(things)
@@ -113,11 +126,27 @@ def mounted_camera(robot: SimRobot, things: Things, fps: float = 30.0) -> FrameG
     def pose(device_ns: int) -> Pose:
         # The device's clock is another than the robot's, and may be set: only its differences count.
         age = (model.timestamp() - device_ns) * 1e-9
-        return robot.camera_at(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
+        return (camera_at or robot.camera_at)(time.monotonic() - age + EXPOSURE_US * 0.5e-6)
 
     scene.mount(pose)
     info = DeviceInfo(uri="sim:scene", model="Camera on the simulated head", bus="Simulated")
     return Camera(SimulatedDevice(info, model))
+
+
+def hand_eye_camera(robot: SimRobot, marker: MarkerConfig, eye: str) -> FrameGrabber:
+    """A simulated camera on head or hand, or standing, with a target before it: for hand–eye calibration."""
+    stands, hand = robot.model.stands, robot.state().hand
+    before = geometry.pose(np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 0.45))
+    if eye == "head":
+        board = rendered_scene.board_pose()
+        return mounted_camera(robot, things_for(marker, Things(lambda _: None, lambda _: board)))
+    if eye == "hand":
+        board = stands @ hand @ ON_HAND @ before
+        things = things_for(marker, Things(lambda _: None, lambda _: board))
+        return mounted_camera(robot, things, camera_at=lambda _: stands @ robot.state().hand @ ON_HAND)
+    camera = stands @ hand @ ON_HAND @ geometry.inverse(before)
+    held = Things(lambda _: None, lambda _: stands @ robot.state().hand @ ON_HAND)
+    return mounted_camera(robot, things_for(marker, held), camera_at=lambda _: camera)
 
 
 def in_base(robot: SimRobot, thing: Pose) -> Pose:

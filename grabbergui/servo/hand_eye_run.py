@@ -13,19 +13,23 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from grabbergui.calibration import geometry
+from grabbergui.calibration.fitted import CalibrationFor
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.hand_eye import HandEyeResult, solve
 from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints
 from grabbergui.calibration.hand_eye_poses import propose
 from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
+from grabbergui.core.grabber import FrameGrabber
+from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
+from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 
@@ -53,6 +57,8 @@ SETTLE_S = 0.4
 "Seconds of rest before a frame counts."
 STILL = math.radians(0.1)
 "Radians that joints may move while the robot looks."
+FRAME_S = 5.0
+"Seconds to wait for a frame."
 RAMP_S = 0.5
 "Seconds in which a move comes to its speed."
 
@@ -224,7 +230,7 @@ class HandEyeRun:
                     nearest, improved = away, now
                 if now - improved > STALLED_S or now - began > LONGEST_S:
                     return False
-                self._gate.send(replace(command, until=now + self._config.safety.picture_timeout), now)
+                self._gate.send(command, now)
                 self._pause(1 / self._config.loop.rate)
         finally:
             self._gate.rest()
@@ -306,6 +312,34 @@ def watched(gate: CommandGate) -> Iterator[None]:
         over.set()
         thread.join()
         gate.halt("the calibration ended")
+
+
+class FrameLook:
+    """Looks for the configured target in the frames of an open source. Use from one thread."""
+
+    def __init__(self, grabber: FrameGrabber, config: Config, calibration: CalibrationFor) -> None:
+        """Start the source and wait for its first frame. Raises FrameTimeoutError, UsageError."""
+        self._queue = grabber.open_queue(1)
+        grabber.start()
+        first = self._queue.get(FRAME_S)
+        self.calibration = calibration(first.width, first.height)
+        "Of the frames as they come."
+        self._detector = closed_loop.detector(config, self.calibration).markers
+        self._target = config.marker.target
+
+    def close(self) -> None:
+        """Take no more frames."""
+        self._queue.close()
+
+    def __call__(self, after: float) -> MarkerDetection | None:
+        """Return the target in the first whole frame exposed after `after` (monotonic seconds)."""
+        deadline = time.monotonic() + FRAME_S
+        while time.monotonic() < deadline:
+            frame = self._queue.get(FRAME_S)
+            if frame.complete and frame.captured > after:
+                grey = np.asarray(frame.mono())
+                return Sighting(frame.captured, tuple(self._detector.detect(grey))).only(self._target)
+        raise FrameTimeoutError(f"no whole frame came within {FRAME_S:g} s")
 
 
 class _Near:

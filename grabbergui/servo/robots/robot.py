@@ -65,6 +65,16 @@ class RobotState:
     "Joint angles, radians, where they are known."
 
 
+@dataclass(frozen=True, eq=False)
+class CameraPlace:
+    """Where a calibration found the camera on the head."""
+
+    camera: Pose
+    "The optical frame as seen from the head chain's tool."
+    offsets: Vector
+    "Radians to be added to pan and tilt."
+
+
 class Robot(ABC):
     """A head with a camera and an arm with a hand.
 
@@ -78,6 +88,8 @@ class Robot(ABC):
     def __init__(self, model: KinematicModel, name: str = "") -> None:
         self.model = model
         self.name = name or model.name
+        self.placed: CameraPlace | None = None
+        "The calibrated camera; None: it is where the model has it."
 
     @abstractmethod
     def open(self) -> None:
@@ -135,6 +147,8 @@ class Robot(ABC):
 
     def camera_pose(self, head: Vector) -> Pose:
         """The camera's optical frame in the base for given pan and tilt."""
+        if self.placed is not None:
+            return self.model.head.forward(head + self.placed.offsets) @ self.placed.camera
         return self.model.camera_pose(head)
 
     def skeleton(self, state: RobotState) -> list[NDArray[np.float64]]:

@@ -39,7 +39,7 @@ HANDS = (HAND, "gripper_grasping_frame", "arm_tool_link")
 CAMERAS = ("head_front_camera_color_optical_frame", "head_front_camera_rgb_optical_frame", CAMERA)
 "Optical frames of the camera in the head, on today's robots and on older ones."
 
-_HAND_AXES = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
+HAND_AXES = [[0, 0, 1], [-1, 0, 0], [0, -1, 0]]
 "Our hand's axes as seen from TIAGo's, whose x points out of the palm: z forward, x down at home."
 
 
@@ -62,7 +62,7 @@ def model(urdf: Path | None = None, hand: str = "", camera: str = "", *, seen_in
     path = urdf or shipped_urdf()
     model = load_urdf(path)
     hand, camera = hand or first_frame(model, HANDS), camera or first_frame(model, (seen_in, *CAMERAS))
-    arm = UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=_HAND_AXES)
+    arm = UrdfChain("TIAGo's arm", model, BASE, ARM_JOINTS, hand, turned=HAND_AXES)
     return KinematicModel(
         "TIAGo",
         UrdfChain("TIAGo's head", model, BASE, HEAD_JOINTS, HEAD, signs=HEAD_SIGNS),

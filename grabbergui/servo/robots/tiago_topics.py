@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from grabbergui.calibration.geometry import Vector, quaternion_from_rotation
-from grabbergui.core.errors import RemoteProtocolError
+from grabbergui.calibration.geometry import Vector
+from grabbergui.core.errors import RemoteProtocolError, SourceUnavailableError
 from grabbergui.net.ros2.runtime import Ros2Node
+from grabbergui.servo.frames_ros2 import publish_frame
 from grabbergui.servo.robots import tiago
 from grabbergui.servo.robots import tiago_messages as messages
 from grabbergui.servo.robots.robot import ARM, HEAD
@@ -167,20 +168,6 @@ class TiagoTopics:
     def _tell_frames(self, node: Any) -> Any:
         """Where the camera sits on the head, on `/tf_static`; the publisher, None without tf's messages."""
         try:
-            from tf2_msgs.msg import TFMessage
-        except ImportError:
+            return publish_frame(node, tiago.HEAD, self._topics.camera_frame, self._robot.model.camera)
+        except SourceUnavailableError:
             return None
-        from geometry_msgs.msg import TransformStamped
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        publisher = node.create_publisher(TFMessage, "/tf_static", latched)
-        camera = self._robot.model.camera
-        entry = TransformStamped(child_frame_id=self._topics.camera_frame)
-        entry.header.frame_id = tiago.HEAD
-        entry.header.stamp = node.get_clock().now().to_msg()
-        place, turn = entry.transform.translation, entry.transform.rotation
-        place.x, place.y, place.z = map(float, camera[:3, 3])
-        turn.x, turn.y, turn.z, turn.w = quaternion_from_rotation(camera[:3, :3])
-        publisher.publish(TFMessage(transforms=[entry]))
-        return publisher

@@ -1,0 +1,141 @@
+"""What `grabbergui hand-eye` is made of: looking, the result's file and its frames, and servoing by it."""
+
+import sys
+from argparse import Namespace
+from types import ModuleType, SimpleNamespace
+
+import numpy as np
+import pytest
+
+from grabbergui.calibration import geometry, hand_eye_file
+from grabbergui.calibration.hand_eye import HandEyeResult
+from grabbergui.calibration.hand_eye_file import Placement
+from grabbergui.cli import main, servo_robots
+from grabbergui.core.errors import SourceUnavailableError, UsageError
+from grabbergui.servo import closed_loop
+from grabbergui.servo.config import Config, MarkerConfig
+from grabbergui.servo.frames_ros2 import publish_frame
+from grabbergui.servo.hand_eye_run import EYES, FrameLook
+from grabbergui.servo.robots import teo
+from grabbergui.servo.robots.simulated import SimRobot
+from patience import until
+
+CAMERA = geometry.pose(geometry.rotation_from_vector((0.3, -0.1, 0.2)), (0.07, 0.01, 0.06))
+FOUND = HandEyeResult(CAMERA, np.eye(4), np.array([0.01, 0.0]), np.zeros(0), rms=0.3)
+
+
+@pytest.mark.parametrize("eye", EYES)
+def test_the_simulated_camera_shows_the_target_in_frames_that_are_new(eye):
+    config = Config(marker=MarkerConfig(kind="charuco", size=0.03, columns=5, rows=4))
+    robot = SimRobot(teo.MODEL, head=closed_loop.AT_BOARD)
+    camera = closed_loop.hand_eye_camera(robot, config.marker, eye)
+    camera.open()
+    look = FrameLook(camera, config, closed_loop.calibration().scaled_to)
+    try:
+        seen = until(lambda: look(0.0), "a view of the target")
+    finally:
+        look.close()
+        camera.close()
+    assert seen.problem == ""
+    assert len(seen.points) == len(seen.pixels) == 12
+
+
+def test_a_result_names_its_frames_for_tf(tmp_path):
+    turned = geometry.pose([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    file, placement = tmp_path / "robot.yaml", Placement("hand", "hand_link", "eye_optical", turned)
+    hand_eye_file.save(FOUND, file, placement)
+    again = hand_eye_file.placement(file)
+    assert (again.eye, again.mount, again.frame) == ("hand", "hand_link", "eye_optical")
+    assert again.turned == pytest.approx(turned, abs=1e-9)
+    assert hand_eye_file.load(file).camera == pytest.approx(CAMERA)
+    words = hand_eye_file.static_transform_command(FOUND, again).split()
+    place = (turned @ CAMERA)[:3, 3]
+    given = [float(words[words.index(f"--{axis}") + 1]) for axis in "xyz"]
+    assert given == pytest.approx(place, abs=1e-6)
+    assert words[-4:] == ["--frame-id", "hand_link", "--child-frame-id", "eye_optical"]
+
+
+def test_a_result_without_frames_has_none(tmp_path):
+    file = tmp_path / "robot.yaml"
+    hand_eye_file.save(FOUND, file)
+    assert hand_eye_file.placement(file) is None
+    file.write_text(file.read_text() + "transform: 7\n")
+    with pytest.raises(UsageError, match="no names"):
+        hand_eye_file.placement(file)
+
+
+def test_servoing_takes_the_camera_from_the_file(tmp_path):
+    robot, file = SimRobot(teo.MODEL), tmp_path / "robot.yaml"
+    hand_eye_file.save(FOUND, file, Placement("head", "head", "camera"))
+    servo_robots.place_camera(robot, file)
+    angles = np.array([0.2, -0.1])
+    tool = teo.HEAD.forward(angles + FOUND.camera_offsets)
+    assert robot.camera_pose(angles) == pytest.approx(tool @ CAMERA)
+    hand_eye_file.save(FOUND, file, Placement("stands", "base", "camera"))
+    with pytest.raises(UsageError, match="camera that stands"):
+        servo_robots.place_camera(robot, file)
+
+
+@pytest.mark.parametrize(
+    ("robot", "eye", "mount"),
+    [("sim-teo", "head", "head"), ("teo", "stands", "base"), ("tiago", "head", "head_2_link")],
+)
+def test_frames_have_the_robot_s_names(robot, eye, mount):
+    options = Namespace(robot=robot, eye=eye, mount_frame=None, camera_frame=None, hand_frame=None)
+    placement = servo_robots.placement(options)
+    assert (placement.mount, placement.frame) == (mount, "camera")
+    assert (placement.turned == np.eye(4)).all()
+
+
+def test_tiago_s_hand_has_other_axes_than_ours():
+    options = Namespace(robot="tiago", eye="hand", mount_frame=None, camera_frame="eye", hand_frame="gripper")
+    placement = servo_robots.placement(options)
+    assert (placement.mount, placement.frame) == ("gripper", "eye")
+    forward = placement.on_mount(np.eye(4))[:3, 2]
+    assert forward == pytest.approx([1, 0, 0])
+
+
+def test_a_frame_is_published_for_those_who_come_later(monkeypatch):
+    def module(name, **entries):
+        made = ModuleType(name)
+        vars(made).update(entries)
+        monkeypatch.setitem(sys.modules, name, made)
+
+    def stamped(child_frame_id):
+        vector = SimpleNamespace
+        return vector(
+            child_frame_id=child_frame_id,
+            header=vector(frame_id="", stamp=None),
+            transform=vector(translation=vector(), rotation=vector()),
+        )
+
+    for package in ("tf2_msgs", "geometry_msgs", "rclpy"):
+        module(package)
+    module("tf2_msgs.msg", TFMessage=lambda transforms: transforms)
+    module("geometry_msgs.msg", TransformStamped=stamped)
+    module("rclpy.qos", QoSProfile=dict, DurabilityPolicy=SimpleNamespace(TRANSIENT_LOCAL="latched"))
+    sent = []
+    node = SimpleNamespace(
+        create_publisher=lambda kind, topic, qos: SimpleNamespace(
+            publish=lambda message: sent.append((topic, qos, message))
+        ),
+        get_clock=lambda: SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: "now")),
+    )
+    publish_frame(node, "head", "camera", CAMERA)
+    ((topic, qos, (entry,)),) = sent
+    assert (topic, qos) == ("/tf_static", {"depth": 1, "durability": "latched"})
+    assert (entry.header.frame_id, entry.child_frame_id) == ("head", "camera")
+    assert [getattr(entry.transform.translation, axis) for axis in "xyz"] == pytest.approx(CAMERA[:3, 3])
+    turn = [getattr(entry.transform.rotation, axis) for axis in "xyzw"]
+    assert geometry.rotation_from_quaternion(*turn) == pytest.approx(CAMERA[:3, :3])
+
+
+def test_without_tf_s_messages_it_says_what_to_do(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tf2_msgs", None)
+    with pytest.raises(SourceUnavailableError, match=r"tf2_msgs is not installed: source"):
+        publish_frame(None, "head", "camera", CAMERA)
+
+
+def test_a_result_that_could_not_be_written_is_refused_before_anything_moves(tmp_path, capsys):
+    assert main(["hand-eye", "--out", str(tmp_path / "missing" / "robot.yaml")]) == 2
+    assert "choose another --out" in capsys.readouterr().err
