@@ -221,5 +221,7 @@ def test_the_keys_stand_apart_from_their_text_and_the_dialog_fits_a_small_screen
     assert "Ctrl+Mayús+S" in text and "Mayúsculas" not in text and "Shift" not in text
     screen = dialog.screen().availableSize()
     assert dialog.height() < screen.height() and dialog.width() < screen.width()
+    needed = dialog.content.heightForWidth(dialog.content.width()) + dialog.closeButton.height()
+    assert dialog.height() >= min(needed, 0.85 * screen.height()), "no smaller than it has to be"
     assert dialog.closeButton.isVisible() and dialog.rect().contains(dialog.closeButton.geometry())
     dialog.close()

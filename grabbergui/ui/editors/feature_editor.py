@@ -88,7 +88,6 @@ class ReadingLabel(FeatureEditor):
         super().__init__(parent)
         self.label = QLabel()
         self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setWordWrap(True)
         self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.label.setMargin(3)
         self.hold(self.label)
@@ -98,6 +97,7 @@ class ReadingLabel(FeatureEditor):
         self.label.setAccessibleName(feature.title)
         text = feature.kind in (FeatureKind.STRING, FeatureKind.ENUMERATION) or feature.value is None
         side = Qt.AlignmentFlag.AlignLeft if text else Qt.AlignmentFlag.AlignRight
+        self.label.setWordWrap(text)  # a number and its unit stay together
         self.label.setAlignment(Qt.Alignment(side) | Qt.AlignmentFlag.AlignVCenter)
         self.label.setText(value_text(feature))
 

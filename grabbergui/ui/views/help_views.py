@@ -18,6 +18,7 @@ from PyQt5.QtWidgets import (
     QComboBox,
     QDialog,
     QLabel,
+    QLayout,
     QMenu,
     QMenuBar,
     QPlainTextEdit,
@@ -154,8 +155,9 @@ class ShortcutsDialog(QDialog):
 
     def _take_room(self) -> None:
         """Show everything at once where the screen has room for it; else it is scrolled."""
-        if (layout := self.layout()) is not None:
-            layout.activate()  # only then is it known what is beside the tables
+        for layout in (*self.content.findChildren(QLayout), self.layout()):
+            if layout is not None:
+                layout.activate()  # only then does each know the size of what it holds
         hint = self.content.sizeHint()
         width = hint.width() + SCROLL_BAR
         wanted = QSize(width, self.content.heightForWidth(width)) + self.size() - self.scrollArea.size()

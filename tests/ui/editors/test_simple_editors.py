@@ -1,8 +1,10 @@
 """A box that is ticked, a button that is pressed."""
 
+from dataclasses import replace
+
 import pytest
 from PyQt5.QtCore import QPoint, Qt
-from sample_features import BIT, COMMAND, SWITCH
+from sample_features import BIT, COMMAND, EXPOSURE, SWITCH, A
 
 
 @pytest.mark.parametrize(("shown", "value"), [(SWITCH, False), (BIT, 0)])
@@ -18,3 +20,9 @@ def test_a_command_is_run(take, qtbot):
     hand = take(COMMAND)
     qtbot.mouseClick(hand.editor.button, Qt.LeftButton)
     assert hand.values == [None]
+
+
+def test_a_number_that_can_only_be_read_stays_beside_its_unit(take, qtbot):
+    label = take(replace(EXPOSURE, access=A.READ_ONLY)).editor.label
+    label.setText("10 ms")
+    assert label.heightForWidth(20) <= label.fontMetrics().height() + 2 * label.margin() + 1
