@@ -76,6 +76,12 @@ def add_commands(commands: Any) -> None:
         "--speed", type=part, metavar="0.3", help="slow all motion down, 0.01 to 1; the window changes it too"
     )
     parser.add_argument(
+        "--follow",
+        type=positive,
+        metavar="M/S",
+        help="follow a marker that moves, at up to so many m/s, instead of waiting until it rests",
+    )
+    parser.add_argument(
         "--dry-run", action="store_true", help="compute and show everything, and send the robot nothing"
     )
     parser.set_defaults(run=_run)
@@ -117,6 +123,7 @@ def configuration(options: argparse.Namespace) -> Config:
     arm = replace(config.arm, mode="direct") if options.steps else config.arm
     faces = replace(config.faces, detector=options.faces) if options.faces else config.faces
     loop = config.loop if options.speed is None else replace(config.loop, speed=options.speed)
+    arm = arm if options.follow is None else replace(arm, follow=options.follow)
     return replace(config, loop=loop, marker=marker, head=head, arm=arm, faces=faces)
 
 

@@ -295,6 +295,7 @@ def state_text(state: State) -> str:
         State.CENTRING: translate("Servoing", "centring"),
         State.WAITING: translate("Servoing", "waiting for the marker"),
         State.APPROACHING: translate("Servoing", "approaching"),
+        State.FOLLOWING: translate("Servoing", "following"),
         State.REACHED: translate("Servoing", "reached"),
         State.STUCK: translate("Servoing", "stuck"),
         State.LOST: translate("Servoing", "lost"),

@@ -123,6 +123,8 @@ class ArmConfig:
     "Metres per second."
     fastest_turn: float = 35.0
     "Degrees per second."
+    follow: float = 0.0
+    "Metres per second up to which the hand follows a marker that moves; 0: it comes when the marker rests."
     acceleration: float = 0.4
     "Metres per second²; the way down to rest is planned with half of it."
     turn_acceleration: float = 120.0
@@ -146,6 +148,10 @@ class ArmConfig:
 
 _NEGATIVE = ("x_low", "x_high", "y_low", "y_high", "z_low", "z_high")
 "The corners of the workspace, each low one before its high one; nothing else may be negative."
+
+
+MOST_FOLLOW = 0.5
+"Metres per second beyond which no hand follows anything."
 
 
 @dataclass(frozen=True)
@@ -212,6 +218,10 @@ class Config:
                 raise UsageError(f"[arm] {low} must be less than {high}, or the workspace is empty")
         if not 0.001 <= self.marker.size <= 10:
             raise UsageError(f"a marker of {self.marker.size:g} m cannot be; allowed is 0.001 to 10")
+        if self.arm.follow > MOST_FOLLOW:
+            raise UsageError(
+                f"[arm] follow of {self.arm.follow:g} m/s; allowed is 0 (off) to {MOST_FOLLOW:g}"
+            )
         detector = self.faces.detector
         if detector not in ("auto", "cascade") and not Path(detector).expanduser().is_file():
             raise UsageError(

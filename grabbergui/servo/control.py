@@ -17,6 +17,10 @@ HAND_ON_MARKER = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]
 "The hand's axes as seen from the marker's: its z into the marker, its x down along it."
 
 
+FOLLOW_GAIN = 6.5
+"1/s: twist per position error of a hand that follows, beside the target's own velocity."
+FOLLOW_ACCELERATION = 3.0
+"Times the hand's acceleration while it follows: the target's comes on top of the hand's own."
 AHEAD_S = 0.2
 "Seconds ahead of which the hand is kept inside the workspace, as the gate demands."
 
@@ -134,8 +138,11 @@ class ArmController:
         low, high = self._box()
         return bool(((low <= position) & (position <= high)).all())
 
-    def approach(self, hand: Pose, marker: Pose, seconds: float) -> Vector:
-        """The twist (base, m/s and rad/s) for the next `seconds`; zero where the goal is outside."""
+    def approach(self, hand: Pose, marker: Pose, seconds: float, velocity: Vector | None = None) -> Vector:
+        """The twist (base, m/s and rad/s) for the next `seconds`; zero where the goal is outside.
+
+        `velocity` is the marker's, m/s, for a hand that follows it; None for one that goes where it rests.
+        """
         goal = self.goal(marker)
         error = geometry.diff(hand, goal)
         self.error = (float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])))
@@ -154,7 +161,11 @@ class ArmController:
                 ),
             )
         )
-        limit = np.repeat((config.acceleration, math.radians(config.turn_acceleration)), 3) * seconds
+        acceleration = config.acceleration
+        if velocity is not None:
+            acceleration *= FOLLOW_ACCELERATION
+            wanted[:3] = self._following(error[:3], velocity)
+        limit = np.repeat((acceleration, math.radians(config.turn_acceleration)), 3) * seconds
         # Speeding up is gradual; slowing down is never delayed.
         faster = np.abs(wanted) > np.abs(self._twist)
         change = wanted - self._twist
@@ -189,6 +200,14 @@ class ArmController:
             return np.zeros(3)
         speed = min(self._config.gain * size, fastest, math.sqrt(acceleration * size))
         return error / size * speed
+
+    def _following(self, error: Vector, velocity: Vector) -> Vector:
+        """The target's velocity and what brings the hand nearer, m/s, no faster than is allowed."""
+        size = float(np.linalg.norm(error))
+        nearer = min(FOLLOW_GAIN, math.sqrt(self._config.acceleration / max(size, 1e-9))) * error
+        wanted: Vector = velocity + nearer
+        speed = float(np.linalg.norm(wanted))
+        return wanted * min(1.0, self._config.follow / max(speed, 1e-9))
 
     def _kept_inside(self, hand: Pose, twist: Vector, seconds: float) -> Vector:
         """Without the part of the velocity that would lead out of the workspace."""

@@ -329,7 +329,7 @@ class CommandGate:
         slack = 1 + 1e-6
         if np.abs(command.head).max() > math.radians(config.head.fastest) * slack:
             return "the head would be too fast"
-        if np.linalg.norm(command.hand[:3]) > config.arm.fastest * slack:
+        if np.linalg.norm(command.hand[:3]) > max(config.arm.fastest, config.arm.follow) * slack:
             return "the hand would be too fast"
         if np.linalg.norm(command.hand[3:]) > math.radians(config.arm.fastest_turn) * slack:
             return "the hand would turn too fast"

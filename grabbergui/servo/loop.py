@@ -6,15 +6,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grabbergui.calibration.geometry import Pose, Vector, diff, is_pose
+from grabbergui.calibration.geometry import Pose, Vector, diff, is_pose, pose
 from grabbergui.servo.config import Config
 from grabbergui.servo.control import ArmController, HeadController
 from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command
+from grabbergui.servo.motion import TargetMotion
 from grabbergui.servo.robots.robot import ARM, HEAD, Robot, RobotState
 from grabbergui.servo.state_machine import Situation, State, StateMachine
 from grabbergui.servo.tracking import FaceTrack, JointHistory, MarkerTrack
 from grabbergui.servo.watch import EncoderWatch, ProgressWatch
+
+RESPONSE_S = 0.04
+"Seconds that a robot's drives take to follow a command: the velocity that is sent is the marker's by then."
+FOLLOWED_M = 0.04
+"Metres from its moving goal within which the hand counts as following it; twice as many until it is lost."
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +56,8 @@ class ServoLoop:
         self.arm = ArmController(config.arm, config.marker.standoff)
         self.sighting: Sighting | None = None
         "The newest picture's."
+        self.motion = TargetMotion()
+        "The marker's, in the robot's base."
         self._camera_pose = robot.camera_pose
         self._parts = robot.parts
         self._history = JointHistory()
@@ -84,7 +92,8 @@ class ServoLoop:
         self._update_tracks()
         captured = self.sighting.captured if self.sighting is not None else -np.inf
         fresh = -0.01 <= now - captured <= safety.picture_timeout
-        target, marker = self._target(), self.marker.pose
+        marker = self._marker_at(now)
+        target = self._target(marker)
         if not fresh or not fresh_robot or robot is None:
             target = marker = None
         self._measure(target, marker, robot)
@@ -98,6 +107,7 @@ class ServoLoop:
                 centred=target is not None and robot is not None and self._centred(robot),
                 marker=marker is not None and self._reachable(marker),
                 arrived=marker is not None and self.arm.arrived,
+                following=marker is not None and self._follows(),
                 stuck=self._stuck,
                 problem=self._problem(bool(fresh), robot, sound, fresh_robot),
             ),
@@ -151,7 +161,9 @@ class ServoLoop:
         else:
             self.head.rest()
         if state.arm_moves and marker is not None and ARM in self._parts:
-            hand = self.arm.approach(robot.hand, marker, seconds)
+            follows = self.config.arm.follow > 0 and self.motion.moving
+            velocity = self.motion.velocity(now + RESPONSE_S) if follows else None
+            hand = self.arm.approach(robot.hand, marker, seconds, velocity)
         return Command(head, step, hand).slowed(self.config.loop.speed)
 
     def _update_tracks(self) -> None:
@@ -162,10 +174,27 @@ class ServoLoop:
         camera = None if angles is None else self._camera_pose(angles)
         self.marker.update(sighting, camera)
         self.person.update(sighting, camera)
+        seen = self.marker.seen
+        if seen is None:
+            self.motion.restart()
+        else:
+            self.motion.add(sighting.captured, seen[:3, 3])
 
-    def _target(self) -> Vector | None:
+    def _marker_at(self, now: float) -> Pose | None:
+        """Return the marker's pose; of one that moves, where it is by now."""
+        marker, place = self.marker.pose, self.motion.position(now)
+        if marker is None or place is None:
+            return marker
+        return pose(marker[:3, :3], place)
+
+    def _follows(self) -> bool:
+        """Whether the hand goes along with a marker that moves."""
+        following = self.machine.state is State.FOLLOWING
+        near = FOLLOWED_M * (2 if following else 1)
+        return self.config.arm.follow > 0 and self.motion.moving and self.arm.error[0] < near
+
+    def _target(self, marker: Pose | None) -> Vector | None:
         """Return the head's target: the marker if there is one, else a person."""
-        marker = self.marker.pose
         if marker is not None:
             return marker[:3, 3]
         face = self.person.point
@@ -195,7 +224,8 @@ class ServoLoop:
         if robot is None or marker is None or self._dry_run:
             return
         goal = self.arm.goal(marker)
-        self._progress.update(now, robot.hand, goal, self.machine.state.arm_moves, self.config.loop.speed)
+        approaching = self.machine.state is State.APPROACHING
+        self._progress.update(now, robot.hand, goal, approaching, self.config.loop.speed)
         if not self._progress.stuck:
             self._stuck = ""
         elif not self._stuck:

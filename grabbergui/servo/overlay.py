@@ -30,6 +30,7 @@ _COLOURS: dict[State, Colour] = {
     State.CENTRING: (240, 180, 40),
     State.WAITING: (80, 160, 250),
     State.APPROACHING: (250, 140, 30),
+    State.FOLLOWING: (60, 190, 190),
     State.REACHED: (60, 200, 90),
     State.STUCK: (170, 110, 50),
     State.LOST: (200, 80, 200),

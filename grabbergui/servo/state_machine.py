@@ -6,6 +6,7 @@ SEARCHING ──► CENTRING ──► WAITING ──► CENTRING (on the marker
     └── LOST ─────┘ seen again                        comes no nearer  ▼   ├──────────────┘
                                                                      STUCK ┘ marker moved
 
+APPROACHING ◄──► FOLLOWING while the marker moves, where the hand may follow
 anything ──► STOPPED (emergency stop, or a fault of the robot) ──► LOST on resume
 """
 
@@ -23,6 +24,7 @@ class State(Enum):
     CENTRING = "centring"
     WAITING = "waiting for the marker"
     APPROACHING = "approaching"
+    FOLLOWING = "following"
     REACHED = "reached"
     STUCK = "stuck"
     LOST = "lost"
@@ -36,7 +38,7 @@ class State(Enum):
     @property
     def arm_moves(self) -> bool:
         """Whether the arm may be commanded."""
-        return self is State.APPROACHING
+        return self in (State.APPROACHING, State.FOLLOWING)
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ class Situation:
     "Whether the chosen marker is seen surely."
     arrived: bool = False
     "Whether the hand is at its goal."
+    following: bool = False
+    "Whether the marker moves, the hand is near its moving goal, and it is allowed to follow."
     stuck: str = ""
     "Why the end effector cannot reach its goal, as display text; empty while it may."
     problem: str = ""
@@ -145,8 +149,13 @@ class StateMachine:
             self._enter(now, State.LOST, situation.problem or "the marker is not seen")
         elif state is State.APPROACHING and situation.stuck and not situation.arrived:
             self._enter(now, State.STUCK, situation.stuck)
+        elif state is State.APPROACHING and situation.following:
+            self._enter(now, State.FOLLOWING, "the hand goes along with the marker")
         elif state is State.APPROACHING:
             self._arrive(now, situation.arrived)
+        elif state is State.FOLLOWING:
+            if not situation.following:
+                self._enter(now, State.APPROACHING, "the marker rests, or it is too fast to be followed")
         elif situation.marker and not (situation.arrived if state is State.REACHED else situation.stuck):
             self._enter(now, State.APPROACHING, "the marker moved")
 

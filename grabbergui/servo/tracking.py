@@ -85,6 +85,11 @@ class MarkerTrack:
         """When the newest picture that showed it was exposed."""
         return self._captured
 
+    @property
+    def seen(self) -> Pose | None:
+        """Its pose in the newest picture alone, unfiltered, so without lag; None unless usable."""
+        return self._newest if self.usable else None
+
     def update(self, sighting: Sighting, camera: Pose | None) -> None:
         """Take in what a picture showed; `camera` is where the camera was then, None if unknown."""
         self.problem = ""

@@ -3378,24 +3378,29 @@ It {1}.</source>
         <translation>acercándose</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="298"/>
+        <location filename="../../grabbergui/models/servoing.py" line="299"/>
         <source>reached</source>
         <translation>alcanzado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="299"/>
+        <location filename="../../grabbergui/models/servoing.py" line="300"/>
         <source>stuck</source>
         <translation>atascado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="300"/>
+        <location filename="../../grabbergui/models/servoing.py" line="301"/>
         <source>lost</source>
         <translation>perdido</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/models/servoing.py" line="301"/>
+        <location filename="../../grabbergui/models/servoing.py" line="302"/>
         <source>stopped</source>
         <translation>parado</translation>
+    </message>
+    <message>
+        <location filename="../../grabbergui/models/servoing.py" line="298"/>
+        <source>following</source>
+        <translation>siguiendo</translation>
     </message>
 </context>
 <context>

@@ -16,6 +16,7 @@ PERSON = Situation(target=True, centred=True)
 MARKER_ASIDE = Situation(target=True, marker=True)
 MARKER = Situation(target=True, centred=True, marker=True)
 ARRIVED = Situation(target=True, centred=True, marker=True, arrived=True)
+MOVING = Situation(target=True, centred=True, marker=True, following=True)
 STUCK = Situation(target=True, centred=True, marker=True, stuck="a joint is at its limit")
 BLIND = Situation(pictures=False)
 SILENT = Situation(robot=False)
@@ -39,6 +40,7 @@ PATHS = {
     State.CENTRING: [(PERSON_ASIDE, STEP)],
     State.WAITING: [(PERSON_ASIDE, 1.0), (PERSON, STEP)],
     State.APPROACHING: [(MARKER_ASIDE, 1.0), (MARKER, STEP)],
+    State.FOLLOWING: [(MARKER_ASIDE, 1.0), (MARKER, STEP), (MOVING, STEP)],
     State.REACHED: [(MARKER_ASIDE, 1.0), (MARKER, STEP), (ARRIVED, 1.0)],
     State.STUCK: [(MARKER_ASIDE, 1.0), (MARKER, STEP), (STUCK, STEP)],
 }
@@ -139,8 +141,16 @@ def test_a_goal_that_is_only_touched_is_not_reached():
         assert run.feed(MARKER) is State.APPROACHING
 
 
-def test_only_an_approach_moves_the_arm_and_nothing_moves_when_lost_or_stopped():
-    assert [state for state in State if state.arm_moves] == [State.APPROACHING]
+def test_a_hand_follows_until_the_marker_rests_or_is_lost():
+    run = in_state(State.FOLLOWING)
+    assert run.feed(MOVING, 5.0) is State.FOLLOWING
+    assert run.feed(MARKER) is State.APPROACHING
+    run.feed(MOVING)
+    assert run.feed(NOTHING, GRACE + 0.1) is State.LOST
+
+
+def test_only_approaching_and_following_move_the_arm_and_nothing_moves_when_lost_or_stopped():
+    assert [state for state in State if state.arm_moves] == [State.APPROACHING, State.FOLLOWING]
     assert {state for state in State if not state.head_moves} == {State.LOST, State.STOPPED}
 
 

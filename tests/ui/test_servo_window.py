@@ -55,7 +55,7 @@ def posture(**changes):
         board,
         state.hand,
         np.array([1.3, 0.0, 0.8]),
-        0.1,
+        (0.1, 0.1),
         (np.array([0.1, -0.9, -0.3]), np.array([0.8, 0.3, 0.9])),
     )
     return dataclasses.replace(made, **changes)

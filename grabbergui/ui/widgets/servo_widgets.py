@@ -23,7 +23,7 @@ _WAY = (State.SEARCHING, State.CENTRING, State.WAITING, State.APPROACHING, State
 "From one to the next when all goes well."
 
 
-_APART = (State.STUCK, State.LOST, State.STOPPED)
+_APART = (State.FOLLOWING, State.STUCK, State.LOST, State.STOPPED)
 "From anywhere."
 
 
