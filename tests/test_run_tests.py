@@ -1,6 +1,10 @@
 """What `make test` makes of failures."""
 
 import json
+import os
+import subprocess
+import time
+from pathlib import Path
 
 import pytest
 
@@ -38,6 +42,26 @@ def test_none_or_too_many_to_repeat_stays_a_failure(outcome, monkeypatch, count)
     if count:
         fail(outcome, count)
     assert run_tests.repeat_failures() == run_tests.TESTS_FAILED
+
+
+def test_only_changed_modules_are_compiled_before_the_run(tmp_path, monkeypatch):
+    for name in ("test_old.py", "test_new.py"):
+        (tmp_path / name).write_text("def test_it():\n    assert True\n")
+    monkeypatch.setattr(run_tests.os, "cpu_count", lambda: 1)
+    started = []
+    popen = subprocess.Popen
+    monkeypatch.setattr(
+        run_tests.subprocess,
+        "Popen",
+        lambda command, **more: started.append(command) or popen(command, **more),
+    )
+    run_tests.compile_tests([tmp_path])
+    assert all(run_tests.is_compiled(tmp_path / name) for name in ("test_old.py", "test_new.py"))
+    later = time.time() + 60
+    os.utime(tmp_path / "test_new.py", (later, later))
+    run_tests.compile_tests([tmp_path])
+    assert [Path(name).name for name in started[1][7:]] == ["test_new.py"]
+    assert len(started) == 2
 
 
 def test_slow_tests_are_remembered_wherever_they_stand(tmp_path, monkeypatch):
