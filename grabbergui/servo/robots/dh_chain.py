@@ -65,10 +65,7 @@ class DhChain(Chain):
 
     @override
     def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
-        frames = self.frames(angles)
-        tip = frames[-1][:3, 3]
-        columns = []
-        for frame in frames[: len(self.joints)]:
-            axis = frame[:3, 2]
-            columns.append(np.concatenate((np.cross(axis, tip - frame[:3, 3]), axis)))
-        return np.column_stack(columns)
+        frames = np.array(self.frames(angles))
+        joints, tip = frames[: len(self.joints)], frames[-1, :3, 3]
+        axes = joints[:, :3, 2]
+        return np.hstack((np.cross(axes, tip - joints[:, :3, 3]), axes)).T
