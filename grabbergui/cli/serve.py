@@ -22,7 +22,7 @@ from grabbergui.cli.yarp_server import add_name_server_options, named_server
 from grabbergui.config import ini, resource_finder
 from grabbergui.config.allowed_addresses import AllowedAddresses
 from grabbergui.config.serve_options import ServeOptions
-from grabbergui.core.errors import SourceNotFoundError, UsageError
+from grabbergui.core.errors import GrabberError, SourceNotFoundError, UsageError
 from grabbergui.core.features import Feature, format_value
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.uri import SIMULATED, SourceUri
@@ -232,7 +232,13 @@ def _calibration(grabber: FrameGrabber, options: ServeOptions) -> FittedCalibrat
     file = Path(options.calibration) if options.calibration else None
     if file is not None and not file.is_file() and not options.ros2:
         raise UsageError(f"--calibration {file}: there is no such file; `grabbergui calibrate` makes one")
-    return FittedCalibration(grabber, file)
+    calibration = FittedCalibration(grabber, file)
+    if calibration.calibration is not None:
+        try:
+            calibration.now()
+        except GrabberError as error:  # of other images; these may be set to them yet
+            log.warning("--calibration %s is not used for the images as they are set: %s", file, error)
+    return calibration
 
 
 @contextmanager

@@ -14,8 +14,9 @@ from grabbergui import sources
 from grabbergui.calibration import camera_info
 from grabbergui.cli import main
 from grabbergui.cli.process import supervised
-from grabbergui.cli.serve import _narrow_discovery
+from grabbergui.cli.serve import _calibration, _narrow_discovery
 from grabbergui.config.allowed_addresses import AllowedAddresses
+from grabbergui.config.serve_options import ServeOptions
 from grabbergui.core.calibration import Calibration
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.features import AccessMode
@@ -192,6 +193,20 @@ def test_a_server_that_is_stuck_gives_no_sign_of_life(tmp_path, monkeypatch):
             with pytest.raises(TimeoutError):
                 manager.recv(100)
             released.set()
+
+
+def test_a_calibration_of_other_images_is_named_as_the_server_starts(tmp_path, caplog):
+    file = tmp_path / "camera.yaml"
+    camera_info.save(Calibration.from_field_of_view(100, 48, 90), file)
+    camera = sources.create(SMALL)
+    camera.open()
+    try:
+        calibration = _calibration(camera, ServeOptions(calibration=str(file)))
+        calibration.close()
+    finally:
+        camera.close()
+    assert f"--calibration {file} is not used" in caplog.text
+    assert "100×48 pictures" in caplog.text
 
 
 @pytest.mark.parametrize(
