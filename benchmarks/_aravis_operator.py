@@ -74,6 +74,7 @@ def main(address: str, writes: int) -> None:
     operator.change("pixel format", lambda: operator.device.set_string_feature_value("PixelFormat", "Mono16"))
     operator.change("region", lambda: operator.device.set_integer_feature_value("Height", 768))
     operator.timed("stop", operator.stop)
+    operator.timed("start and stop", operator.start, operator.stop)
     print(json.dumps({**operator.took, "writes": gains}))
 
 

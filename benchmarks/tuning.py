@@ -44,7 +44,7 @@ def measure(arguments: list[str] | None = None) -> Section:
         print(source, *_register_row(seen[source]), flush=True)
     ours, own_writes = waits.ours(ROUNDS, WRITES)
     peer, writes = waits.aravis(ROUNDS, WRITES)
-    ours |= waits.by_the_window()
+    ours |= waits.by_the_window(ROUNDS)
     reading = [
         "*driver*: `write_feature` until the acknowledge, on a thread of the same process beside the window; "
         "*Aravis*: its `set_float_feature_value` to the same camera, streaming, in a process of its "
@@ -140,7 +140,7 @@ def _wait_rows(
         "start and stop": "start and stop",
         "take control": "take control from another program",
         "switch": "switch to another open camera, to its first painted picture",
-        "program start": "start of the program, to the first painted picture",
+        "program start": "start of the program with a known camera, to the first painted picture",
     }
     rows = [
         [label, f"{1e3 * ours[name]:.0f}", f"{1e3 * peer[name]:.0f}" if name in peer else "–"]
@@ -207,12 +207,18 @@ def _goals(source: str, seen: Seen, driver: Sequence[float], aravis: Sequence[fl
 def _drag_goals(source: str, seen: Seen) -> list[Goal]:
     dragged, period = seen.dragged, seen.frame_period
     assert dragged is not None
+    landed = Goal(
+        f"{source}: dragged, the last value is written within three periods",
+        f"{1e3 * dragged.last:.1f} ms",
+        0 <= dragged.last < 3 * period,
+    )
     if not dragged.pictures:
-        return []  # what is dragged is the frame rate itself, up to 200 Hz
+        return [landed]  # what is dragged is the frame rate itself, up to 200 Hz
     middle, late = statistics.median(dragged.pictures), _late(dragged.pictures)
     measured = f"{1e3 * middle:.1f} and {1e3 * late:.1f} ms"
     met = middle < 2 * period and late < 3 * period
     return [
+        landed,
         Goal(f"{source}: dragged, picture within two periods, 99 % within three", measured, met),
         Goal(f"{source}: dragged, under half a core", f"{dragged.cores:.0%}", dragged.cores < 0.5),
     ]
