@@ -19,8 +19,8 @@ from grabbergui.driver.gige.stream.packet_source import DatagramSource
 
 log = logging.getLogger(__name__)
 
-IDLE_WAIT = 0.1
-"Seconds that the thread waits for a datagram before it checks whether to stop."
+IDLE_WAIT = 0.03
+"Seconds that the thread waits for a datagram before it checks whether to stop, as long as `pace` pauses."
 
 
 class StreamReceiver:
