@@ -7,7 +7,7 @@ import os
 import queue
 import threading
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import ExitStack, closing
 from typing import Any
 from unittest.mock import Mock
 
@@ -19,6 +19,7 @@ from grabbergui.core.errors import (
     DeviceLostError,
     DeviceStatusError,
     FeatureValueError,
+    OtherCameraError,
     SourceNotFoundError,
     SourceUnavailableError,
     UsageError,
@@ -160,6 +161,35 @@ def test_control_that_went_elsewhere_is_reported(opened: FrameGrabber, simulated
     simulated.control.release()
     assert states.get(timeout=PATIENCE) is ConnectionState.LOST
     assert states.get(timeout=PATIENCE) is ConnectionState.OPEN
+
+
+def twin_at(address: str, model: str = "Twin") -> GigeCamera:
+    """Another camera of the same serial number."""
+    power_on = {reg.DEVICE_SERIAL_NUMBER: "TWIN", reg.DEVICE_MODEL_NAME: model, reg.DEVICE_USER_ID: address}
+    return GigeCamera(address, power_on=power_on)
+
+
+def test_of_two_cameras_of_one_serial_both_in_use_the_named_address_answers() -> None:
+    addresses = [ADDRESS, f"{ADDRESS}1"]
+    with ExitStack() as stack:
+        for address in addresses:
+            stack.enter_context(closing(twin_at(address)))
+            stack.enter_context(closing(sources.create(f"gige:{address}"))).open()
+        for address in addresses * 3:
+            with closing(sources.create(f"aravis:{address}")) as named:
+                named.open(Access.MONITOR)
+                assert named.feature("DeviceUserID").value == address == named.info.address
+
+
+def test_another_camera_at_the_named_address_is_refused_and_named() -> None:
+    first = twin_at(ADDRESS)
+    with closing(sources.create(f"aravis:{ADDRESS}")) as grabber:
+        grabber.open()
+        grabber.close()
+        first.close()
+        refused = pytest.raises(OtherCameraError, match=r"Twin.*Another|Another.*Twin")
+        with closing(twin_at(ADDRESS, "Another")), refused:
+            grabber.open()
 
 
 def test_its_own_fake_camera_is_listed_and_opened(
