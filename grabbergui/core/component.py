@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 from typing import Any
@@ -96,6 +97,11 @@ class Component:
     _conversions: Conversions = field(default_factory=Conversions, repr=False)
 
     @property
+    def name(self) -> str:
+        """The kind in lower case, as names of files and topics have it."""
+        return self.kind.name.lower()
+
+    @property
     def payload(self) -> NDArray[np.uint8]:
         """1-D, the image's bytes: `data`, or what it decodes to. Raises PixelFormatError."""
         if self.encoding is None:
@@ -125,6 +131,16 @@ def own_component(parts: Sequence[Component]) -> Component | None:
     """Return the component that consumers of one image get: the first intensity, or else the first."""
     intensities = (part for part in parts if part.kind is ComponentKind.INTENSITY)
     return next(intensities, parts[0] if parts else None)
+
+
+def further_components(parts: Sequence[Component]) -> Iterator[tuple[str, Component]]:
+    """Give the components beside the own one with names for files and topics: `range`, `range_2`."""
+    own = own_component(parts)
+    seen: Counter[ComponentKind] = Counter()
+    for part in parts:
+        seen[part.kind] += 1
+        if part is not own:
+            yield part.name + (f"_{seen[part.kind]}" if seen[part.kind] > 1 else ""), part
 
 
 @dataclass(eq=False)

@@ -5,19 +5,21 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import asdict, dataclass
+import threading
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grabbergui.core.component import Component
+from grabbergui.core.component import Component, Conversions, further_components, own_component
 from grabbergui.core.derived import millimetres
 from grabbergui.core.errors import GrabberError, PixelFormatError, UsageError
 from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.core.pfnc import PixelFormat
+from grabbergui.core.pfnc import PixelFormat, by_name
 from grabbergui.core.selection import SettingKey
 
 MILLIMETRES_PER_UNIT = {"Millimeter": 1.0, "Inch": 25.4}
@@ -201,6 +203,64 @@ def _finite(value: object) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(value)
     return float(value)
+
+
+class CurrentScan3d:
+    """A grabber's Scan3d features, read again when they may have changed. One thread uses `value`."""
+
+    def __init__(self, grabber: FrameGrabber) -> None:
+        self._grabber = grabber
+        self._stale = threading.Event()
+        self._stale.set()
+        self._value = Scan3d()
+        grabber.features_changed.connect(self._on_features_changed)
+
+    @property
+    def value(self) -> Scan3d:
+        """The features as they are now; reads them, and blocks, only after a change."""
+        if self._stale.is_set():
+            self._stale.clear()
+            self._value = Scan3d.read(self._grabber)
+        return self._value
+
+    def close(self) -> None:
+        """Follow the grabber no longer. May be called twice."""
+        self._grabber.features_changed.disconnect(self._on_features_changed, missing_ok=True)
+
+    def _on_features_changed(self, names: frozenset[str]) -> None:
+        # Reading under the selector changes the selector itself.
+        if any(name.startswith("Scan3d") and not name.endswith("Selector") for name in names):
+            self._stale.set()
+
+
+def components_of(frame: Frame) -> Iterator[tuple[str, Component]]:
+    """Give the images that a network offers beside a frame's own, by name.
+
+    A frame whose own image is one of distances has it as `range` as well.
+    """
+    own = own_component(frame.components)
+    if own is not None and own.pixel_format.is_coordinate:
+        yield "range", own
+    yield from further_components(frame.parts)
+
+
+def in_metres(image: Frame, scan: Scan3d) -> Frame:
+    """Return a range image in metres, as Coord3D_C32f with NaN where nothing was measured (REP 118).
+
+    Other images, and those of a camera that reports no scale, are returned as they are. Raises
+    PixelFormatError.
+    """
+    if not image.pixel_format.is_coordinate or scan.unit_of(image.pixel_format) != "mm":
+        return image
+    metres = scan.distances(image.raw(), image.pixel_format) / np.float32(1000)
+    return replace(
+        image,
+        payload=metres.astype("<f4").reshape(-1).view(np.uint8),
+        pixel_format=by_name("Coord3D_C32f"),
+        padding_x=0,
+        big_endian=False,
+        _conversions=Conversions(),
+    )
 
 
 def axes_of(pixel_format: PixelFormat) -> str:

@@ -19,6 +19,7 @@ from grabbergui.core.features import FeatureValue
 from grabbergui.core.frame import Frame
 from grabbergui.core.frame_queue import FrameQueue
 from grabbergui.core.grabber import DeviceInfo, FrameGrabber, StreamStatistics
+from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.core.sfnc import Role
 from grabbergui.library.callbacks import Callbacks, Occasion
@@ -29,7 +30,6 @@ from grabbergui.library.streaming import DEPTH, AsyncFrames, Frames, Recording
 from grabbergui.models.settings import files as settings_files
 from grabbergui.models.settings.feature_set import capture
 from grabbergui.models.settings.loading import LoadReport, load_onto
-from grabbergui.recording.point_cloud import PointCloud
 from grabbergui.recording.recorder import RecordingLimits
 
 TIMEOUT = 5.0

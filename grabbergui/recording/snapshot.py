@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -18,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from psygnal import Signal
 
-from grabbergui.core.component import ComponentKind, own_component
+from grabbergui.core.component import further_components
 from grabbergui.core.errors import GrabberError, PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.pfnc import Family
+from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.recording.point_cloud import PointCloud
 
 
 class SnapshotError(GrabberError):
@@ -44,8 +43,8 @@ def save(frame: Frame, folder: Path, info: DeviceInfo, moment: float | None = No
     stem = _stem(info, moment)
     with _folder_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        for name, part in _other_components(frame):
-            _save_image(part, folder, f"{stem}_{name}", info, moment)
+        for name, part in further_components(frame.parts):
+            _save_image(frame.of_component(part), folder, f"{stem}_{name}", info, moment)
         return _save_image(frame, folder, stem, info, moment)
 
 
@@ -126,17 +125,6 @@ def _save_image(frame: Frame, folder: Path, stem: str, info: DeviceInfo, moment:
         path.with_suffix(".json").write_text(json.dumps(_particulars(frame, info, moment), indent=2) + "\n")
         return path
     return _write_new(folder, stem, suffix, content)
-
-
-def _other_components(frame: Frame) -> Iterator[tuple[str, Frame]]:
-    """Give the components beside the frame's own image with names for files, each once."""
-    seen: Counter[ComponentKind] = Counter()
-    own = own_component(frame.parts)
-    for part in frame.parts:
-        seen[part.kind] += 1
-        if part is not own:
-            number = f"_{seen[part.kind]}" if seen[part.kind] > 1 else ""
-            yield f"{part.kind.name.lower()}{number}", frame.of_component(part)
 
 
 def _encoded(frame: Frame) -> tuple[str, bytes]:

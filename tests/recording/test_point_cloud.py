@@ -9,9 +9,9 @@ from grabbergui.core.errors import PixelFormatError
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.pfnc import by_name
+from grabbergui.core.point_cloud import PointCloud
 from grabbergui.core.scan3d import Coordinate, Scan3d
 from grabbergui.recording import snapshot
-from grabbergui.recording.point_cloud import PointCloud
 
 INFO = DeviceInfo("gige:GV01", vendor="Acme", model="Depth", serial="GV01")
 SCAN = Scan3d(True, (Coordinate(), Coordinate(), Coordinate(0.5, 0.0, 0.0)), focal_length=100.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 import time
 from typing import Any
 
@@ -85,6 +86,24 @@ def _raw_encoding(pixel_format: PixelFormat) -> str:
     if family is Family.YUV and bits == 8 and not pixel_format.standard:
         return _YUV.get(pixel_format.raw_order, "")
     return ""
+
+
+def filled(message: Any, frame: Frame) -> Any:
+    """Fill an Image message with a frame's pixels; return it. Raises PixelFormatError."""
+    pixels = pixels_of(frame)
+    message.encoding = encoding_of(frame.pixel_format)
+    message.height, message.width = frame.height, frame.width
+    message.is_bigendian = 0
+    message.step = pixels.nbytes // frame.height
+    message.data = message_bytes(pixels)
+    return message
+
+
+def message_bytes(values: NDArray[Any]) -> array.array[int]:
+    """The bytes as rclpy takes them as they are; anything else it checks and copies byte by byte."""
+    data = array.array("B")
+    data.frombytes(np.ascontiguousarray(values).data.cast("B"))
+    return data
 
 
 def format_of(encoding: str) -> PixelFormat:

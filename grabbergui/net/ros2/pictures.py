@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import cv2
-import numpy as np
 
 from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.core.errors import PixelFormatError
@@ -19,7 +18,8 @@ from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.core.pfnc import Family
 from grabbergui.net.ros2.camera_info import fill_camera_info
-from grabbergui.net.ros2.image_messages import encoding_of, pixels_of
+from grabbergui.net.ros2.component_topics import ComponentTopics
+from grabbergui.net.ros2.image_messages import filled
 from grabbergui.net.ros2.runtime import quality_of_service
 
 log = logging.getLogger(__name__)
@@ -75,6 +75,8 @@ JPEG_QUALITY = 90
 class PicturePublisher:
     """`image`, `image_raw`, `image_raw/compressed` and `camera_info` below the node's name.
 
+    Frames with several components have `ComponentTopics` besides.
+
     They are published by a thread of its own; the node's parameter `frame_id` is in their headers. A network
     that is slow loses frames here; the camera and other consumers do not notice.
     """
@@ -119,6 +121,7 @@ class PicturePublisher:
         self._images = [publisher(Image, topic) for topic in ("~/image", "~/image_raw")]
         self._compressed = publisher(CompressedImage, "~/image_raw/compressed")
         self._info = publisher(CameraInfo, "~/camera_info")
+        self._components = ComponentTopics(node, grabber, publisher, self._stamp)
         self._sink = FrameSink(grabber, self._publish, name="ros2 images", reopens=True)
 
     @property
@@ -129,10 +132,12 @@ class PicturePublisher:
     def start(self) -> None:
         """Publish from now on."""
         self._sink.start()
+        self._components.start()
 
     def stop(self) -> None:
-        """End the thread. May be called twice."""
+        """End the threads. May be called twice."""
         self._sink.stop()
+        self._components.stop()
 
     def _publish(self, frame: Frame) -> bool:
         """Publish a frame; return whether anybody subscribes."""
@@ -155,18 +160,12 @@ class PicturePublisher:
             self._info.publish(message)
         return bool(wanted) or any(one.get_subscription_count() for one in (self._compressed, self._info))
 
+    def _stamp(self, header: Any, frame: Frame) -> None:
+        stamp = divmod(self._on_ros_clock(frame.received_ns), 1_000_000_000)
+        _fill(header, stamp, self._node.get_parameter("frame_id").value)
+
     def _image(self, frame: Frame) -> Any:
-        pixels = pixels_of(frame)
-        message = self._image_type()
-        message.encoding = encoding_of(frame.pixel_format)
-        message.height, message.width = frame.height, frame.width
-        message.is_bigendian = 0
-        message.step = pixels.nbytes // frame.height
-        # rclpy takes an array of bytes as it is; anything else it checks and copies byte by byte.
-        data = array.array("B")
-        data.frombytes(np.ascontiguousarray(pixels).data.cast("B"))
-        message.data = data
-        return message
+        return filled(self._image_type(), frame)
 
     def _jpeg(self, frame: Frame) -> Any:
         message = self._compressed_type()

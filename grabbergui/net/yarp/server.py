@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from functools import partial
 
 from grabbergui.calibration.fitted import FittedCalibration
 from grabbergui.config.allowed_addresses import EVERYBODY, AllowedAddresses
@@ -13,6 +14,7 @@ from grabbergui.core.frame import Frame
 from grabbergui.core.frame_sink import FrameSink
 from grabbergui.core.grabber import FrameGrabber
 from grabbergui.net.tree import Terminal, no_terminal
+from grabbergui.net.yarp.component_ports import ComponentPorts
 from grabbergui.net.yarp.dev.grabber_service import GrabberService
 from grabbergui.net.yarp.image import Capability
 from grabbergui.net.yarp.os.bottle import Bottle
@@ -31,6 +33,8 @@ _POLL = 0.5
 
 class YarpGrabberServer:
     """Ports NAME (pictures, and requests as well), NAME/rpc, and NAME/raw where asked.
+
+    Frames with several components open a port for each further one: see `ComponentPorts`.
 
     Any thread may call. A reader that is slow or stuck holds up neither the camera nor another reader; while
     nobody reads, no picture is converted.
@@ -72,6 +76,9 @@ class YarpGrabberServer:
         if also_raw:
             raw = OutputPort(f"{name}/raw", names, handler=self._answer, bind=bind, allowed=allowed)
             self._publishers.append(_Publisher(grabber, raw, Capability.RAW, period))
+        self._components = ComponentPorts(
+            grabber, name, partial(OutputPort, names=names, handler=self._answer, bind=bind, allowed=allowed)
+        )
         self._started_stream = False
 
     def start(self) -> None:
@@ -85,6 +92,7 @@ class YarpGrabberServer:
             self._terminal.open()
             for publisher in self._publishers:
                 publisher.start()
+            self._components.start()
             if not self._grabber.streaming:
                 self._grabber.start()
                 self._started_stream = True
@@ -97,6 +105,7 @@ class YarpGrabberServer:
         """Close the ports, and stop the stream where we started it. May be called twice; never raises."""
         for publisher in self._publishers:
             publisher.stop()
+        self._components.stop()
         self._rpc.close()
         self._terminal.close()
         self._service.close()
@@ -116,13 +125,15 @@ class YarpGrabberServer:
 
     def places(self) -> list[str]:
         """Each port's name and address as display text: ``/grabber at tcp://127.0.0.1:10003/``."""
-        ports = [*(publisher.port for publisher in self._publishers), self._rpc, self._terminal]
+        images = [publisher.port for publisher in self._publishers]
+        ports = [*images, *self._components.ports, self._rpc, self._terminal]
         return [f"{port.name} at {port.place()}" for port in ports]
 
     @property
     def readers(self) -> int:
         """The number of connected readers of images."""
-        return sum(publisher.port.connections for publisher in self._publishers)
+        images = [publisher.port for publisher in self._publishers]
+        return sum(port.connections for port in (*images, *self._components.ports))
 
     @property
     def published(self) -> int:

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.ros2
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402
 from ros2_peers import until  # noqa: E402
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField  # noqa: E402
 from sensor_msgs.srv import SetCameraInfo  # noqa: E402
 
 from fakes import ScriptedGrabber  # noqa: E402
@@ -188,3 +188,36 @@ def test_each_domain_is_listened_in_by_itself(server, monkeypatch):
 def test_a_bad_name_is_refused(camera):
     with pytest.raises(UsageError, match="names are of letters"):
         Ros2GrabberServer(camera, "/left camera")
+
+
+def test_components_are_topics_the_range_in_metres_and_as_points_for_who_asks(server, camera, probe):
+    for name in ("Range", "Confidence"):
+        camera.write_feature("ComponentSelector", name)
+        camera.write_feature("ComponentEnable", True)
+    distances = probe.subscribe(Image, "/cam/range/image")
+    clouds = probe.subscribe(PointCloud2, "/cam/range/points")
+    confidences = probe.subscribe(Image, "/cam/confidence/image")
+
+    message = distances.get(timeout=PATIENCE)
+    assert (message.encoding, message.width, message.height, message.step) == ("32FC1", 320, 240, 1280)
+    assert message.header.frame_id == "camera" and abs(time.time() - message.header.stamp.sec) < 60
+    metres = np.frombuffer(message.data, "<f4")
+    assert np.isnan(metres).any() and 0.55 < np.nanmin(metres) < np.nanmax(metres) < 1.5
+
+    confidence = confidences.get(timeout=PATIENCE)
+    assert (confidence.encoding, len(confidence.data)) == ("mono8", 320 * 240)
+
+    cloud = clouds.get(timeout=PATIENCE)
+    assert [(field.name, field.offset, field.datatype) for field in cloud.fields] == [
+        ("x", 0, PointField.FLOAT32),
+        ("y", 4, PointField.FLOAT32),
+        ("z", 8, PointField.FLOAT32),
+        ("rgb", 12, PointField.FLOAT32),
+    ]
+    layout = {"names": ["x", "y", "z"], "formats": ["<f4"] * 3, "itemsize": cloud.point_step}
+    points = np.frombuffer(cloud.data, layout)
+    assert cloud.width == len(points) and 0 < len(points) < 320 * 240
+    assert 0.55 < points["z"].min() < points["z"].max() < 1.5
+    scale = points["x"] / points["z"] * 2000  # columns from the principal point, by the focal length
+    assert np.abs(scale - np.rint(scale)).max() < 1e-2
+    assert np.ptp(scale) == pytest.approx(319, abs=1)

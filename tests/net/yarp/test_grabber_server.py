@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from grabber_stage import Stage, stage
 
@@ -194,3 +195,24 @@ def test_a_server_that_was_given_no_terminal_says_so(scene: Stage) -> None:
     ):
         refused = terminal.call(Bottle(["stats"]), 5)
         assert refused and refused[0] == "fail" and "no terminal" in str(refused[1])
+
+
+def test_a_range_image_is_on_a_port_of_its_own_in_metres(scene: Stage) -> None:
+    scene.grabber.write_feature("ComponentSelector", "Range")
+    scene.grabber.write_feature("ComponentEnable", True)
+    try:
+        with scene.share(), InputPort("/reader", scene.names) as reader:
+            until(lambda: "/grabber/range" in {contact.name for contact in scene.names.list()})
+            reader.connect("/grabber/range")
+            message, envelope = reader.read(PATIENCE)
+            header, pixels = image.decode(message)
+            assert (header.code, pixels.shape, pixels.dtype) == ("dec", (100, 168), np.float32)
+            assert 0.55 < np.nanmin(pixels) < np.nanmax(pixels) < 1.5
+            assert Stamp.decode(envelope)
+            with InputPort("/other", scene.names) as other:
+                other.connect("/grabber")
+                assert image.decode(other.read(PATIENCE)[0])[0].code == "rgb"
+        assert "/grabber/range" not in {contact.name for contact in scene.names.list()}
+    finally:
+        scene.grabber.write_feature("ComponentSelector", "Range")
+        scene.grabber.write_feature("ComponentEnable", False)
