@@ -958,47 +958,47 @@ It {1}.</source>
 <context>
     <name>DoctorDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="93"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="94"/>
         <source>Doctor</source>
         <translation>Diagnóstico</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="96"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="97"/>
         <source>What was found</source>
         <translation>Resultados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="97"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="98"/>
         <source>Checking this computer…</source>
         <translation>Revisando este equipo…</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="99"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
         <source>good</source>
         <translation>bien</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="100"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="101"/>
         <source>note</source>
         <translation>aviso</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="101"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="102"/>
         <source>problem</source>
         <translation>problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="119"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="120"/>
         <source>{0} problems found</source>
         <translation>{0} problemas encontrados</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="120"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="121"/>
         <source>Nothing is wrong</source>
         <translation>No hay ningún problema</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="119"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="120"/>
         <source>1 problem found</source>
         <translation>1 problema encontrado</translation>
     </message>
@@ -2252,7 +2252,7 @@ It {1}.</source>
         <translation>&amp;Oscuro</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="341"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="356"/>
         <source>Grey</source>
         <translation>Gris</translation>
     </message>
@@ -2447,22 +2447,22 @@ It {1}.</source>
         <translation>&amp;Mosaico polarizado</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="354"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="369"/>
         <source>As sent</source>
         <translation>Como se envía</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="355"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="370"/>
         <source>Intensity</source>
         <translation>Intensidad</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="356"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="371"/>
         <source>Degree of polarisation</source>
         <translation>Grado de polarización</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/main_window.py" line="357"/>
+        <location filename="../../grabbergui/ui/views/main_window.py" line="372"/>
         <source>Angle of polarisation</source>
         <translation>Ángulo de polarización</translation>
     </message>
@@ -2485,12 +2485,12 @@ It {1}.</source>
 <context>
     <name>ManualDialog</name>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="66"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="67"/>
         <source>Manual</source>
         <translation>Manual</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="70"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="71"/>
         <source>&amp;Back</source>
         <translation>&amp;Atrás</translation>
     </message>
@@ -3698,7 +3698,7 @@ It {1}.</source>
         <translation>Sobre la imagen la rueda amplía, arrastrar la mueve y un doble clic la ajusta o la muestra 1:1. Un deslizador acepta la rueda, las flechas, Re Pág y Av Pág, Inicio y Fin; con Mayús avanza una décima parte, con Ctrl diez veces más. Esc abandona lo que se dibuja o escribe. Las letras actúan mientras la imagen tiene el foco: Intro se lo devuelve.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/views/help_views.py" line="179"/>
+        <location filename="../../grabbergui/ui/views/help_views.py" line="181"/>
         <source>Shift</source>
         <translation>Mayús</translation>
     </message>
@@ -3784,12 +3784,12 @@ It {1}.</source>
         <translation>Fuentes halladas</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="50"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="51"/>
         <source>A real camera appears here by itself once it is on this network. If it does not, type its address above.</source>
         <translation>Una cámara real aparece aquí sola cuando está en esta red. Si no aparece, escriba arriba su dirección.</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="61"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="62"/>
         <source>Connect to the source chosen, or let it go</source>
         <translation>Conectar con la fuente elegida o soltarla</translation>
     </message>
@@ -3799,7 +3799,7 @@ It {1}.</source>
         <translation>Conectar</translation>
     </message>
     <message>
-        <location filename="../../grabbergui/ui/forms/source_list.ui" line="68"/>
+        <location filename="../../grabbergui/ui/forms/source_list.ui" line="69"/>
         <source>Open the source chosen in a tile, and leave the other one as it is</source>
         <translation>Abrir la fuente elegida en una miniatura y dejar la otra como está</translation>
     </message>

@@ -14,6 +14,7 @@ from grabbergui.models.messages import Message, Offer, Severity
 from grabbergui.models.status import Tone
 from grabbergui.recording.recorder import RecordingProgress
 from grabbergui.ui.theme import Theme, dress
+from grabbergui.ui.views.main_window import SETTLING_MS
 from grabbergui.ui.views.measuring_panels import FocusPanel
 from grabbergui.ui.views.picture_view import PictureView
 from grabbergui.ui.views.recording_bar import RecordingBar
@@ -238,6 +239,16 @@ def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_picture_stays
     for key in (Qt.Key_F2, Qt.Key_F3):
         window_desk.qtbot.keyClick(window, key)
     window_desk.until(lambda: window.focusDock.x() > window.histogramDock.x())
+    sides = (window.sourcesDock, window.featuresDock)
+    before = [dock.width() for dock in sides]
+    docks = (window.focusDock, window.histogramDock)
+    window_desk.until(
+        lambda: all(dock.width() >= dock.widget().layout().minimumSize().width() for dock in docks)
+    )
+    for tile in window.gallery.tiles:
+        tile.setState("15 fps, losing frames", Tone.BUSY)
+        window_desk.until(lambda tile=tile: tile.titleLabel.shown in ("SIM001", "SIM002"))
+        assert tile.stateLabel.shown.startswith("15 fps") and "…" not in tile.stateLabel.shown
     window_desk.until(lambda: window.picture.canvas.height() > 2 * window.gallery.tiles[0].height())
     window.resize(800, 600)
     window_desk.until(lambda: window.width() == 800)
@@ -247,6 +258,9 @@ def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_picture_stays
     for dock in (window.histogramDock, window.focusDock, window.valuesDock):
         needed = dock.widget().layout().minimumSize().width()
         window_desk.until(lambda dock=dock, needed=needed: dock.width() >= needed)
+    window_desk.qtbot.wait(2 * SETTLING_MS)
+    window.resize(1280, 800)
+    window_desk.until(lambda: [dock.width() for dock in sides] == before)
 
 
 def test_panels_that_were_squeezed_get_their_width_back(window_desk):

@@ -47,6 +47,16 @@ def test_a_card_is_as_high_as_its_name_needs_and_the_pictures_of_two_differ(view
     )
 
 
+def test_cards_become_lower_where_the_list_alone_becomes_wider(view, qtbot):
+    view.setSources([ListedSource(DeviceInfo("gige:1", user_name=ALIKE[0]))])
+    item = view.sourceList.item(0)
+    view.sourceList.setFixedSize(160, 300)
+    qtbot.waitUntil(lambda: view.sourceList.visualItemRect(item).width() < 200)
+    high = view.sourceList.visualItemRect(item).height()
+    view.sourceList.setFixedSize(500, 300)
+    qtbot.waitUntil(lambda: view.sourceList.visualItemRect(item).height() < high)
+
+
 def test_a_name_without_end_is_shortened_in_its_middle(view):
     lines = name_lines("file:/home/somebody/" + "recordings/" * 40 + "last.mcap", view.font(), 160)
     assert len(lines) <= MOST_LINES

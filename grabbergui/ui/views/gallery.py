@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PyQt5.QtCore import Qt, pyqtSignal
-from PyQt5.QtGui import QKeyEvent, QMouseEvent
+from PyQt5.QtGui import QKeyEvent, QMouseEvent, QResizeEvent
 from PyQt5.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QWidget
 
 from grabbergui.core.pixels import DisplayImage
@@ -20,7 +20,7 @@ COMPACT_WIDTH = 152
 COMPACT_HEIGHT = 62
 "Of a tile where there is little height: two stand beside each other on 800 pixels."
 PICTURE = (150, 84)
-COMPACT_PICTURE = (60, 50)
+COMPACT_PICTURE = (44, 50)
 "Least pixels of a tile's picture."
 _CHOOSING = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space)
 
@@ -35,7 +35,7 @@ class CameraTile(QFrame):
     thumbnail: Thumbnail
     recordingLabel: QLabel
     titleLabel: ElidedLabel
-    stateLabel: QLabel
+    stateLabel: ElidedLabel
     closeButton: QToolButton
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -53,7 +53,7 @@ class CameraTile(QFrame):
         self.setAccessibleName(title)
         self.closeButton.setAccessibleName(self.tr("Close {0}").format(title))
 
-    def setCompact(self, compact: bool) -> None:
+    def setCompact(self, compact: bool, width: int = COMPACT_WIDTH) -> None:
         """Take little height: the picture stands beside the words instead of above them."""
         self.verticalLayout.setDirection(
             QBoxLayout.Direction.LeftToRight if compact else QBoxLayout.Direction.TopToBottom
@@ -62,13 +62,13 @@ class CameraTile(QFrame):
         self.thumbnail.setMinimumSize(*(COMPACT_PICTURE if compact else PICTURE))
         self.thumbnail.setMaximumWidth(COMPACT_PICTURE[0] if compact else TILE_WIDTH)
         if compact:
-            self.setFixedSize(COMPACT_WIDTH, COMPACT_HEIGHT)
+            self.setFixedSize(width, COMPACT_HEIGHT)
         else:
             self.setFixedSize(TILE_WIDTH, TILE_HEIGHT)
 
     def setState(self, text: str, tone: Tone) -> None:
         """How it is doing, in a word or a figure, and how good that is."""
-        self.stateLabel.setText(text)
+        self.stateLabel.setTexts(text, text.partition(",")[0])  # the tone says the rest
         restyle(self.stateLabel, "tone", (tone if tone is not Tone.GOOD else Tone.IDLE).value)
 
     def setRecording(self, recording: bool) -> None:
@@ -131,8 +131,7 @@ class Gallery(QWidget):
         if compact == self._compact:
             return
         self._compact = compact
-        for tile in self._tiles:
-            tile.setCompact(compact)
+        self._arrange()
         self.setFixedHeight(self.heightAs(compact))
 
     def heightAs(self, compact: bool) -> int:
@@ -145,9 +144,9 @@ class Gallery(QWidget):
     def addTile(self) -> CameraTile:
         """One more, on the right."""
         tile = CameraTile(self)
-        tile.setCompact(self._compact)
         self.tilesLayout.insertWidget(len(self._tiles), tile)
         self._tiles.append(tile)
+        self._arrange()
         self.show()
         return tile
 
@@ -157,4 +156,18 @@ class Gallery(QWidget):
         self.tilesLayout.removeWidget(tile)
         tile.hide()
         tile.deleteLater()
+        self._arrange()
         self.setVisible(bool(self._tiles))
+
+    def resizeEvent(self, event: QResizeEvent | None) -> None:
+        """Share the width."""
+        super().resizeEvent(event)
+        self._arrange()
+
+    def _arrange(self) -> None:
+        """Tiles that take little height are as wide as all of them have room to be, within bounds."""
+        margins, count = self.tilesLayout.contentsMargins(), max(1, len(self._tiles))
+        room = self.width() - margins.left() - margins.right() - (count - 1) * self.tilesLayout.spacing()
+        width = max(COMPACT_WIDTH, min(room // count, TILE_WIDTH))
+        for tile in self._tiles:
+            tile.setCompact(self._compact, width)

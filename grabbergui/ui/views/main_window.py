@@ -49,6 +49,8 @@ LEAST_PICTURE = 240
 "Pixels of the picture's height below which the tiles take less of it."
 LEAST_TOOL = 150
 "Pixels of the width to which the window may squeeze two panels that stand beside each other."
+SETTLING_MS = 300
+"Until all panels are laid out again, with Qt's animations."
 SEPARATORS = 4
 "Pixels between panels."
 
@@ -309,15 +311,28 @@ class MainWindow(QMainWindow):
             )
             # The window may become narrower than both need: then `_join_tools` follows.
             self._set_least_tool(LEAST_TOOL)
+            QTimer.singleShot(0, self._join_tools)  # once it is shown
         elif not beside or not shown:
             self._put_focus_behind()
 
     def _join_tools(self) -> None:
-        """Put the focus aid behind the others where the window has become too narrow for both."""
-        beside = self.focusDock.isVisible() and not self.focusDock.isFloating()
-        beside &= self.focusDock not in self.tabifiedDockWidgets(self.histogramDock)
-        if beside and self.centre.width() < self._width_of_tools():
+        """Give the focus aid what it needs beside the others, or put it behind them."""
+        focus, others = self.focusDock, self.tabifiedDockWidgets(self.histogramDock)
+        if not focus.isVisible() or focus.isFloating() or focus in others:
+            return
+        room, least = self.centre.width(), _needed_width(focus)
+        if room < self._width_of_tools():
+            self._settled_width = -1  # nobody makes the panels at the sides wider by hand meanwhile
             self._put_focus_behind()
+            QTimer.singleShot(SETTLING_MS, self._note_settled)
+        elif focus.width() < least or room - SEPARATORS - focus.width() < self._width_of_tools() - least:
+            shared = max(least, (room - self._width_of_tools()) // 2 + least)
+            widths = [room - SEPARATORS - shared, shared]
+            self.resizeDocks([self.histogramDock, focus], widths, Qt.Orientation.Horizontal)
+
+    def _note_settled(self) -> None:
+        if self._settled_width < 0:
+            self._settled_width = self.width()
 
     def _put_focus_behind(self) -> None:
         self.tabifyDockWidget(self.histogramDock, self.focusDock)
