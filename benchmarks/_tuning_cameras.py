@@ -31,7 +31,9 @@ from grabbergui.driver.sim.model import CameraModel, FramePlan
 WIDTH, HEIGHT, PIXEL_FORMAT = 2048, 1536, "Mono8"
 ADDRESS = "127.11.9.1"
 NAME = "/tuning"
-SIMULATED = f"sim:?width={WIDTH}&height={HEIGHT}&fps=37.5&pixel_format={PIXEL_FORMAT}&exposure=2000"
+SIMULATED = (
+    f"sim:?width={WIDTH}&height={HEIGHT}&fps=37.5&pixel_format={PIXEL_FORMAT}&exposure=2000&setting_latency=0"
+)
 GIGABIT = 125e6
 "Bytes a second of the camera's link."
 LEAST_LEVEL, LEVELS = 20, 199
@@ -90,6 +92,7 @@ def power_on() -> dict[Register, RegisterValue]:
         reg.PIXEL_FORMAT: by_name(PIXEL_FORMAT).code,
         reg.FRAME_RATE_ENABLE: 0,
         reg.EXPOSURE_TIME: 2000.0,
+        reg.SETTING_LATENCY: 0,
         reg.LINK_THROUGHPUT_LIMIT_MODE: 1,
         reg.LINK_THROUGHPUT_LIMIT: int(GIGABIT * 0.95),
     }
