@@ -12,7 +12,9 @@ ramps move one pixel a frame. Colour bars are seen through the Bayer pattern.
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -130,28 +132,45 @@ def _pack(values: NDArray[Any], pixel_format: PixelFormat, out: NDArray[np.uint8
         pack(values, pixel_format, out)
 
 
+@dataclass(frozen=True, eq=False)
+class _Preparation:
+    """A scene's picture with everything applied that does not change from frame to frame."""
+
+    scene_picture: NDArray[np.uint16]
+    optics: Optics
+    kind: str
+    picture: NDArray[np.uint16]
+
+    def serves(self, scene_picture: NDArray[np.uint16], optics: Optics, kind: str) -> bool:
+        return (scene_picture is self.scene_picture) and (optics, kind) == (self.optics, self.kind)
+
+
 class _Prepared:
-    """The scene's picture with everything applied that does not change from frame to frame."""
+    """Prepares the scene's picture when the optics change. Cameras that see the same share the latest."""
+
+    _latest: ClassVar[_Preparation | None] = None
+    "Replaced as a whole, so that any thread may read it."
 
     def __init__(self) -> None:
-        self._scene_picture: NDArray[np.uint16] | None = None
-        self._key: tuple[Optics, str] | None = None
-        self._picture: NDArray[np.uint16] = np.empty((0, 0), np.uint16)
+        self._held: _Preparation | None = None
 
     def window(self, view: SceneView, settings: FrameSettings) -> NDArray[np.uint16]:
         """Return the view of the frame's region of the sensor."""
         optics, kind = settings.optics, _kind(settings.pixel_format)
-        key = (optics, kind)
-        if view.picture is not self._scene_picture or key != self._key:
-            self._picture = _prepare(view.picture, optics, kind)
-            self._scene_picture, self._key = view.picture, key
+        wanted = (view.picture, optics, kind)
+        held = self._held
+        if held is None or not held.serves(*wanted):
+            held = _Prepared._latest
+            if held is None or not held.serves(*wanted):
+                held = _Prepared._latest = _Preparation(*wanted, _prepare(*wanted))
+            self._held = held
         rows, columns = view.picture.shape[:2]
         x = (
             _start(view.x, columns, SENSOR_WIDTH, optics.binning_horizontal, optics.reverse_x)
             + settings.offset_x
         )
         y = _start(view.y, rows, SENSOR_HEIGHT, optics.binning_vertical, optics.reverse_y) + settings.offset_y
-        return self._picture[y : y + settings.height, x : x + settings.width]
+        return held.picture[y : y + settings.height, x : x + settings.width]
 
 
 def _start(position: int, size: int, sensor: int, binning: int, reverse: bool) -> int:
@@ -182,6 +201,20 @@ def _prepare(picture: NDArray[np.uint16], optics: Optics, kind: str) -> NDArray[
     return shaped
 
 
+@lru_cache(maxsize=1)
+def _normal(seed: int) -> NDArray[np.float32]:
+    return np.random.default_rng(seed).standard_normal(_NOISE_VALUES, np.float32)
+
+
+@lru_cache(maxsize=2)
+def _noise(seed: int, step: int, deep: bool) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return noise at `step` tenths of an amplification: to add, to take away. Cameras share it."""
+    scaled = np.rint(_normal(seed) * (_READ_NOISE * step / 10 * (257 if deep else 1)))
+    kind = np.uint16 if deep else np.uint8
+    top = np.iinfo(kind).max
+    return np.clip(scaled, 0, top).astype(kind), np.clip(-scaled, 0, top).astype(kind)
+
+
 class _Noise:
     """Read noise from a store of random numbers, entered at a place that depends on the frame.
 
@@ -189,7 +222,7 @@ class _Noise:
     """
 
     def __init__(self, seed: int) -> None:
-        self._normal = np.random.default_rng(seed).standard_normal(_NOISE_VALUES, np.float32)
+        self._seed = seed
         self._key: tuple[int, bool] | None = None
         self._bright: NDArray[Any] = np.empty(0)
         self._dark: NDArray[Any] = np.empty(0)
@@ -200,11 +233,7 @@ class _Noise:
         # In steps of a tenth, so that auto gain does not scale a million numbers for every frame.
         step = round(amplification * 10)
         if (step, deep) != self._key:
-            scaled = np.rint(self._normal * (_READ_NOISE * step / 10 * (257 if deep else 1)))
-            kind = np.uint16 if deep else np.uint8
-            top = np.iinfo(kind).max
-            self._bright = np.clip(scaled, 0, top).astype(kind)
-            self._dark = np.clip(-scaled, 0, top).astype(kind)
+            self._bright, self._dark = _noise(self._seed, step, deep)
             self._key = (step, deep)
         self._position = frame_id * 7919 * 64
         return self

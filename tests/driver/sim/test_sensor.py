@@ -91,6 +91,15 @@ def test_gamma_is_the_exponent(lit, gamma):
     assert bench.picture_with(reg.GAMMA, gamma).mean() == pytest.approx(linear**gamma, abs=0.01)
 
 
+def test_cameras_that_see_the_same_scene_keep_their_own_optics(lit):
+    deep = by_name("Mono16").code
+    straight, curved = lit(PIXEL_FORMAT=deep), lit(PIXEL_FORMAT=deep, GAMMA=2.0)
+    linear = straight.picture().mean()
+    for _ in range(2):
+        assert curved.picture().mean() == pytest.approx(linear**2, abs=0.01)
+        assert straight.picture().mean() == pytest.approx(linear, abs=0.01)
+
+
 def test_balance_acts_on_its_colour(lit):
     bench = lit(PIXEL_FORMAT=by_name("RGB8").code)
     red, green, blue = bench.picture().mean((0, 1))
