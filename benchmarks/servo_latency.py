@@ -7,54 +7,78 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
 
 from benchmarks._document import markdown
 from benchmarks._results import Goal, Section, Table, machine
+from benchmarks._servo_stand import EXPOSURE_US, stand
+from benchmarks.servo_guardian import busy
+from grabbergui import sources
+from grabbergui.core.calibration import Calibration
 from grabbergui.core.frame import Frame
 from grabbergui.core.grabber import FrameGrabber
-from grabbergui.driver.sim.rendered.scene import Things
+from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
-from grabbergui.servo.robots import teo, tiago
-from grabbergui.servo.robots.robot import KinematicModel, Robot
-from grabbergui.servo.robots.simulated import SimRobot
+from grabbergui.servo.priority import run_as_others, run_first
+from grabbergui.servo.robots import tiago
+from grabbergui.servo.robots.robot import Robot
+from grabbergui.servo.robots.teo_yarp import TeoOverYarp
 from grabbergui.servo.runner import Runner
 
 Opened = AbstractContextManager[tuple[Robot, FrameGrabber]]
 """A robot and a camera, closed at the end."""
 FPS = 30
-WARM_UP = 30
+PERIOD_MS = 1e3 / FPS
+WARM_UP = 60
 "Pictures at the beginning that do not count."
-METHOD = f"""The whole loop in real time at {FPS} pictures per second of 608×512 RGB, each rendered, searched
-for the marker and for heads, and answered by a command. The time begins with the picture's exposure, so that
-rendering it is in it."""
+LOADS = 0, 2
+METHOD = f"""The whole loop in real time at {FPS} pictures per second of 608×512: an image arrives, is
+searched, and is answered by a command. Robot and camera are a process of their own with real-time priority,
+as they have their own computers; TEO's camera is a GigE Vision device (Mono8), TIAGo's a ROS 2 topic (RGB8),
+and commands go over YARP and ROS 2. The servo program has **normal priority**. The time begins in the middle
+of the exposure ({EXPOSURE_US / 1e3:g} ms; TIAGo's {closed_loop.EXPOSURE_US / 1e3:g} ms), so rendering and
+transport are in it. *face*: no marker is there, and the head follows a face; *marker, face*: faces are
+searched although a marker is seen, which the program never does. Busy programs compute without a pause beside
+it."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row."""
+
+    robot: str
+    seen: str
+    "marker; face; marker, face."
+    busy: int
+    window: bool = False
 
 
 @contextmanager
-def in_process(model: KinematicModel) -> Iterator[tuple[Robot, FrameGrabber]]:
-    """The simulated robot and its camera, without a network."""
-    robot = SimRobot(model)
-    camera = closed_loop.mounted_camera(robot, closed_loop.things_for(Config().marker, Things()), FPS)
-    camera.open()
-    try:
+def teo_on_yarp(board: bool) -> Iterator[tuple[Robot, FrameGrabber]]:
+    """The simulated TEO in a process of its own, pictures by GigE Vision and commands over YARP."""
+    with ExitStack() as stack:
+        place, uri = stack.enter_context(stand(FPS, board=board))
+        robot, camera = TeoOverYarp(NameClient.find(place)), sources.create(uri)
+        for part in (robot, camera):
+            part.open()
+            stack.callback(part.close)
         yield robot, camera
-    finally:
-        camera.close()
-        robot.close()
 
 
 @contextmanager
 def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
     """The simulated TIAGo in a process of its own, picture and commands over rclpy."""
-    from grabbergui import sources
     from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2
 
+    run_first()  # the simulation inherits it
     simulation = subprocess.Popen(
         [sys.executable, "-m", "grabbergui", "simulate-tiago", "--fps", str(FPS)], stdout=subprocess.PIPE
     )
+    run_as_others()
     assert simulation.stdout is not None
     try:
         simulation.stdout.readline()
@@ -70,13 +94,21 @@ def over_ros2() -> Iterator[tuple[Robot, FrameGrabber]]:
         simulation.stdout.close()
 
 
-def chains() -> Iterator[tuple[str, Callable[[], Opened]]]:
-    """Those that can be run here, by name."""
-    yield "TEO, in one process", lambda: in_process(teo.MODEL)
-    if importlib.util.find_spec("pinocchio") is not None:
-        yield "TIAGo, in one process", lambda: in_process(tiago.model())
-        if importlib.util.find_spec("rclpy") is not None:
-            yield "TIAGo over ROS 2, in two processes", over_ros2
+def cases() -> Iterator[Case]:
+    """Those that can be run here."""
+    window = importlib.util.find_spec("PyQt5") is not None
+    for load in LOADS:
+        for seen in ("marker", "face", "marker, face"):
+            yield Case("TEO", seen, load)
+        if window:
+            yield Case("TEO", "face", load, window=True)
+        if importlib.util.find_spec("pinocchio") and importlib.util.find_spec("rclpy"):
+            yield Case("TIAGo", "marker", load)
+
+
+def opened(case: Case) -> Opened:
+    """Robot and camera of a case."""
+    return over_ros2() if case.robot == "TIAGo" else teo_on_yarp(case.seen != "face")
 
 
 def measure(arguments: list[str] | None = None) -> Section:
@@ -84,38 +116,61 @@ def measure(arguments: list[str] | None = None) -> Section:
     parser.add_argument("--seconds", type=float, default=15.0)
     options = parser.parse_args(arguments)
     closed_loop.single_threaded()
-    rows, medians = [], []
-    for name, opened in chains():
-        with opened() as (robot, camera):
-            latencies = latencies_of(robot, camera, options.seconds)
-        medians.append(statistics.median(latencies))
-        times = medians[-1], statistics.quantiles(latencies, n=20)[-1], max(latencies)
-        rows.append([name, str(len(latencies)), *(f"{each:.1f}" for each in times)])
+    run_as_others()
+    rows, worst, loaded = [], 0.0, 0.0
+    for case in cases():
+        with opened(case) as (robot, camera), busy(case.busy) if case.busy else nullcontext():
+            latencies = latencies_of(robot, camera, options.seconds, case)
+        percentiles = statistics.quantiles(latencies, n=100)
+        median, p99 = statistics.median(latencies), percentiles[98]
+        worst = max(worst, p99)
+        loaded = max(loaded, p99) if case.busy else loaded
+        window = "in its window" if case.window else "headless"
+        numbers = f"{median:.1f}", f"{percentiles[94]:.1f}", f"{p99:.1f}", f"{max(latencies):.1f}"
+        rows.append([case.robot, case.seen, window, str(case.busy), str(len(latencies)), *numbers])
         print(rows[-1], flush=True)
+    header = ["robot", "seen", "program", "busy programs", "pictures", "median, ms", "95 %", "99 %", "worst"]
     return Section(
         "Servoing, photon to command",
-        "python -m benchmarks servo_latency",
+        "python -m benchmarks servo_latency    # four minutes",
         METHOD,
-        [Table(["robot", "pictures", "median, ms", "95 %, ms", "worst, ms"], rows)],
-        goals=[Goal("under 60 ms at 30 fps", f"medians up to {max(medians):.1f} ms", max(medians) < 60)],
-        reading=["With real-time priority, as the machine was shared."] if real_time() else [],
+        [Table(header, rows)],
+        goals=[
+            Goal(
+                f"99 % within one frame period ({PERIOD_MS:.0f} ms), also beside two busy programs",
+                f"up to {worst:.1f} ms, beside busy programs up to {loaded:.1f} ms",
+                worst <= PERIOD_MS,
+            )
+        ],
         machine=machine(),
     )
 
 
-def real_time() -> bool:
-    return os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR)
-
-
-def latencies_of(robot: Robot, camera: FrameGrabber, seconds: float) -> list[float]:
+def latencies_of(robot: Robot, camera: FrameGrabber, seconds: float, case: Case) -> list[float]:
     def detector(frame: Frame) -> Detector:
-        return closed_loop.detector(Config(), closed_loop.calibration())
+        made = closed_loop.detector(Config(), closed_loop.calibration(), real_time=True)
+        made.faces_with_markers = case.seen == "marker, face"
+        return made
 
     runner = Runner(camera, robot, detector)
     runner.start()
-    time.sleep(seconds)
+    if case.window:
+        show(runner, seconds)
+    else:
+        time.sleep(seconds)
     runner.stop()
     return list(runner.latency_ms)[WARM_UP:]
+
+
+def show(runner: Runner, seconds: float) -> None:
+    """Let the run be seen in its window for some time."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from grabbergui.ui.run import standalone
+
+    def calibration(width: int, height: int) -> Calibration:
+        return closed_loop.calibration().scaled_to(width, height)
+
+    standalone.servo(runner, calibration, seconds)
 
 
 if __name__ == "__main__":

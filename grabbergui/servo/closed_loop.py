@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -168,6 +168,12 @@ class ClosedLoop:
     latency: float = 0.04
     "Seconds from the middle of an exposure until its detections are known."
     now: float = 0.0
+    loss: float = 0.0
+    "Share of the frames that never arrive."
+    light: Callable[[float], float] = lambda seconds: 1.0
+    "Brightness of the room at a time, of what the exposure is set for."
+    seed: int = 0
+    "Of what is lost."
 
     def __post_init__(self) -> None:
         things = things_for(self.config.marker, self.things)
@@ -182,6 +188,7 @@ class ClosedLoop:
         self._sensor = Sensor(scene)
         self._detector = detector(self.config, calibration())
         self._next_frame, self._frames = self.now, 0
+        self._random = np.random.default_rng(self.seed)
         self._on_the_way: list[tuple[float, int, float, np.ndarray]] = []
 
     def run(self, seconds: float, until: object = None) -> ControlCycle:
@@ -221,8 +228,12 @@ class ClosedLoop:
     def _expose(self) -> None:
         self._frames += 1
         self._next_frame += 1 / self.fps
+        if self._random.random() < self.loss:
+            return
         out = np.empty(self._settings.image_bytes, np.uint8)
-        grey = self._sensor.render(self._settings, self._frames, int(self.now * 1e9), out).copy()
+        # Light and exposure time have the same effect on a sensor.
+        chosen = replace(self._settings, exposure_us=self._settings.exposure_us * self.light(self.now))
+        grey = self._sensor.render(chosen, self._frames, int(self.now * 1e9), out).copy()
         self._on_the_way.append((self.now + self.latency, self._frames, self.now, grey))
 
 
