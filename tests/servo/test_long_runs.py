@@ -13,6 +13,7 @@ from grabbergui.core.errors import UsageError
 from grabbergui.core.grabber import DeviceInfo
 from grabbergui.driver.sim.device import SimulatedDevice
 from grabbergui.driver.sim.model import CameraModel
+from grabbergui.net.yarp.os.values import Dialect
 from grabbergui.servo import faces, runner
 from grabbergui.servo.config import Config
 from grabbergui.servo.detection import Detector
@@ -186,8 +187,8 @@ def test_a_simulated_teo_closes_whenever_its_stream_looks_whether_to_go_on(monke
     """Between looking and waiting there was a moment in which an end was overlooked."""
     ports = teo_ports.TeoPorts.__new__(teo_ports.TeoPorts)
     robot = SimRobot(teo.MODEL)
-    quiet = types.SimpleNamespace(write_bottle=lambda bottle: None, step=lambda: None)
-    ports._robot = robot
+    quiet = types.SimpleNamespace(write=lambda data: None, step=lambda: None)
+    ports._robot, ports._dialect = robot, Dialect.YARP3
     ports._head = ports._arm = ports._arm_encoders = quiet
     ports._ports = ()
 

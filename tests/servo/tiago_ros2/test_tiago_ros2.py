@@ -208,7 +208,7 @@ def test_a_bad_name_is_refused(runner):
 
 # -- the commands --------------------------------------------------------------------------------
 def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys, monkeypatch, config):
-    monkeypatch.setattr("grabbergui.cli.servo._config", lambda options: config)
+    monkeypatch.setattr("grabbergui.cli.servo.configuration", lambda options: config)
     simulation = subprocess.Popen(
         [sys.executable, "-m", "grabbergui", "simulate-tiago"], stdout=subprocess.PIPE, text=True
     )
