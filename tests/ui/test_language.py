@@ -162,6 +162,12 @@ def test_no_text_of_the_sources_is_missing(tmp_path):
     assert not missing, "run make translations, and translate these"
 
 
+def test_clipping_is_not_called_as_the_saturation_of_colours_is():
+    known = texts_of(TRANSLATIONS / "grabbergui_es.ts")
+    of_clipping = [text for (_, source), text in known.items() if "clip" in source.lower()]
+    assert of_clipping and not [text for text in of_clipping if "saturación" in text.lower()]
+
+
 @pytest.mark.parametrize("code", languages())
 def test_mnemonics_of_a_menu_differ(qapp, code, request):
     speak(qapp, code)

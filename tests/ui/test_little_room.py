@@ -211,6 +211,7 @@ def test_a_message_that_does_not_fit_and_those_behind_it_can_be_read_in_full(win
     assert [bar.textLabel.text().strip() for bar in bars] == [("A long one " + "a long one " * 29).strip(),
                                                              "A first failure"]  # fmt: skip
     assert bars[0].textLabel.height() >= bars[0].textLabel.heightForWidth(bars[0].textLabel.width())
+    assert not reading_order(bars), "the keyboard lands on no cross here either"
     window_desk.qtbot.mouseClick(bars[0].closeButton, Qt.LeftButton)
     window_desk.until(lambda: window.messages.messages == ["a first failure"])
     assert not window.messages.moreButton.isVisible(), "all of it is to be seen"

@@ -266,6 +266,27 @@ def test_a_camera_held_by_another_program_can_be_looked_at_and_taken_over(window
     window_desk.until(lambda: rows.rows("Gain") and isinstance(rows.rows("Gain")[0].editor, RangeEditor))
 
 
+def test_take_control_answers_every_time(window_desk):
+    gain = Feature(name="Gain", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE, value=3.0, minimum=0.0,
+                   maximum=24.0)  # fmt: skip
+    grabber, link = HeldElsewhere([gain]), window_desk.program.connection
+    link._create = lambda uri: grabber
+    window_desk.program.sources.connect_to("fake:")
+
+    def offered():
+        buttons = window_desk.window.messages.findChildren(QAbstractButton, "offerButton")
+        return next((button for button in buttons if button.isVisible()), None)
+
+    window_desk.until(lambda: window_desk.errors and offered())
+    assert window_desk.errors[0].startswith("read only")
+    for _ in range(2):
+        before = link.source
+        window_desk.qtbot.mouseClick(offered(), Qt.LeftButton)
+        window_desk.until(lambda before=before: link.source not in (before, None) and window_desk.errors)
+        window_desk.until(lambda: window_desk.errors[0].startswith("control was not given") and offered())
+        assert len(window_desk.errors) == 1
+
+
 def test_a_source_opened_by_its_address_is_listed_as_connected_and_remembered(window_desk):
     view = window_desk.window.sources
     window_desk.qtbot.keyClicks(view.addressEdit, "sim:?pixel_format=Mono12p")
