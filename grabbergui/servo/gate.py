@@ -185,10 +185,10 @@ class CommandGate:
     def _move_head(self, command: Command) -> None:
         if command.head_step is not None:
             self._robot.step_head(command.head_step)
-        elif self._config.head.mode == "direct":
-            self._robot.lead_head(command.head, LEAD_S)
-        elif not self._stepping:
+        elif self._config.head.mode == "velocity":
             self._robot.move_head(command.head)
+        elif not self._stepping or np.any(command.head):  # a search is no steps
+            self._robot.lead_head(command.head, LEAD_S)
 
     def _move_hand(self, command: Command) -> None:
         if self._config.arm.mode == "direct":

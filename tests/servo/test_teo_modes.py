@@ -87,6 +87,7 @@ class Leading(RecordingRobot):
         ("", ["head", "hand"]),
         ("[head]\nmode = direct\n[arm]\nmode = direct", ["lead head", "lead hand"]),
         ("[arm]\nmode = direct", ["head", "lead hand"]),
+        ("[head]\nmode = steps", ["lead head", "hand"]),
     ],
 )
 def test_the_gate_moves_each_part_in_its_mode(text, heard):
