@@ -21,7 +21,11 @@ import fuzz
 
 KEPT = Path("build/fuzz")
 MEMORY_MB = 1500
-LONGEST_INPUT_S = 10
+"For one allocation."
+PROCESS_MB = 6000
+"For the process, whose instrumentation keeps records of each input."
+LONGEST_INPUT_S = 60
+"By the clock: on a busy machine an input of a tenth of a second may take long."
 LONGEST_INPUT = 8192
 "Bytes."
 
@@ -75,7 +79,8 @@ def fuzz_here(name: str, seconds: int) -> None:
         (corpus / hashlib.sha1(seed, usedforsecurity=False).hexdigest()).write_bytes(seed)
     arguments = [
         f"-max_total_time={seconds}",
-        f"-rss_limit_mb={MEMORY_MB}",
+        f"-malloc_limit_mb={MEMORY_MB}",
+        f"-rss_limit_mb={PROCESS_MB}",
         f"-timeout={LONGEST_INPUT_S}",
         f"-max_len={LONGEST_INPUT}",
         f"-artifact_prefix={KEPT}/{name}-",

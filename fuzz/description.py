@@ -19,6 +19,7 @@ from fuzz._descriptions import HEAD, Registers, description, formula
 from fuzz._input import DATA, Input, erring, refusing
 from grabbergui.config import ini
 from grabbergui.core.errors import GrabberError
+from grabbergui.core.features import FeatureKind
 from grabbergui.driver.device import DataLayout, Device, unpack
 from grabbergui.driver.genapi import loading, messages, node_features
 from grabbergui.driver.genapi.formulas import without_traps
@@ -105,17 +106,19 @@ def _description(source: Input) -> None:
         return
     for value in (0, -(1 << 63), 1.5):
         for node in nodes.nodes:
-            _use(node, value)
+            use(node, value)
     if time.process_time() - began > LONGEST:
         raise AssertionError(f"{time.process_time() - began:.1f} s for one description")
 
 
-def _use(node: object, value: float) -> None:
+def use(node: object, value: float) -> None:
+    """Read a node and write a value to it, as far as it lets."""
     known = node_features.describe(getattr(node, "node", node), "")
     if known is None:
         return
     feature = node_features.NodeFeature(node, known, None)
-    feature.snapshot()
+    if feature.snapshot().kind is FeatureKind.COMMAND:
+        return  # executed, never written
     with contextlib.suppress(genapi.GenericException, RuntimeError, TypeError, OverflowError, ValueError):
         feature.assign(value)
 

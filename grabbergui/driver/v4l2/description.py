@@ -209,7 +209,7 @@ class _Writer:
         standard = STANDARD.get(control.id)
         name = _identifier(standard.name if standard else control.name, self._names)
         category = standard.category if standard else "VideoControl"
-        title = "" if standard else f"<DisplayName>{escape(control.name)}</DisplayName>"
+        title = "" if standard else _display_name(control.name)
         lock = f"<pIsLocked>{name}LockReg</pIsLocked>"
         self._register(name, address)
         self._register(f"{name}Lock", address + 8, writable=False)
@@ -259,12 +259,12 @@ class _Writer:
         *,
         made: bool = False,
     ) -> None:
+        if not entries:
+            return  # the schema wants one, and there is nothing to choose
         if not made:
             self._register(name, REGISTERS[name])
         parts = [
-            f"<EnumEntry Name={quoteattr(entry)}>"
-            + (f"<DisplayName>{escape(title)}</DisplayName>" if title else "")
-            + f"<Value>{value}</Value></EnumEntry>"
+            f"<EnumEntry Name={quoteattr(entry)}>{_display_name(title)}<Value>{value}</Value></EnumEntry>"
             for entry, value, title in entries
         ]
         self._add(category, name, "Enumeration", head, *parts, f"<pValue>{name}Reg</pValue>")
@@ -320,6 +320,15 @@ def _mode_entries(control: Control, entries: dict[int, str]) -> dict[int, str]:
 def code_value(fourcc: str) -> int:
     """The PixelFormat register's value for a four-character code."""
     return int.from_bytes(fourcc.encode("ascii"), "little")
+
+
+def _display_name(text: str) -> str:
+    """Return the element with a driver's words; empty where there are none.
+
+    XML has no place for control characters, and the schema none for an empty name.
+    """
+    printable = "".join(letter if letter.isprintable() else " " for letter in text).strip()
+    return f"<DisplayName>{escape(printable)}</DisplayName>" if printable else ""
 
 
 def _identifier(text: str, taken: set[str]) -> str:

@@ -17,9 +17,11 @@ from grabbergui.core.features import AccessMode, FeatureKind
 from grabbergui.core.grabber import ConnectionState, DeviceInfo
 from grabbergui.core.sfnc import Role
 from grabbergui.driver.camera import Camera
+from grabbergui.driver.genapi import loading
 from grabbergui.driver.v4l2 import device as v4l2_device
+from grabbergui.driver.v4l2.description import describe
 from grabbergui.driver.v4l2.device import V4l2Device
-from grabbergui.driver.v4l2.video import Control, ControlKind
+from grabbergui.driver.v4l2.video import Control, ControlKind, FrameSizes
 from patience import PATIENCE, until
 
 INFO = DeviceInfo(
@@ -193,3 +195,23 @@ def test_the_automatic_exposure_can_be_switched_on_whatever_the_driver_calls_it(
         assert "Manual" not in menu[video.values[EXPOSURE_AUTO]]
     finally:
         camera.close()
+
+
+@pytest.mark.parametrize(
+    ("codes", "control"),
+    [
+        ([], Control(1, "Tint", ControlKind.INTEGER, 0, 9)),
+        (["XYZ9"], Control(1, "Tint", ControlKind.INTEGER, 0, 9)),
+        (["GREY"], Control(1, "", ControlKind.INTEGER, 0, 9)),
+        (["GREY"], Control(1, "a\x01\x1b name\x7f", ControlKind.BOOLEAN)),
+        (["GREY"], Control(1, "Mode", ControlKind.MENU)),
+        (["GREY"], Control(1, "Mode", ControlKind.MENU, menu={0: "", 1: "\x02", 2: "<&>"})),
+    ],
+    ids=["no formats", "unknown formats", "no name", "control characters", "empty menu", "nameless entries"],
+)
+def test_whatever_a_driver_lists_makes_a_description_that_loads(codes: list[str], control: Control) -> None:
+    layout = describe("a camera", codes, FrameSizes.listed([(640, 480)]), [control])
+    nodes = loading.load(loading.clean_xml(layout.xml))
+    assert nodes.has_node("Width")
+    assert nodes.has_node("PixelFormat") == (codes == ["GREY"])
+    assert nodes.has_node("Mode") == bool(control.menu)
