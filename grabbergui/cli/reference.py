@@ -1,6 +1,6 @@
 """The reference of commands, options, exit codes and source URIs, made from the program itself.
 
-`python -m grabbergui.cli.reference` writes two pages of the manual, the man page and the commands for
+`python -m grabbergui.cli.reference` writes three pages of the manual, the man page and the commands for
 completion; a test holds that they are current. `sources_help` is the end of `grabbergui --help`.
 """
 
@@ -15,6 +15,7 @@ from typing import Any
 from grabbergui import __version__
 from grabbergui.cli import EXIT_CODES, command_parsers, shared_options
 from grabbergui.cli.parsing import wrapped
+from grabbergui.cli.reference_pixels import pixel_formats_page
 from grabbergui.config.shipped_files import MANUAL, RESOURCES
 from grabbergui.core.source_options import option_rows
 from grabbergui.setup.words import TABLE
@@ -41,6 +42,7 @@ def files() -> dict[Path, str]:
     return {
         MANUAL / "command-line.md": command_line_page(),
         MANUAL / "source-uris.md": source_uris_page(),
+        MANUAL / "reference" / "pixel-formats.md": f"{_MADE}\n{pixel_formats_page()}",
         RESOURCES / "man" / "grabbergui.1": man_page(),
         TABLE: json.dumps(completion_table(), indent=1, ensure_ascii=False) + "\n",
     }
