@@ -31,9 +31,7 @@ from grabbergui.driver.sim.model import CameraModel, FramePlan
 WIDTH, HEIGHT, PIXEL_FORMAT = 2048, 1536, "Mono8"
 ADDRESS = "127.11.9.1"
 NAME = "/tuning"
-SIMULATED = (
-    f"sim:?width={WIDTH}&height={HEIGHT}&fps=37.5&pixel_format={PIXEL_FORMAT}&exposure=2000&setting_latency=0"
-)
+SIMULATED = f"sim:?width={WIDTH}&height={HEIGHT}&fps=37.5&pixel_format={PIXEL_FORMAT}&exposure=2000"
 GIGABIT = 125e6
 "Bytes a second of the camera's link."
 LEAST_LEVEL, LEVELS = 20, 199
@@ -61,11 +59,12 @@ class Tuned:
 
 @dataclass
 class _Noted:
-    """Notes writes of the gain, and lets every frame show the gain that it was exposed with."""
+    """Notes writes of the gain; the next frame obeys, and every frame shows its gain."""
 
     writes: Writes = field(default_factory=list)
 
     def watch(self, model: CameraModel) -> None:
+        model.memory.set(reg.SETTING_LATENCY, 0)  # less than a host may ask for
         model.memory.on_written(reg.GAIN_RAW, lambda: self.writes.append(time.monotonic()))
         model.render = _render_flat  # type: ignore[method-assign]
 
@@ -92,7 +91,6 @@ def power_on() -> dict[Register, RegisterValue]:
         reg.PIXEL_FORMAT: by_name(PIXEL_FORMAT).code,
         reg.FRAME_RATE_ENABLE: 0,
         reg.EXPOSURE_TIME: 2000.0,
-        reg.SETTING_LATENCY: 0,
         reg.LINK_THROUGHPUT_LIMIT_MODE: 1,
         reg.LINK_THROUGHPUT_LIMIT: int(GIGABIT * 0.95),
     }

@@ -24,7 +24,7 @@ of 125 MB/s carries it), with its heartbeat on. The gain is changed {{repeats}} 
 random moments: the slider, an arrow key, the wheel, a number typed and Enter. *Register*: from just before
 the widget's signal to the write in the camera, which notes it. *Picture*: to the first painted picture of
 other grey value; each frame's grey value says which gain it was exposed with. The cameras obey with the next
-frame (SettingLatency 0); what a camera takes longer comes on top. GigE Vision, YARP and ROS 2
+frame; what a camera takes longer comes on top. GigE Vision, YARP and ROS 2
 have the camera in another process; `sim:` and U3V (the protocol without a kernel's USB stack) in the
 window's own, and so has GenTL (EMVA's simulated producer, of which the frame rate is changed and no picture
 can be distinguished from another).
