@@ -1,5 +1,6 @@
 """A camera that sends several images in a frame: each can be looked at, distances in millimetres."""
 
+import numpy as np
 from PyQt5.QtCore import QEvent, QPointF, Qt
 from PyQt5.QtGui import QMouseEvent
 from PyQt5.QtWidgets import QApplication
@@ -75,3 +76,19 @@ def test_a_polarised_mosaic_is_shown_as_its_degree_and_another_camera_as_it_is_s
     desk.until(lambda: window.picture.scaleBar.scale is None)
     assert not degree.isChecked()
     assert desk.program.picture.settings.polarised is PolarisedView.MOSAIC
+
+
+def test_the_point_cloud_is_drawn_and_turned_in_a_window_of_its_own(window_desk):
+    desk, points = window_desk, window_desk.program.points
+    desk.connect("sim:?width=160&height=120")
+    desk.window.actionShowPoints.trigger()
+    desk.until(lambda: "no range image" in points.dialog.view.problem)
+
+    send_components(desk.grabber, "Range")
+    desk.until(lambda: points.model.image is not None and not points.dialog.view.problem)
+    before = points.model.image.pixels
+    assert len(np.unique(before.reshape(-1, 3), axis=0)) > 10
+    points.dialog.view.turned.emit(60.0, 20.0)
+    desk.until(lambda: not np.array_equal(points.model.image.pixels, before))
+    points.dialog.close()
+    desk.until(lambda: points.model.stop(0.1))

@@ -38,6 +38,7 @@ from grabbergui.ui.controllers.help import HelpController, LogController
 from grabbergui.ui.controllers.measuring import MeasuringController
 from grabbergui.ui.controllers.pausing import PauseController, PlaybackController
 from grabbergui.ui.controllers.picture import AcquisitionController, DisplayController
+from grabbergui.ui.controllers.point_cloud import PointCloudController
 from grabbergui.ui.controllers.recording import RecordingController
 from grabbergui.ui.controllers.settings import SettingsFilesController, UserSetsController
 from grabbergui.ui.controllers.sources import GalleryController, SourcesController
@@ -116,6 +117,7 @@ class Program(QObject):
         self.components = ComponentController(
             window, picture, window.histogram, connection, self.picture, self
         )
+        self.points = PointCloudController(window.actionShowPoints, window, self.picture, self)
         self.measures = MeasuringController(
             picture, window, window.actionClipping, connection, self.picture, self.measuring, self
         )
@@ -182,6 +184,7 @@ class Program(QObject):
             ("the picture", self.picture.detach),
             ("the last pictures", self.history.detach),
             ("the measurements", self.measuring.close),
+            ("the point cloud", self.points.shut_down),
             ("a recording", self.recordings.close),
             ("the one-push tuning", self.tuning.shut_down),
             ("a camera", self.connection.wait_closed),

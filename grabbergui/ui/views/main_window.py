@@ -111,6 +111,7 @@ class MainWindow(QMainWindow):
     actionStop: QAction
     actionSnapshot: QAction
     actionPointCloud: QAction
+    actionShowPoints: QAction
     actionSnapshotFolder: QAction
     actionOpenSnapshotFolder: QAction
     actionRecord: QAction
