@@ -1,5 +1,6 @@
 """Numbers typed and stepped: the nearest one allowed is written, and none that nobody typed."""
 
+import gc
 from dataclasses import replace
 
 import pytest
@@ -55,6 +56,12 @@ def test_all_of_a_field_is_its_number_so_that_the_unit_stays(take, qtbot):
     qtbot.keyClick(field, "a", Qt.ControlModifier)
     qtbot.keyClicks(field, "20")
     assert field.text() == "20 ms"
+
+
+def test_an_editor_of_which_a_test_holds_only_the_field_is_not_collected(take):
+    field = take(EXPOSURE).editor.field
+    gc.collect()
+    assert field.text() == "10 ms"
 
 
 @pytest.mark.parametrize("key", [Qt.Key_U, Qt.Key_E, Qt.Key_Z])
