@@ -2,7 +2,16 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from pictures import bayer_colour, dtype_of, eight_bit, encoded, expected_rgb, frame_of, random_values
+from pictures import (
+    bayer_colour,
+    dtype_of,
+    each_format,
+    eight_bit,
+    encoded,
+    expected_rgb,
+    frame_of,
+    random_values,
+)
 
 from grabbergui.core import compiled, packed_samples, pfnc, pixels, unpacking
 from grabbergui.core.errors import PixelFormatError
@@ -31,7 +40,7 @@ def loops(request):
     compiled.disable(False)
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+@each_format(CONVERTIBLE)
 def test_raw_is_what_the_sensor_sent(pixel_format):
     for width, height in SIZES:
         values = random_values(pixel_format, width, height)
@@ -60,8 +69,8 @@ def test_any_lines_of_any_picture(pixel_format, width, height, padding, big_endi
     assert np.array_equal(unpacking.lines(frame, first, last), values[first:last])
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
 @pytest.mark.parametrize("padding", [1, 2, 5])
+@each_format(CONVERTIBLE)
 def test_padding_at_the_end_of_lines_is_no_picture(pixel_format, padding):
     width = 12 if "411_" in pixel_format.name else 13
     values = random_values(pixel_format, width, 6)
@@ -70,14 +79,14 @@ def test_padding_at_the_end_of_lines_is_no_picture(pixel_format, padding):
     assert pixels.value_at(frame, 11, 4) == reference_value(values, pixel_format, 11, 4)
 
 
-@pytest.mark.parametrize("pixel_format", PACKED, ids=str)
+@each_format(PACKED)
 def test_pictures_larger_than_a_block_of_words(pixel_format, monkeypatch):
     monkeypatch.setattr(packed_samples, "_BLOCK", 3)
     values = random_values(pixel_format, 13, 7)
     assert np.array_equal(frame_of(values, pixel_format).raw(), values)
 
 
-@pytest.mark.parametrize("pixel_format", DEEP, ids=str)
+@each_format(DEEP)
 def test_big_endian_pixels(pixel_format):
     values = random_values(pixel_format, 9, 4)
     frame = frame_of(values, pixel_format, big_endian=True)
@@ -86,7 +95,7 @@ def test_big_endian_pixels(pixel_format):
     assert pixels.value_at(frame, 8, 3) == reference_value(values, pixel_format, 8, 3)
 
 
-@pytest.mark.parametrize("pixel_format", EXACT, ids=str)
+@each_format(EXACT)
 def test_rgb_is_the_reference_picture(pixel_format):
     values = random_values(pixel_format, 16, 10)
     rgb = frame_of(values, pixel_format).rgb()
@@ -98,7 +107,7 @@ def test_rgb_is_the_reference_picture(pixel_format):
     assert np.abs(rgb[inside] - expected[inside]).max() <= tolerance
 
 
-@pytest.mark.parametrize("pixel_format", EXACT, ids=str)
+@each_format(EXACT)
 def test_mono_is_the_luma_of_rgb(pixel_format):
     values = random_values(pixel_format, 16, 10)
     mono = frame_of(values, pixel_format).mono()
@@ -114,8 +123,8 @@ def test_mono_is_the_luma_of_rgb(pixel_format):
     assert np.abs(mono[inside] - luma[inside]).max() <= 1.5
 
 
-@pytest.mark.parametrize("pixel_format", [f for f in CONVERTIBLE if f.family is Family.BAYER], ids=str)
 @pytest.mark.parametrize("colour", "RGB")
+@each_format([f for f in CONVERTIBLE if f.family is Family.BAYER])
 def test_a_red_scene_seen_through_the_mosaic_is_red(pixel_format, colour):
     """The proof of each Bayer order: only the pixels under filters of one colour see light."""
     light = (1 << pixel_format.depth) - 1
@@ -136,9 +145,7 @@ def test_a_bayer_picture_too_small_to_interpolate_is_not_black(width, height):
     assert rgb.max() == 200
 
 
-@pytest.mark.parametrize(
-    "pixel_format", [f for f in CONVERTIBLE if f.subsampling == "422" and f.components == 2], ids=str
-)
+@each_format([f for f in CONVERTIBLE if f.subsampling == "422" and f.components == 2])
 def test_the_last_pixel_of_an_odd_line_borrows_chroma(pixel_format):
     values = random_values(pixel_format, 7, 3)
     rgb = frame_of(values, pixel_format).rgb()
@@ -151,7 +158,7 @@ def test_the_last_pixel_of_an_odd_line_borrows_chroma(pixel_format):
     assert luma + chroma == 1
 
 
-@pytest.mark.parametrize("pixel_format", WHOLE, ids=str)
+@each_format(WHOLE)
 def test_the_payload_passes_through_without_a_copy(pixel_format):
     frame = frame_of(random_values(pixel_format, 8, 6), pixel_format)
     assert np.shares_memory(frame.raw(), frame.payload)
@@ -193,15 +200,15 @@ def test_every_deep_value_keeps_its_eight_highest_bits(depth_name):
     assert np.array_equal(frame.mono(), values >> pixel_format.depth - 8)
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+@each_format(CONVERTIBLE)
 def test_chunks_behind_the_picture_do_no_harm(pixel_format):
     values = random_values(pixel_format, 8, 5)
     payload = np.frombuffer(encoded(values, pixel_format) + b"\xff" * 40, np.uint8)
     assert np.array_equal(Frame(payload, 8, 5, pixel_format).raw(), values)
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
 @pytest.mark.parametrize("padding", [0, 3])
+@each_format(CONVERTIBLE)
 def test_one_byte_too_few_is_an_error_that_counts(pixel_format, padding):
     frame = frame_of(random_values(pixel_format, 8, 5), pixel_format, padding_x=padding)
     needed = frame.payload.size - padding  # the last line's padding may be missing
@@ -236,7 +243,7 @@ def reference_value(values, pixel_format, x, y):
     return values[y, x, luma], values[y, first, 1 - luma], values[y, second, 1 - luma]
 
 
-@pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
+@each_format(CONVERTIBLE)
 def test_the_value_under_the_cursor(pixel_format):
     width = 8 if "411_" in pixel_format.name else 7
     values = random_values(pixel_format, width, 5)
@@ -309,7 +316,7 @@ def test_a_flat_scene_behind_the_sparse_filter_has_its_colour(name):
     assert pixels.for_display(frame, Region(6, 6, 10, 8)).pixels.shape == (12, 12, 3)
 
 
-@pytest.mark.parametrize("pixel_format", [f for f in CONVERTIBLE if f.needs_range], ids=str)
+@each_format([f for f in CONVERTIBLE if f.needs_range])
 def test_values_without_a_white_are_scaled_to_the_range_of_the_frame(pixel_format):
     values = random_values(pixel_format, 16, 10)
     shown = frame_of(values, pixel_format).mono()
@@ -325,3 +332,12 @@ def test_what_was_not_measured_is_black():
     assert frame_of(values, pixel_format).mono().tolist() == [[0, 1, 255, 0]]
     nothing = frame_of(np.full((2, 2), np.nan, np.float32), pixel_format)
     assert not nothing.mono().any()
+
+
+def test_all_formats_that_fail_are_named():
+    @each_format([pfnc.by_name(name) for name in ("Mono8", "Mono10", "Mono12")])
+    def eight_bits(pixel_format):
+        assert pixel_format.depth == 8
+
+    with pytest.raises(AssertionError, match="Mono10, Mono12: 2 of 3 formats"):
+        eight_bits()
