@@ -24,6 +24,7 @@ from grabbergui.core.errors import FrameTimeoutError
 ARAVIS = "arv-camera-test-0.8"
 SYSTEM_PYTHON = "/usr/bin/python3"
 "Has PyGObject, where the system has Aravis for it."
+RING = "ours, packet ring"
 FRAME_TIMEOUT = 0.5
 STOCK_RECEIVE_BUFFER = 212_992
 "`net.core.rmem_max` as Linux has it."
@@ -64,11 +65,11 @@ Receiver = Callable[[int, float], Run]
 
 
 # -- in a process of their own -----------------------------------------------------------------------
-def receive_ours(packet_size: int, seconds: float) -> Run:
+def receive_ours(packet_size: int, seconds: float, options: str = "") -> Run:
     """This driver, counted from the first frame on."""
     from grabbergui import sources
 
-    camera = sources.create(f"gige:{ADDRESS}?packet_size={packet_size}")
+    camera = sources.create(f"gige:{ADDRESS}?packet_size={packet_size}{options}")
     camera.open()
     queue = camera.open_queue(4)
     camera.start()
@@ -153,6 +154,7 @@ def receive_viva(packet_size: int, seconds: float) -> Run:
 
 IN_CHILD: dict[str, Receiver] = {
     "ours": receive_ours,
+    RING: functools.partial(receive_ours, options="&packet_ring=1"),
     "window": receive_in_window,
     "viva-genicam": receive_viva,
 }
