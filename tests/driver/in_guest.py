@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import os
 import re
 import shutil
 import subprocess
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing.synchronize import Event
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from grabbergui import sources
+from grabbergui.core import compiled
 from grabbergui.core.errors import AckTimeoutError, GrabberError
 from grabbergui.core.grabber import ConnectionState, FrameGrabber
 from grabbergui.core.uri import SourceUri
@@ -34,37 +37,97 @@ from grabbergui.driver.v4l2 import source as webcam_source
 
 SOON = 120.0
 """Seconds for one step: the emulated machine is slow, and slower where others use the real one too."""
-CAMERAS = multiprocessing.get_context("forkserver")
-"""Where a camera's process comes from: Python starts and imports once there, not for each."""
+ATTEMPTS = 4
+"""So often a program may fail because the emulated machine answered too late."""
+FORKING = multiprocessing.get_context("fork")
+CAMERAS: list[SpareCamera] = []
+PROGRAMS: list[SpareProgram] = []
+LEFT_OPEN: list[object] = []
+"""What a program does not close, still there when Python ends."""
 
 
-def camera(via: str, faults: dict[str, int], ready: Event, stop: Any) -> None:
-    """The process that is the camera."""
-    registers.RESPONSE_TIME_MS = 5000  # the emulated machine may pause for longer than a camera does
-    model = CameraModel(
-        power_on={
-            reg.WIDTH: 640,
-            reg.HEIGHT: 480,
-            reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
-        }
-    )
-    serve(via, model=model, faults=U3vFaults(**faults), stop=stop, ready=lambda _: ready.set())
+class SpareCamera:
+    """A process that becomes a camera when it is plugged in.
+
+    It is forked at the beginning, while this program has no threads: to start and import again takes the
+    emulated machine half a minute.
+    """
+
+    def __init__(self) -> None:
+        self.ready, self.stop = FORKING.Event(), FORKING.Event()
+        self._orders, orders = FORKING.Pipe()
+        self.process = FORKING.Process(target=self._run, args=(orders,), daemon=True)
+        self.process.start()
+
+    def plug_in(self, via: str, faults: dict[str, int]) -> None:
+        self._orders.send((via, faults))
+
+    def _run(self, orders: Connection) -> None:
+        via, faults = orders.recv()
+        registers.RESPONSE_TIME_MS = 5000  # the emulated machine may pause for longer than a camera does
+        model = CameraModel(
+            power_on={
+                reg.WIDTH: 640,
+                reg.HEIGHT: 480,
+                reg.TEST_PATTERN: reg.TestPattern.GREY_HORIZONTAL_RAMP,
+            }
+        )
+        serve(
+            via,
+            model=model,
+            faults=U3vFaults(**faults),
+            stop=cast(threading.Event, self.stop),
+            ready=lambda _: self.ready.set(),
+        )
+
+
+class SpareProgram:
+    """A process that streams when it is told to and then ends without closing anything; forked likewise.
+
+    It ends as any program does, by the end of its main module.
+    """
+
+    def __init__(self) -> None:
+        reading, self._writing = os.pipe()
+        self._process = os.fork()
+        if not self._process:
+            os.read(reading, 1)
+            camera = source.create(SourceUri.parse("u3v:"))
+            camera.open()
+            queue = camera.open_queue()
+            camera.start()
+            queue.get(60.0)
+            LEFT_OPEN.extend((camera, queue))
+            sys.exit()
+
+    def status(self) -> int:
+        """Run it and return its exit status, negative for a signal."""
+        os.write(self._writing, b"!")
+        ended: list[int] = []
+
+        def has_ended() -> bool:
+            process, status = os.waitpid(self._process, os.WNOHANG)
+            if process:
+                ended.append(os.waitstatus_to_exitcode(status))
+            return bool(process)
+
+        wait_until(has_ended, "a program that streams does not end")
+        return ended[0]
 
 
 @contextmanager
 def plugged_in(via: str, **faults: int) -> Iterator[None]:
     """With a camera on the bus."""
-    ready, stop = CAMERAS.Event(), CAMERAS.Event()
-    process = CAMERAS.Process(target=camera, args=(via, faults, ready, stop))
-    process.start()
+    camera = CAMERAS.pop()
+    camera.plug_in(via, faults)
     try:
-        assert ready.wait(SOON), "the camera does not start"
+        assert camera.ready.wait(SOON), "the camera does not start"
         wait_until(lambda: len(source.discover(1.0)) == 1, "the camera does not appear on the bus")
         yield
     finally:  # whatever failed before it, the next way finds an empty bus, and this program ends
-        stop.set()
-        process.join(SOON)
-        process.kill()
+        camera.stop.set()
+        camera.process.join(SOON)
+        camera.process.kill()
     wait_until(lambda: not source.discover(1.0), "the camera does not go")
 
 
@@ -126,25 +189,13 @@ def our_host(result: dict[str, Any]) -> None:
         camera.close()
 
 
-FORGETFUL = """
-from grabbergui.core.uri import SourceUri
-from grabbergui.driver.u3v import source
-from grabbergui.driver.v4l2 import source as webcam_source
-camera = source.create(SourceUri.parse("u3v:"))
-camera.open()
-queue = camera.open_queue()
-camera.start()
-queue.get(60.0)
-"""
-
-
 def forgetful_program() -> int:
     """The exit status of a program that ends while it streams, without closing anything.
 
     An exception, e.g. of an answer that came too late, is 1, a crash is not.
     """
-    for _ in range(4):
-        status = subprocess.run([sys.executable, "-c", FORGETFUL], timeout=SOON, check=False).returncode
+    for _ in range(ATTEMPTS):
+        status = PROGRAMS.pop().status()
         if status != 1:
             break
     return status
@@ -287,6 +338,8 @@ def refusal() -> str:
 
 
 if __name__ == "__main__":
-    CAMERAS.set_forkserver_preload(["grabbergui.driver.sim.u3v.serve", "grabbergui.driver.u3v.source"])
+    compiled.disable(True)  # emulated, numba's compiler takes longer than all tests here
+    PROGRAMS = [SpareProgram() for _ in range(ATTEMPTS * len(sys.argv))]
+    CAMERAS = [SpareCamera() for _ in range(3)]
     results = {via: prove_webcam() if via == "webcam" else prove(via) for via in sys.argv[1:]}
     print("RESULT " + json.dumps(results), flush=True)
