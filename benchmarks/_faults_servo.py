@@ -33,6 +33,16 @@ def tiago_servo_frozen() -> Outcome:
     return _stopped("TIAGo over ROS 2", signal.SIGSTOP)
 
 
+@fault(CHAPTER)
+def stock_tiago_servo_killed() -> Outcome:
+    return _stopped("stock TIAGo (trajectories) over ROS 2", signal.SIGKILL)
+
+
+@fault(CHAPTER)
+def stock_tiago_servo_frozen() -> Outcome:
+    return _stopped("stock TIAGo (trajectories) over ROS 2", signal.SIGSTOP)
+
+
 def _stopped(robot: str, number: signal.Signals) -> Outcome:
     """How far and how long the hand still moves, at worst."""
     millimetres, seconds = [], []

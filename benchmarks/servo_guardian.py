@@ -9,8 +9,9 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -153,12 +154,12 @@ def teo_on_yarp() -> Iterator[tuple[SimRobot, list[str]]]:
 
 
 @contextmanager
-def tiago_on_ros2() -> Iterator[tuple[SimRobot, list[str]]]:
-    """The simulated TIAGo behind its topics, likewise."""
+def tiago_on_ros2(*, stock: bool = False) -> Iterator[tuple[SimRobot, list[str]]]:
+    """The simulated TIAGo behind its topics, likewise; `stock` takes trajectories for its arm."""
     from grabbergui.servo.robots.tiago_topics import TiagoTopics
 
     robot = Tireless(tiago.model())
-    topics = TiagoTopics(robot)
+    topics = TiagoTopics(robot, stock=stock)
     try:
         with undisturbed():
             topics.open()
@@ -181,7 +182,11 @@ def busy(programs: int) -> Iterator[None]:
 
 
 COLUMNS = ["robot", "the program is", "busy programs", "times", "median, mm", "worst, mm"]
-ROBOTS = {"TEO over YARP": teo_on_yarp, "TIAGo over ROS 2": tiago_on_ros2}
+ROBOTS: dict[str, Callable[[], AbstractContextManager[tuple[SimRobot, list[str]]]]] = {
+    "TEO over YARP": teo_on_yarp,
+    "TIAGo over ROS 2": tiago_on_ros2,
+    "stock TIAGo (trajectories) over ROS 2": partial(tiago_on_ros2, stock=True),
+}
 
 
 def distances(
