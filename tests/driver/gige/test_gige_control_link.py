@@ -149,5 +149,5 @@ def test_closing_ends_a_command_that_waits(camera: ScriptedCamera) -> None:
 def test_loss_ends_a_command_that_waits(camera: ScriptedCamera, link: ControlLink) -> None:
     camera.answers = lambda address: False
     link.start_heartbeat(Pulse(period=0.01, timing=ControlTiming(0.02, 3)), controlling=True)
-    with pytest.raises(DeviceLostError, match="has not answered"):
+    with pytest.raises(DeviceLostError, match="did not answer"):
         link.read_register(FEATURE)
