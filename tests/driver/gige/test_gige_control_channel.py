@@ -240,7 +240,7 @@ def test_it_beats_once_a_period_while_answered() -> None:
 
 def test_silence_is_loss_within_two_seconds() -> None:
     driven = Driven().run(10.0, lambda now, data: ack_of(data) if now < 3.0 else None)
-    assert driven.heartbeat.lost is not None and "not answered" in driven.heartbeat.lost
+    assert driven.heartbeat.lost is not None and "did not answer" in driven.heartbeat.lost
     assert driven.now - 3.0 < 2.0
 
 
