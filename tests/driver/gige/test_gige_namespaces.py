@@ -209,7 +209,7 @@ def pull_cable(network: Network, host: Host) -> tuple[float, float]:
     network.set_link("down")
     pulled = time.monotonic()
     lost = host.wait_for("lost")
-    assert "not answered" in lost["why"]
+    assert "did not answer" in lost["why"]
     time.sleep(max(pulled + PULL_SECONDS - time.monotonic(), 0))
     network.set_link("up")
     back = time.monotonic()
