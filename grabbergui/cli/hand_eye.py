@@ -61,7 +61,8 @@ def add_commands(commands: Any) -> None:
 def _run(options: argparse.Namespace) -> int:
     from grabbergui.calibration import hand_eye_file
     from grabbergui.servo.gate import CommandGate
-    from grabbergui.servo.hand_eye_run import FrameLook, HandEyeRun, watched
+    from grabbergui.servo.hand_eye_frames import TargetDetector
+    from grabbergui.servo.hand_eye_run import HandEyeRun, watched
 
     folder = options.out.resolve().parent
     if not folder.is_dir() or not os.access(options.out if options.out.exists() else folder, os.W_OK):
@@ -72,7 +73,7 @@ def _run(options: argparse.Namespace) -> int:
         if scene.guardian is not None:
             scene.guardian.await_ready()
         gate = CommandGate(scene.robot, config, scene.guardian)
-        look = FrameLook(scene.grabber, config, scene.calibration)
+        look = TargetDetector(scene.grabber, config, scene.calibration)
         stack.callback(look.close)
         stack.enter_context(watched(gate))
         run = HandEyeRun(

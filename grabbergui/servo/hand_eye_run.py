@@ -1,8 +1,8 @@
-"""Hand–eye calibration on a robot that goes to the joint poses that tell most, and looks from each.
+"""Hand–eye calibration: the robot moves to informative joint poses and observes the target from each.
 
-Every motion passes the gate, which keeps speed, workspace and clearance. A pose that the gate refuses, that
-the arm does not reach, or that does not show the target, is passed over. The target stands still, or the hand
-holds it: see `EYES`.
+Every motion passes the gate, which limits speed, workspace and clearance. The run skips a pose that the gate
+refuses, that the arm does not reach, or that does not show the target. The target is fixed, or the hand holds
+it (`EYES`).
 """
 
 from __future__ import annotations
@@ -18,62 +18,56 @@ from dataclasses import dataclass
 import numpy as np
 
 from grabbergui.calibration import geometry
-from grabbergui.calibration.fitted import CalibrationFor
 from grabbergui.calibration.geometry import Pose, Vector
 from grabbergui.calibration.hand_eye import HandEyeResult, solve
 from grabbergui.calibration.hand_eye_model import Arrangement, Guess, HandEyeView, Joints
 from grabbergui.calibration.hand_eye_poses import propose
 from grabbergui.calibration.marker_pose import MarkerDetection
 from grabbergui.core.calibration import Calibration
-from grabbergui.core.errors import FrameTimeoutError, SourceUnavailableError, UsageError
-from grabbergui.core.grabber import FrameGrabber
-from grabbergui.servo import closed_loop
+from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo.config import Config
-from grabbergui.servo.detection import Sighting
 from grabbergui.servo.gate import Command, CommandGate
 from grabbergui.servo.robots.robot import KinematicModel, Robot, RobotState
 
 log = logging.getLogger(__name__)
 
 EYES = ("head", "hand", "stands")
-"Where the camera is: on the head or on the hand, the target standing; or standing, the target in the hand."
+"Where the camera is: on the head or the hand (the target is fixed), or fixed (the target is in the hand)."
 FIRST_VIEWS = 6
-"Views from small moves about the first pose, where no drawing says where camera or target is."
+"Views from small moves around the first pose, if the model does not give the place of camera or target."
 SMALL = math.radians(7)
-"Radians that joints move for those."
+"Largest joint move for those views, in radians."
 SPAN = math.radians(40)
-"Radians about the first pose within which the arm's joints stay."
+"Range of the arm's joints around the first pose, in radians."
 PROPOSED = 3
-"Poses that are proposed at a time; the first that can be reached counts."
+"Poses proposed at a time; the run takes the first that it can reach."
 SOLVED_EVERY = 5
-"Views after which what is known of camera and target is computed again."
+"Number of new views after which the estimate of camera and target is updated."
 NEAR_M, NEAR = 0.004, math.radians(0.6)
-"Metres and radians from a pose at which it is reached: what counts is where the joints say they are."
+"Distance in metres and radians at which a pose counts as reached; the reported joint angles are used."
 STALLED_S = 2.0
-"Seconds without coming nearer, after which a pose is given up."
+"Seconds without progress after which the run gives up a pose."
 LONGEST_S = 30.0
-"Seconds for one move."
+"Longest duration of one move in seconds."
 SETTLE_S = 0.4
-"Seconds of rest before a frame counts."
+"Seconds of rest before a frame is used."
 STILL = math.radians(0.1)
-"Radians that joints may move while the robot looks."
-FRAME_S = 5.0
-"Seconds to wait for a frame."
+"Largest joint motion during a view, in radians."
 RAMP_S = 0.5
-"Seconds in which a move comes to its speed."
+"Seconds in which a move reaches full speed."
 
 Look = Callable[[float], "MarkerDetection | None"]
-"Seconds on the run's clock to the target as a frame exposed after them shows it; None if none does."
+"Returns the target in the first frame exposed after a time on the run's clock; None if it is not visible."
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is."""
+    """State of a run for display."""
 
     views: int
     wanted: int
     text: str
-    "The newest event, as display text."
+    "Latest event as display text."
 
 
 def arrangement(eye: str, model: KinematicModel) -> Arrangement:
@@ -101,7 +95,7 @@ class HandEyeRun:
         pause: Callable[[float], None] = time.sleep,
         report: Callable[[Progress], None] = lambda progress: None,
     ) -> None:
-        """`calibration` is of the camera's images; `clock` and `pause` let a test turn the time."""
+        """`calibration` matches the frames that `look` uses; tests replace `clock` and `pause`."""
         self._eye, self._robot, self._gate, self._look = eye, robot, gate, look
         self._arrangement = arrangement(eye, robot.model)
         self._calibration, self._config = calibration, config
@@ -116,9 +110,9 @@ class HandEyeRun:
         self._gate.rest()
 
     def run(self, wanted: int = 20) -> HandEyeResult:
-        """Take `wanted` views and return what they say. The robot rests on return.
+        """Take `wanted` views and compute the result. The robot rests on return.
 
-        Raises UsageError where the target is not seen or too few poses show it, SourceUnavailableError where
+        Raises UsageError if the target is not visible or too few poses show it, SourceUnavailableError if
         the robot is stopped or does not answer.
         """
         self._wanted = wanted
@@ -136,7 +130,7 @@ class HandEyeRun:
         self._say("computing")
         return solve(self._arrangement, self._views, self._calibration)
 
-    # -- which poses -----------------------------------------------------------------------------
+    # -- poses -----------------------------------------------------------------------------------
     def _first_guess(self, start: RobotState, target: Pose) -> Guess:
         if self._eye == "head":
             model, nothing = self._robot.model, np.zeros(0)
@@ -169,7 +163,7 @@ class HandEyeRun:
                 guess = self._known()
 
     def _near(self, start: RobotState) -> Arrangement:
-        """Return the arrangement with the arm's joints kept about the first pose."""
+        """Return the arrangement with the arm's joints limited to a range around the first pose."""
         if self._eye == "head":
             return self._arrangement
         chain: Joints = _Near(self._robot.model.arm, self._angles(start))
@@ -183,7 +177,7 @@ class HandEyeRun:
 
     # -- one view --------------------------------------------------------------------------------
     def _visit(self, goal: Vector) -> bool:
-        """Go to joint angles and look; return whether that gave a view."""
+        """Move to joint angles and take a view; return whether that succeeded."""
         if self._eye != "head" and (why_not := self._gate.obstruction(goal)):
             self._say(f"a pose is passed over: {why_not}")
             return False
@@ -206,7 +200,7 @@ class HandEyeRun:
         return True
 
     def _seen(self) -> MarkerDetection | None:
-        """Return the target once the robot has come to rest; None where it has no pose that is sure."""
+        """Return the target once the robot rests; None if its pose is missing or ambiguous."""
         self._gate.rest()
         began = self._clock()
         while self._clock() - began < SETTLE_S:
@@ -216,7 +210,7 @@ class HandEyeRun:
         return found if found is not None and found.pose is not None else None
 
     def _go(self, goal: Vector) -> bool:
-        """Go to joint angles; return whether they were reached. The robot rests on return."""
+        """Move to joint angles; return whether they were reached. The robot rests on return."""
         began = improved = self._clock()
         nearest = math.inf
         try:
@@ -236,10 +230,7 @@ class HandEyeRun:
             self._gate.rest()
 
     def _command(self, state: RobotState, goal: Vector, part: float) -> tuple[Command, float]:
-        """Return the command towards joint angles at a part of the speed, and how far away they are.
-
-        0: they are reached.
-        """
+        """Return the command towards joint angles at a fraction of the speed, and the distance left."""
         speed = part * self._config.loop.speed
         if self._eye == "head":
             off, fastest = goal - state.head, math.radians(self._config.head.fastest)
@@ -252,7 +243,7 @@ class HandEyeRun:
         metres, radians = float(np.linalg.norm(place[:3])), float(np.linalg.norm(place[3:]))
         if metres < NEAR_M and radians < NEAR:
             return Command(), 0.0
-        # Along the joints, so that no limit is met on the way; straight where only redundancy is left.
+        # Follow the joints, which keeps within their limits; go straight when only redundancy is left.
         twist = arm.jacobian(angles) @ (goal - angles)
         if np.linalg.norm(twist) < 0.3 * np.linalg.norm(place):
             twist = place
@@ -266,7 +257,7 @@ class HandEyeRun:
         return Command(hand=speed * twist / share), away
 
     def _state(self) -> RobotState:
-        """Return a fresh reading. Raises SourceUnavailableError where there is none."""
+        """Return a fresh reading. Raises SourceUnavailableError if the robot sends none."""
         began = self._clock()
         while True:
             state, now = self._robot.state(), self._clock()
@@ -296,7 +287,7 @@ class HandEyeRun:
 
 @contextmanager
 def watched(gate: CommandGate) -> Iterator[None]:
-    """Stop a robot whose commands cease, from a thread of its own, and let its guardian know that we live."""
+    """Run a watchdog thread: it stops the robot when commands cease and sends the guardian's heartbeat."""
     over = threading.Event()
 
     def watch() -> None:
@@ -314,36 +305,8 @@ def watched(gate: CommandGate) -> Iterator[None]:
         gate.halt("the calibration ended")
 
 
-class FrameLook:
-    """Looks for the configured target in the frames of an open source. Use from one thread."""
-
-    def __init__(self, grabber: FrameGrabber, config: Config, calibration: CalibrationFor) -> None:
-        """Start the source and wait for its first frame. Raises FrameTimeoutError, UsageError."""
-        self._queue = grabber.open_queue(1)
-        grabber.start()
-        first = self._queue.get(FRAME_S)
-        self.calibration = calibration(first.width, first.height)
-        "Of the frames as they come."
-        self._detector = closed_loop.detector(config, self.calibration).markers
-        self._target = config.marker.target
-
-    def close(self) -> None:
-        """Take no more frames."""
-        self._queue.close()
-
-    def __call__(self, after: float) -> MarkerDetection | None:
-        """Return the target in the first whole frame exposed after `after` (monotonic seconds)."""
-        deadline = time.monotonic() + FRAME_S
-        while time.monotonic() < deadline:
-            frame = self._queue.get(FRAME_S)
-            if frame.complete and frame.captured > after:
-                grey = np.asarray(frame.mono())
-                return Sighting(frame.captured, tuple(self._detector.detect(grey))).only(self._target)
-        raise FrameTimeoutError(f"no whole frame came within {FRAME_S:g} s")
-
-
 class _Near:
-    """A chain whose joints stay near some angles."""
+    """A chain with its joint limits narrowed to `SPAN` around given angles."""
 
     def __init__(self, chain: Joints, angles: Vector) -> None:
         self._chain = chain

@@ -15,7 +15,8 @@ from grabbergui.core.errors import SourceUnavailableError, UsageError
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config, MarkerConfig
 from grabbergui.servo.frames_ros2 import publish_frame
-from grabbergui.servo.hand_eye_run import EYES, FrameLook
+from grabbergui.servo.hand_eye_frames import TargetDetector
+from grabbergui.servo.hand_eye_run import EYES
 from grabbergui.servo.robots import teo
 from grabbergui.servo.robots.simulated import SimRobot
 from patience import until
@@ -30,7 +31,7 @@ def test_the_simulated_camera_shows_the_target_in_frames_that_are_new(eye):
     robot = SimRobot(teo.MODEL, head=closed_loop.AT_BOARD)
     camera = closed_loop.hand_eye_camera(robot, config.marker, eye)
     camera.open()
-    look = FrameLook(camera, config, closed_loop.calibration().scaled_to)
+    look = TargetDetector(camera, config, closed_loop.calibration().scaled_to)
     try:
         seen = until(lambda: look(0.0), "a view of the target")
     finally:
