@@ -1,9 +1,9 @@
-"""Bulk transfers to blocks: which requests to make, and what their completion means. No I/O.
+"""Assembles blocks from bulk transfers: chooses the requests and interprets their completion. No I/O.
 
-Requests are made ahead of the data, by the plan. A device that ends a block early (fewer valid bytes than
-planned) or loses a transfer puts the requests in flight out of step with what it sends. Then all of them are
-given up and the assembler goes on one request at a time, where each is chosen by what came before, until
-several blocks in a row have followed the plan.
+The assembler makes requests ahead of the data, by the plan. When a device ends a block early (fewer valid
+bytes than planned) or loses a transfer, the requests in flight no longer match the data. The assembler then
+gives them up and makes one request at a time, chosen by the data received before, until several blocks in a
+row have followed the plan.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from grabbergui.driver.u3v.stream_protocol import (
 )
 
 BLOCKS_TO_TRUST = 8
-"Blocks that must follow the plan before requests are made ahead again."
+"Consecutive blocks that must follow the plan before requests are made ahead again."
 
 
 class Kind(Enum):
-    """What a request expects."""
+    """Kind of transfer that a request expects."""
 
     LEADER = "leader"
     PAYLOAD = "payload"
@@ -40,52 +40,52 @@ class Kind(Enum):
 
 @dataclass(eq=False)
 class Block:
-    """A leader, a payload, a trailer; perhaps still on their way."""
+    """Leader, payload and trailer, received or still expected."""
 
     buffer: NDArray[np.uint8]
-    "Where the payload goes: 1-D, at least the plan's payload space and one packet."
+    "Memory for the payload: 1-D, at least the plan's payload space and one packet."
     dropped: bool
-    "No pooled buffer was free: the payload goes to a common scratch buffer and is lost."
+    "True if no pooled buffer was free: the payload goes to a common scratch buffer and is lost."
     leader: Leader | None = None
     trailer: Trailer | None = None
     received: int = 0
-    "Payload bytes without a gap from the start."
+    "Contiguous payload bytes from the start."
     gap: bool = False
-    "A payload transfer was short; what follows it does not count."
+    "True after a short payload transfer; later bytes do not count."
 
     @property
     def missing(self) -> int:
-        """Valid bytes that did not come."""
+        """Number of valid bytes that were not received."""
         valid = self.trailer.valid_payload_size if self.trailer else 0
         return max(valid - self.received, 0)
 
 
 @dataclass(eq=False)
 class Request:
-    """One bulk transfer to ask for."""
+    """One bulk transfer to submit."""
 
     kind: Kind
     block: Block
     view: NDArray[np.uint8]
-    "Where the bytes go; its length is a multiple of the packet size."
+    "Memory for the transfer; its length is a multiple of the packet size."
     size: int = 0
-    "Bytes that the plan has for a payload transfer."
+    "Planned bytes of a payload transfer."
 
 
 @dataclass(eq=False)
 class BlockAssembler:
-    """Makes requests and reads what they brought. One thread."""
+    """Makes requests and assembles blocks from their data. Use from one thread."""
 
     plan: TransferPlan
     take_buffer: Callable[[], NDArray[np.uint8] | None]
-    "Gives a payload buffer of `buffer_size` bytes, or None where all are in use."
+    "Returns a payload buffer of `buffer_size` bytes, or None if all are in use."
     packet_size: int = 1024
     in_step: bool = True
-    "Whether requests may be made ahead of the data."
+    "True while requests may be made ahead of the data."
     ignored: int = 0
-    "Transfers that belonged to no block."
+    "Number of transfers that belonged to no block."
     broken: int = 0
-    "Blocks that were begun and given up."
+    "Number of blocks that were begun and given up."
     _followed: int = 0
     _ahead: list[Request] = field(default_factory=list)
     _block: Block | None = None
@@ -98,11 +98,11 @@ class BlockAssembler:
 
     @property
     def buffer_size(self) -> int:
-        """Bytes of a payload buffer: the last request may be longer than its transfer."""
+        """Size of a payload buffer in bytes: the last request may be longer than its transfer."""
         return round_up(self.plan.payload_space, self.packet_size) + self.packet_size
 
     def next_request(self) -> Request:
-        """What to ask for next, following the requests given out before; when out of step, one at a time."""
+        """Return the next request after those returned before; when out of step, one at a time."""
         if not self.in_step:
             return self._request_one()
         if not self._ahead:
@@ -115,17 +115,17 @@ class BlockAssembler:
             self._ahead.append(request)
 
     def give_up(self) -> None:
-        """The requests given out and not completed are void; begin with the next leader."""
+        """Discard all requests in flight and start with the next leader."""
         self._ahead.clear()
         self._drop_block()
         self.in_step = False
         self._followed = 0
 
     def complete(self, request: Request, length: int) -> Block | None:
-        """Take a request's first `length` bytes; gives the block that they complete.
+        """Take a request's first `length` bytes; return the block that they complete, if any.
 
-        Sets `in_step` to False where they are not what the request expected: the caller cancels the
-        requests in flight and calls `give_up`.
+        Sets `in_step` to False if the request expected other data: the caller then cancels the requests in
+        flight and calls `give_up`.
         """
         head = request.view[: min(length, 64)].tobytes()
         if is_leader(head) and (request.kind is not Kind.PAYLOAD or self._is_successor(head)):
@@ -151,7 +151,7 @@ class BlockAssembler:
         return None
 
     def _begin(self, request: Request, head: bytes) -> None:
-        """A leader came, expected or in place of the end of the block before."""
+        """Begin a block with a leader, which may have arrived in place of the previous block's end."""
         expected = request.kind is Kind.LEADER
         if self._block is not None:
             self._drop_block()
@@ -186,7 +186,7 @@ class BlockAssembler:
         return block
 
     def _is_successor(self, head: bytes) -> bool:
-        """Whether what came for a payload transfer is the next block's leader rather than pixels."""
+        """Return whether a payload transfer brought the next block's leader instead of pixels."""
         try:
             leader = Leader.decode(head)
         except RemoteProtocolError:
@@ -243,6 +243,6 @@ class BlockAssembler:
 
 
 def _closes(head: bytes, block: Block) -> bool:
-    """Whether what begins as a trailer is that of this block."""
+    """Return whether data that begin like a trailer are the trailer of this block."""
     assert block.leader is not None
     return Trailer.decode(head, block.leader.payload_type).block_id == block.leader.block_id

@@ -121,14 +121,14 @@ def string(data: bytes) -> str:
 
 @dataclass(frozen=True)
 class StreamRequirements:
-    """What the device needs of the stream's transfers (SIRM 0x00 to 0x17)."""
+    """The device's requirements for stream transfers (SIRM 0x00 to 0x17)."""
 
     FORMAT: ClassVar[struct.Struct] = struct.Struct("<IIQII")
 
     alignment: int
     "Every payload transfer size must be a multiple of this; a power of two."
     enabled: bool
-    "Whether the stream is on, perhaps since a former host died."
+    "True while the stream is on, perhaps left on by a host that died."
     payload_size: int
     leader_size: int
     trailer_size: int
@@ -149,7 +149,7 @@ class StreamRequirements:
         return cls(1 << exponent, enabled, payload_size, leader_size, trailer_size)
 
     def encode(self) -> bytes:
-        """The device's side of `decode`."""
+        """Return the device's side of `decode`."""
         info = (self.alignment.bit_length() - 1) << 24
         return self.FORMAT.pack(
             info, int(self.enabled), self.payload_size, self.leader_size, self.trailer_size
@@ -180,7 +180,7 @@ class ManifestEntry:
     "Of the file as stored; zeros where not given."
 
     def encode(self) -> bytes:
-        """The entry's 64 bytes."""
+        """Return the entry's 64 bytes."""
         major, minor, subminor = self.version
         kind = self.schema[0] << 24 | self.schema[1] << 16 | self.file_format << 10 | self.file_type
         return self.FORMAT.pack(subminor, minor, major, kind, self.address, self.size, self.sha1)
@@ -203,7 +203,7 @@ class ManifestEntry:
 
 
 def best_description(entries: list[ManifestEntry]) -> ManifestEntry:
-    """The device's description of the highest version. Raises RemoteProtocolError where there is none."""
+    """Return the device's newest description file. Raises RemoteProtocolError if there is none."""
     candidates = [entry for entry in entries if entry.file_type == ManifestEntry.DEVICE_XML]
     if not candidates:
         raise RemoteProtocolError(f"none of the manifest's {len(entries)} files is a GenICam description")
@@ -216,7 +216,7 @@ LARGEST_STORED = 16 << 20
 
 
 def read_description(read: Callable[[int, int], bytes], manifest_address: int) -> bytes:
-    """The XML of a device whose memory `read(address, length)` gives.
+    """Return the XML of a device whose memory `read(address, length)` gives.
 
     Raises RemoteProtocolError for a manifest or file that makes no sense, and what `read` raises.
     """

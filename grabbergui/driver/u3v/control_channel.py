@@ -20,14 +20,14 @@ from grabbergui.driver.u3v.gencp import (
 )
 
 TRIES = 3
-"How often a command is sent before it is given up."
+"Number of times a command is sent before it is given up."
 SHORTEST_RESPONSE_TIME = 0.2
-"Seconds; some devices announce less than they then need."
+"Seconds; some devices announce less time than they need."
 LONGEST_RESPONSE_TIME = 5.0
 BUSY_PAUSE = 0.05
-"Seconds before a command that met a busy device is sent again."
+"Seconds before a command is sent again to a busy device."
 LONGEST_PENDING = 60.0
-"Seconds that a device may put a command off by pending acknowledges, altogether."
+"Longest total time in seconds for which pending acknowledges may delay a command."
 
 
 @dataclass
@@ -57,7 +57,7 @@ class ControlChannel:
 
     @property
     def deadline(self) -> float:
-        """When `expire` is due. Raises LocalProtocolError where nothing is outstanding."""
+        """Time at which `expire` is due. Raises LocalProtocolError if no command is outstanding."""
         return self._current().deadline
 
     def set_maximum_response_time(self, milliseconds: int) -> None:
@@ -65,7 +65,7 @@ class ControlChannel:
         self.response_time = min(max(milliseconds / 1000, SHORTEST_RESPONSE_TIME), LONGEST_RESPONSE_TIME)
 
     def begin(self, command: CommandId, data: bytes, now: float) -> bytes:
-        """The transfer that carries a command. Raises LocalProtocolError while another is outstanding."""
+        """Return a command's transfer. Raises LocalProtocolError while another command is outstanding."""
         if self._outstanding is not None:
             raise LocalProtocolError("GenCP takes one command at a time")
         self._outstanding = _Outstanding(
@@ -74,7 +74,7 @@ class ControlChannel:
         return self._encode(self._outstanding)
 
     def receive(self, transfer: bytes, now: float) -> Packet | None:
-        """The acknowledge, or None where this transfer was not it: go on receiving.
+        """Return the acknowledge, or None where this transfer was not it: go on receiving.
 
         Raises DeviceStatusError for an error status; the command is over then, too.
         """
@@ -106,7 +106,7 @@ class ControlChannel:
         return packet
 
     def expire(self) -> bytes:
-        """The same command with a new id, to be sent when `deadline` has passed.
+        """Return the same command with a new id, to be sent when `deadline` has passed.
 
         Raises AckTimeoutError when it was sent often enough. A late answer to the former id is ignored.
         """

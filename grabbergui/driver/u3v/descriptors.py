@@ -1,4 +1,4 @@
-"""What marks a USB device as a USB3 Vision camera: interface classes and the device-info descriptor."""
+"""USB descriptors of a USB3 Vision camera: interface classes and the device-info descriptor."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class DeviceInfoDescriptor:
     "Bits: 0 low, 1 full, 2 high, 3 super, 4 super-plus."
 
     def encode(self) -> bytes:
-        """The descriptor's 20 bytes."""
+        """Return the descriptor's 20 bytes."""
         return self.FORMAT.pack(
             self.FORMAT.size,
             CLASS_SPECIFIC_INTERFACE,
@@ -77,7 +77,7 @@ class DeviceInfoDescriptor:
 
     @classmethod
     def find(cls, extra: bytes) -> DeviceInfoDescriptor | None:
-        """The first one among the descriptors that follow an interface's, if any is whole."""
+        """Return the first one among the descriptors that follow an interface's, if any is whole."""
         head = bytes((CLASS_SPECIFIC_INTERFACE, DEVICE_INFO_SUBTYPE))
         whole = (
             descriptor
@@ -89,7 +89,7 @@ class DeviceInfoDescriptor:
 
 
 def split(descriptors: bytes) -> Iterator[bytes]:
-    """Each descriptor of a chain; ends quietly where a length makes no sense."""
+    """Yield each descriptor of a chain; stop at an invalid length."""
     position = 0
     while position + 2 <= len(descriptors):
         length = descriptors[position]

@@ -69,7 +69,7 @@ class U3vDevice(Device):
         """
         self.info = DeviceInfo(uri=f"u3v:{name}", bus="USB3 Vision")
         self._met = False
-        "Whether `info` is what a camera said of itself."
+        "True once `info` comes from the camera itself."
         self._name = name
         self._backend = backend
         self._largest_transfer = largest_transfer
@@ -88,14 +88,14 @@ class U3vDevice(Device):
         self._eirm_address = 0
         self._has_clock = False
         self._lost = ""
-        "Why the camera is gone, once it is."
+        "Reason for the loss of the camera; empty while it is connected."
         self._lost_lock = threading.Lock()
         self._at_exit: Callable[[], None] | None = None
 
     # -- connection ------------------------------------------------------------------------------
     @override
     def open(self, access: Access) -> Access:
-        """The claim is exclusive, so MONITOR also keeps others out."""
+        """Open the camera. The USB claim is exclusive, so MONITOR also keeps others out."""
         if self._handle is not None:
             return self._access
         camera = find_camera(self._name, self._backend, self.info if self._met else None)
@@ -199,7 +199,7 @@ class U3vDevice(Device):
             )
         except DeviceLostError:
             raise
-        except GrabberError as error:  # whatever is wrong with it, the camera does without
+        except GrabberError as error:  # the camera is usable without its clock
             self._has_clock = False
             log.info("%s: its clock cannot be read: %s", self.info.title, error)
 

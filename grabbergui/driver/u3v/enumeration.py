@@ -55,9 +55,9 @@ def default_backend() -> Any | None:
 
 
 def _look_again() -> None:
-    """Begin a new context where libusb missed devices that came or went.
+    """Create a new context if libusb cannot notice that devices were plugged in or out.
 
-    It hears of them through udev, which containers and small systems lack.
+    libusb learns of them through udev, which containers and small systems lack.
     """
     global _looked_at
     if not sys.platform.startswith("linux") or _UDEV_CONTROL.exists():
@@ -111,16 +111,16 @@ class UsbCamera:
     stream: BulkInterface | None
 
     def answers_to(self, name: str) -> bool:
-        """Whether a URI's name means this one: its serial number, GUID, user name or place on the bus."""
+        """Return whether a URI's name means this camera, by serial number, GUID, user name or bus address."""
         names = (self.info.serial, self.guid, self.info.user_name, self.info.address)
         return name.lower() in (known.lower() for known in names if known)
 
 
 def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
-    """All cameras on `backend` (libusb by default), in the order of the buses.
+    """Return all cameras on `backend` (libusb by default), in the order of the buses.
 
-    A device that cannot be opened is listed with a note that says why. Raises SourceUnavailableError where
-    there is no libusb.
+    A device that cannot be opened is listed with a note about the reason. Raises SourceUnavailableError if
+    libusb is missing.
     """
     backend = backend if backend is not None else default_backend()
     if backend is None:
@@ -267,7 +267,7 @@ def _strings(device: Any, indices: dict[str, int]) -> Iterator[tuple[str, str]]:
 
 
 def _system_strings(place: str) -> Iterator[tuple[str, str]]:
-    """What Linux read when the device was plugged in."""
+    """Yield names and serial number that Linux read when the device was plugged in."""
     folder = Path("/sys/bus/usb/devices") / place
     for name, file in (("vendor", "manufacturer"), ("model", "product"), ("serial", "serial")):
         with contextlib.suppress(OSError):

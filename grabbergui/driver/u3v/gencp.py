@@ -28,7 +28,7 @@ SMALLEST_ACKNOWLEDGE = HEADER_SIZE + 4
 
 
 class CommandId(IntEnum):
-    """What a packet is; an acknowledge is its command plus one."""
+    """Command id of a packet; an acknowledge has the id of its command plus one."""
 
     READMEM = 0x0800
     READMEM_ACK = 0x0801
@@ -63,7 +63,7 @@ class Status(IntEnum):
 
 
 def status_text(status: int) -> str:
-    """A status for people: `0x8003 (invalid address)`."""
+    """Return a human-readable status: `0x8003 (invalid address)`."""
     try:
         return f"0x{status:04X} ({Status(status).name.lower().replace('_', ' ')})"
     except ValueError:
@@ -91,7 +91,7 @@ class Packet:
         return self.flags
 
     def encode(self) -> bytes:
-        """The whole transfer. Raises LocalProtocolError for what does not fit the header."""
+        """Return the whole transfer. Raises LocalProtocolError for what does not fit the header."""
         try:
             header = self.HEADER.pack(PREFIX, self.flags, self.command, len(self.data), self.request_id)
         except struct.error as error:
@@ -157,7 +157,7 @@ def reserved_and_value(value: int) -> bytes:
 
 
 def parse_reserved_and_value(data: bytes) -> int:
-    """The value of a WRITEMEM or PENDING acknowledge. Raises RemoteProtocolError."""
+    """Return the value of a WRITEMEM or PENDING acknowledge. Raises RemoteProtocolError."""
     if len(data) < _RESERVED_AND_VALUE.size:
         raise RemoteProtocolError(
             f"acknowledge has {len(data)} bytes of data, not {_RESERVED_AND_VALUE.size}"
@@ -179,14 +179,14 @@ class Event:
     data: bytes = b""
 
     def encode(self, request_id: int, *, multi_event: bool = False) -> bytes:
-        """A packet with this one event, also what GenApi's EventAdapterU3V takes."""
+        """Return a packet with this one event, also what GenApi's EventAdapterU3V takes."""
         size = self.RECORD.size + len(self.data)
         record = self.RECORD.pack(size if multi_event else 0, self.event_id, self.timestamp) + self.data
         return Packet.HEADER.pack(EVENT_PREFIX, 0, CommandId.EVENT, len(record), request_id) + record
 
 
 def decode_events(transfer: bytes) -> list[Event]:
-    """The events of one transfer: one, or several where multi-event is enabled.
+    """Return the events of one transfer: one, or several where multi-event is enabled.
 
     Raises RemoteProtocolError where lengths contradict each other; nothing of the packet is used then.
     """

@@ -80,7 +80,7 @@ class LibusbQueue(TransferQueue):
         return True
 
     def wait(self, timeout: float) -> Completion | None:
-        """The oldest request, completed."""
+        """Return the oldest request, completed."""
         if not self._in_flight:
             return None
         transfer, request = self._in_flight[0]
@@ -172,7 +172,7 @@ class LibusbQueue(TransferQueue):
 
 
 def _window(view: NDArray[np.uint8]) -> ctypes.Array[ctypes.c_char]:
-    """The array's memory, without a hold on it; the request in flight has that.
+    """Return the array's memory, without a hold on it; the request in flight has that.
 
     python-libusb1 leaves a reference cycle at each transfer. With the array in it, a frame's buffer would
     come back to its pool only when Python next looks for such cycles.

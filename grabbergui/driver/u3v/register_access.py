@@ -68,11 +68,11 @@ class RegisterAccess:
                 self._write_piece(address + start, data[start : start + step])
 
     def read_u32(self, address: int) -> int:
-        """A little-endian register of four bytes."""
+        """Return a little-endian register of four bytes."""
         return int.from_bytes(self.read(address, 4), "little")
 
     def read_u64(self, address: int) -> int:
-        """A little-endian register of eight bytes."""
+        """Return a little-endian register of eight bytes."""
         return int.from_bytes(self.read(address, 8), "little")
 
     def write_u32(self, address: int, value: int) -> None:

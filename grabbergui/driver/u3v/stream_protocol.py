@@ -21,13 +21,13 @@ SMALLEST_TRAILER = 28
 EXTENDED_CHUNK_TRAILER_SIZE = 36
 
 USUAL_LEADER_SPACE = 1024
-"Where a device says 0 for its leader or trailer size."
+"Leader or trailer size for a device that reports 0."
 LARGEST_PAYLOAD = 1 << 29
 "Bytes; more is a broken register rather than a picture."
 
 
 class PayloadType(IntEnum):
-    """What a block holds; bit 14: chunks."""
+    """Payload type of a block; bit 14 marks chunk data."""
 
     IMAGE = 0x0001
     GENDC_CONTAINER = 0x1001
@@ -41,7 +41,7 @@ _WITH_GEOMETRY = (PayloadType.IMAGE, PayloadType.IMAGE_EXTENDED_CHUNK)
 
 @dataclass(frozen=True)
 class Leader:
-    """What opens a block."""
+    """First transfer of a block."""
 
     GENERIC: ClassVar[struct.Struct] = struct.Struct("<IHHQHHQ")
     IMAGE: ClassVar[struct.Struct] = struct.Struct("<IIIIIHH")
@@ -72,7 +72,7 @@ class Leader:
         return bool(self.payload_type & 0x4000)
 
     def encode(self, size: int = 0) -> bytes:
-        """The leader, padded with zeros to `size`."""
+        """Return the leader, padded with zeros to `size`."""
         length = IMAGE_LEADER_SIZE if self.has_geometry else SMALLEST_LEADER
         data = self.GENERIC.pack(
             LEADER_PREFIX, 0, length, self.block_id, 0, self.payload_type, self.timestamp
@@ -101,7 +101,7 @@ class Leader:
 
 @dataclass(frozen=True)
 class Trailer:
-    """What closes a block."""
+    """Last transfer of a block."""
 
     GENERIC: ClassVar[struct.Struct] = struct.Struct("<IHHQHHQ")
 
@@ -115,7 +115,7 @@ class Trailer:
     chunk_layout_id: int = 0
 
     def encode(self, payload_type: int, size: int = 0) -> bytes:
-        """The trailer of a block of this type, padded with zeros to `size`."""
+        """Return the trailer of a block of this type, padded with zeros to `size`."""
         fields = [self.chunk_layout_id] if payload_type == PayloadType.CHUNK else [self.size_y or 0]
         if payload_type == PayloadType.IMAGE_EXTENDED_CHUNK:
             fields.append(self.chunk_layout_id)
@@ -141,17 +141,17 @@ class Trailer:
 
 
 def is_leader(data: bytes) -> bool:
-    """Whether a transfer begins as a leader does."""
+    """Return whether a transfer begins as a leader does."""
     return len(data) >= SMALLEST_LEADER and data[:4] == LEADER_PREFIX.to_bytes(4, "little")
 
 
 def is_trailer(data: bytes) -> bool:
-    """Whether a transfer begins as a trailer does."""
+    """Return whether a transfer begins as a trailer does."""
     return len(data) >= SMALLEST_TRAILER and data[:4] == TRAILER_PREFIX.to_bytes(4, "little")
 
 
 def round_up(value: int, unit: int) -> int:
-    """The next multiple of `unit`."""
+    """Return the next multiple of `unit`."""
     return -(-value // unit) * unit
 
 
@@ -184,7 +184,7 @@ class TransferPlan:
         return self.transfer_size * self.transfer_count + self.final_1 + self.final_2
 
     def encode(self) -> bytes:
-        """The six registers, 24 bytes."""
+        """Return the six registers, 24 bytes."""
         return self.FORMAT.pack(
             self.leader_size,
             self.transfer_size,
@@ -205,7 +205,7 @@ class TransferPlan:
     def for_device(
         cls, needs: StreamRequirements, largest_transfer: int, packet_size: int = 1024
     ) -> TransferPlan:
-        """The plan for a device's requirements, in transfers of at most `largest_transfer` bytes.
+        """Return the plan for a device's requirements, in transfers of at most `largest_transfer` bytes.
 
         Full transfers are multiples of the alignment and of USB's packet; the rest is one transfer, rounded
         up to the alignment. Raises RemoteProtocolError for a payload beyond reason.

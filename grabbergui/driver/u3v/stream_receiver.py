@@ -77,7 +77,7 @@ class StreamReceiver:
             self._thread.join()
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot of the counters. Any thread."""
+        """Return a snapshot of the counters. Any thread."""
         snapshot = StreamStatistics(**vars(self._statistics))
         snapshot.packets_ignored = self._assembler.ignored
         snapshot.frame_rate, snapshot.bandwidth = self._meter.rates()

@@ -25,22 +25,22 @@ log = logging.getLogger(__name__)
 
 
 class Outcome(Enum):
-    """How a transfer ended."""
+    """Result of a transfer."""
 
     DONE = "done"
     HALTED = "halted"
     "The device stalled the endpoint."
     FAILED = "failed"
-    "An error on the bus, or more bytes than were asked for."
+    "Bus error, or more bytes than requested."
 
 
 @dataclass(frozen=True)
 class Completion:
-    """A request that is over."""
+    """A finished request."""
 
     request: Request
     length: int
-    "Bytes that came."
+    "Bytes received."
     outcome: Outcome = Outcome.DONE
 
 
@@ -48,7 +48,7 @@ class TransferQueue(ABC):
     """Bulk requests in. One thread, except for `wake`."""
 
     depth: int
-    "How many requests it may hold."
+    "Largest number of requests in the queue."
 
     def __init__(self) -> None:
         self.held = 0
@@ -64,7 +64,7 @@ class TransferQueue(ABC):
 
     @abstractmethod
     def wait(self, timeout: float) -> Completion | None:
-        """The oldest request, completed; None after about `timeout` seconds. Raises DeviceLostError."""
+        """Return the oldest request once completed; None after about `timeout` s. Raises DeviceLostError."""
 
     @abstractmethod
     def cancel(self) -> None:
@@ -148,7 +148,7 @@ class SynchronousQueue(TransferQueue):
 
 
 def open_queue(camera: UsbCamera, handle: UsbHandle, depth: int) -> TransferQueue:
-    """The best queue there is: asynchronous over libusb, synchronous where that cannot be had.
+    """Return the best queue there is: asynchronous over libusb, synchronous where that cannot be had.
 
     Raises AccessDeniedError, DeviceLostError, TransportError.
     """
@@ -171,7 +171,7 @@ def open_queue(camera: UsbCamera, handle: UsbHandle, depth: int) -> TransferQueu
 
 
 def _libusb_of(backend: Any) -> str | None:
-    """The path of the libusb that a pyusb backend runs on; None for a simulated bus."""
+    """Return the path of the libusb that a pyusb backend runs on; None for a simulated bus."""
     if not isinstance(backend, usb.backend.libusb1._LibUSB):
         return None
     name: str = backend.lib._name

@@ -40,7 +40,7 @@ class UsbTimeoutError(TransportError):
 
 
 def permission_denied(name: str) -> AccessDeniedError:
-    """What to do when the system refuses us a device."""
+    """Return the error for a device that the system does not let us open, with advice."""
     return AccessDeniedError(
         f"no permission to open {name}: run `{sudo_command('setup', 'udev')}`, then plug the camera in again"
     )
@@ -132,7 +132,7 @@ class UsbHandle:
             raise TransportError(f"{self.name} took {sent} of {len(data)} bytes")
 
     def read_into(self, endpoint: int, interface: int, view: NDArray[np.uint8], timeout: float) -> int:
-        """One bulk transfer in, at most as long as `view`; gives its length. Raises as `write`."""
+        """Read one bulk transfer of at most `len(view)` bytes; return its length. Raises as `write`."""
         with translated(self.name):
             length: int = self._backend.bulk_read(
                 self._handle, endpoint, interface, _Window(view), _milliseconds(timeout)
@@ -140,9 +140,9 @@ class UsbHandle:
         return length
 
     def read_whole(self, endpoint: int, interface: int, view: NDArray[np.uint8], timeout: float) -> int:
-        """As `read_into`, but a transfer that has begun is read to its end whatever the time.
+        """Like `read_into`, but read a transfer that has begun to its end, past the timeout if necessary.
 
-        Without this, a time-out in the middle of a long transfer would look like its end.
+        Otherwise a timeout in the middle of a long transfer would look like its end.
         """
         length = 0
         while True:
@@ -166,7 +166,7 @@ class UsbHandle:
             )
 
     def is_present(self) -> bool:
-        """Whether the device still answers on endpoint 0."""
+        """Return whether the device still answers on endpoint 0."""
         try:
             with translated(self.name):
                 self._backend.ctrl_transfer(

@@ -99,9 +99,9 @@ class BlockAssembler:
             self._note_received(block, only, 1, packet_id, header.sent_again, now)
 
     def receive_rows(self, rows: NDArray[np.uint8], now: float, at: NDArray[np.intp] | None = None) -> None:
-        """Take datagrams of equal length, one a row of (n, length): as `receive` one by one, but faster.
+        """Take datagrams of equal length, one per row of (n, length): like `receive` for each, but faster.
 
-        `at` says which rows, in the order of arrival; None: all.
+        `at` holds the indices of the rows to take in the order of arrival; None means all.
         """
         headers = rows[slice(None) if at is None else at, : PacketHeader.EXTENDED.size]
         at = np.arange(len(rows)) if at is None else at

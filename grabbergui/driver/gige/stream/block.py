@@ -71,15 +71,15 @@ _ALL_IN_SIZES: dict[int, tuple[int, int]] = {
 class Block:
     """The packets of one block. Packet ids: 0 is the leader, then payload packets, the trailer is last.
 
-    `store` and `store_rows` copy packets into the buffer, `note_received` keeps account of them. When no more
-    are expected, `close` and `extract_payload` make the result: `leader`, `payload`, `height`, `complete`,
+    `store` and `store_rows` copy packets into the buffer, `note_received` counts them. When no more packets
+    are expected, `close` and `extract_payload` set the result: `leader`, `payload`, `height`, `complete`,
     `missing_bytes`.
     """
 
     def __init__(
         self, header: PacketHeader, layout: Layout, buffer: NDArray[np.uint8] | None, now: float
     ) -> None:
-        """Begin the block of a packet; `buffer` is None where none was free: the block is only counted."""
+        """Begin the block of a packet. `buffer` is None if none was free: the block is then only counted."""
         self.block_id = header.block_id
         self.extended = header.extended
         self.layout = layout
@@ -87,12 +87,12 @@ class Block:
         self.first_packet_at = now
         self.last_packet_at = now
         self.leader: Leader | None = None
-        "In the result of an incomplete block perhaps that of the block before."
+        "For an incomplete block this may be the leader of the previous block."
         self.trailer: Trailer | None = None
         self.trailer_id: int | None = None
         "Packet id of the trailer, once received."
         self.refused = False
-        "Whether it is no image, or larger than the buffer: none of it is stored or requested."
+        "True if the block is no image or exceeds the buffer: nothing is stored, no resend is requested."
         self.received = np.zeros(layout.max_payload_packets + 2, np.uint8)
         "1 for each packet received, by packet id."
         self.received_count = 0
@@ -258,34 +258,34 @@ class Block:
 
     # -- account ---------------------------------------------------------------------------------
     def has(self, packet_id: int) -> bool:
-        """Whether a packet was received."""
+        """Return whether a packet was received."""
         return packet_id < len(self.received) and bool(self.received[packet_id])
 
     def make_room(self, packets: int) -> None:
-        """Let `received` cover at least so many packets."""
+        """Grow `received` to at least `packets` entries."""
         if packets > len(self.received):
             self.received = grown(self.received, packets)
 
     def note_received(self, ids: Ids, count: int, highest: int, now: float) -> None:
-        """Note `count` packets, none received before; `received` covers the `highest` of them."""
+        """Record `count` new packets; `received` must already cover the `highest` of them."""
         self.received[ids] = 1
         self.received_count += count
         self.highest = max(self.highest, highest)
         self.last_packet_at = now
 
     def missing(self, end: int) -> NDArray[np.intp]:
-        """Ids up to and including `end` of packets not received."""
+        """Return the ids of missing packets up to and including `end`."""
         self.make_room(end + 1)
         ids: NDArray[np.intp] = np.flatnonzero(self.received[: end + 1] == 0)
         return ids
 
     @property
     def only_leader(self) -> bool:
-        """Whether only the leader was received: some devices send it when acquisition starts."""
+        """Whether only the leader was received: some devices send one when acquisition starts."""
         return self.received_count == 1 and self.leader is not None and self.trailer is None
 
     def payload_packets(self) -> int | None:
-        """Number of the block's payload packets; None while unknown."""
+        """Return the number of the block's payload packets; None while unknown."""
         if self.trailer_id is not None:
             return self.trailer_id - 1
         leader = self.leader
@@ -296,7 +296,7 @@ class Block:
         return -(-leader.payload_bytes // self.layout.stride)
 
     def last_packet_id(self) -> int:
-        """Packet id of the trailer, at most, while neither leader nor trailer says it."""
+        """Return the trailer's packet id, or an upper bound until leader or trailer determine it."""
         if self.trailer_id is not None:
             return self.trailer_id
         packets = self.payload_packets()
@@ -312,7 +312,7 @@ class Block:
         return (most if packets is None else packets) + 1
 
     def all_received(self) -> bool:
-        """Whether all that matters was received; only the trailer may lack, where it has nothing to add."""
+        """Return whether the block is complete; a trailer without information of its own may be missing."""
         if self.leader is None or self.refused:
             return False
         if self.trailer_id is not None:

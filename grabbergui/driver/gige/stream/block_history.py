@@ -74,7 +74,7 @@ class BlockHistory:
         self._last = self._late_leader = None
 
     def _restarted(self, header: PacketHeader, steps: int) -> bool:
-        """Whether ids restarted a short way back: two leaders in a row show it."""
+        """Return whether ids restarted a short way back: two leaders in a row show it."""
         if header.format not in (PacketFormat.LEADER, PacketFormat.ALL_IN):
             return False
         if steps > 0:

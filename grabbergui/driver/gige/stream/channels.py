@@ -21,7 +21,7 @@ ALL_CHANNELS = -1
 def chosen_channels(memory: DeviceMemory, wanted: int) -> Sequence[int]:
     """Return the indices that `wanted` means for this device. Raises UsageError, and as registers do."""
     if wanted == 0:
-        return (0,)  # every device that streams has it, whatever its register says
+        return (0,)  # every streaming device has channel 0, even if its register claims otherwise
     count = memory.read_register(Register.STREAM_CHANNELS) & STREAM_CHANNELS_MASK
     if wanted == ALL_CHANNELS:
         return range(max(count, 1))
@@ -32,7 +32,7 @@ def chosen_channels(memory: DeviceMemory, wanted: int) -> Sequence[int]:
 
 
 class Streams:
-    """One stream or several, until closed. `Frame.stream_channel` says which a frame is from."""
+    """One or several open streams. `Frame.stream_channel` is the channel that a frame arrived on."""
 
     def __init__(self, channels: Sequence[Stream]) -> None:
         """Take at least one channel."""

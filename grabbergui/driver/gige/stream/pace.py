@@ -1,4 +1,4 @@
-"""How long to let packets gather: fewer, larger batches cost less, as long as no buffer runs over."""
+"""Pace of reading packets: fewer, larger batches cost less, as long as no buffer overflows."""
 
 from __future__ import annotations
 
@@ -7,57 +7,57 @@ import math
 from grabbergui.driver.gige.stream.sockets import kernel_bytes
 
 LONGEST_PAUSE = 0.03
-"Seconds. A wake-up costs about as much as a hundred packets; lost ones are requested only after it."
+"Seconds. A wake-up costs as much as about a hundred packets; lost packets are requested only after it."
 SHORTEST_PAUSE = 0.0002
-"Seconds; less is not worth the wake-up."
+"Seconds; a shorter pause is not worth the wake-up."
 LAST_PAUSE = 0.001
-"Seconds before a block's end at which waiting packets are taken, so that little work is left at the end."
+"Seconds before a block's end at which queued packets are read, so that little work is left at the end."
 MOST_USUALLY_LATE = 0.0003
-"Seconds by which the last pause is shortened at most: packets that arrive then are taken one by one."
+"Largest reduction of the last pause in seconds: later packets are read one by one."
 FASTEST = 600e6
-"""Bytes a second, as the kernel counts: packets that always arrive faster gather by themselves while others
-are taken. A burst is waited for all the same if the camera rests after it."""
+"""Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
+others are read. We still wait for a burst if the camera rests after it."""
 BUFFER_SHARE = 0.25
-"Of the socket's buffer that may fill meanwhile, with how late a pause may end, and"
+"Share of the socket's buffer that may fill during a pause, including a late end of the pause."
 PAUSE_SHARE = 1 / 16
-"how much in the pause alone: if every pause ends late, taking packets one by one would not help."
+"Share that may fill in the pause alone: if every pause ends late, reading packets singly would not help."
 BURST_SPAN = 0.0002
 "Seconds; over a shorter span no burst is measured."
 LEAST_SPAN = 0.0005
 "Seconds; over a shorter span no rate is measured."
 STEADY_SPAN = 0.002
-"Seconds within a block over which a burst weighs little, so that the rate predicts the block's end."
+"Seconds within a block after which bursts average out, so that the rate predicts the block's end."
 FALL, STEADY_FALL = 0.005, 0.02
-"Weight of a rate below the known one: a sender that stalled goes on as fast as before."
+"Weight of a rate below the known one: a sender resumes at full speed after a stall."
 RISE = 2.0
-"""Times the known rate that a higher one counts for, and at once, since no buffer must run over. Not more: a
-thread that was delayed sees packets arrive faster than they do."""
+"""Largest immediate increase of the known rate, as a factor: fast, because no buffer may overflow, but
+limited, because a delayed thread sees packets arrive faster than they do."""
 HALF_LIFE = 1.0
-"Seconds in which half is forgotten of how late pauses ended."
+"Half-life in seconds of the memory of how late pauses ended."
 
 
 class Pace:
-    """Learns the rate of a stream's packets, and decides how long to wait for the next batch."""
+    """Learns a stream's packet rate and decides how long to wait for the next batch."""
 
     def __init__(self, buffer_bytes: int, most_packets: int) -> None:
         """`buffer_bytes` as the kernel counts; `most_packets` are taken in one batch."""
         self._buffer_bytes = buffer_bytes
         self._most_packets = most_packets
         self._peak = 0.0
-        "Packets a second within a block, bursts and all: what the buffer must hold."
+        "Peak packets per second within a block, bursts included; it determines the buffer's reserve."
         self._rate = 0.0
-        "The same over a longer time: it predicts the block's end."
+        "Packets per second over a longer time; it predicts the block's end."
         self._mean = 0.0
-        "The same with the time between blocks; 0 while that is not known."
+        "Packets per second including the time between blocks; 0 while unknown."
         self._ended = 0.0
-        "When the last block had ended, and"
+        "Time at which the last block ended."
         self._since_end = 0
-        "how many packets arrived since."
+        "Packets received since the last block ended."
         self._since: float | None = None
-        "From when on `_packets` of a block are counted; None between blocks."
+        "Time from which `_packets` of a block are counted; None between blocks."
         self._packets = 0
         self._looked_at = 0.0
-        "Time of the last read: packets that arrived since are not counted yet."
+        "Time of the last read; later packets are not counted yet."
         self._late = 0.0
         "Seconds by which pauses ended late: on a busy machine a thread waits for a processor."
         self._usually_late = 0.0

@@ -59,7 +59,7 @@ _NOTHING: Final = [(_RETURN, 0, 0, 0)]
 
 
 def usable(interface: Interface, packet_size: int) -> bool:
-    """Whether packets of this size arrive whole, on a processor that keeps the order of stores."""
+    """Return whether packets of this size arrive whole, on a processor that keeps the order of stores."""
     known = sys.platform == "linux" and platform.machine() == "x86_64"
     return known and packet_size <= interface.mtu
 

@@ -23,9 +23,9 @@ _ID_BITS = np.uint64(24)
 _ID_MASK = np.uint64((1 << 24) - 1)
 _EXTENDED = np.uint64(EXTENDED_BIT << 24)
 _RESENT = np.uint64(Status.PACKET_RESEND << 48)
-"The status of a packet that is sent again."
+"Status of a resent packet in a standard header."
 _EXTENDED_RESENT = np.uint64(Status.PACKET_RESEND << 48 | FLAG_RESEND << 32)
-"The same, or the flag that says it."
+"Status of a resent packet in an extended header, or its resend flag."
 
 
 class PacketRun(NamedTuple):
@@ -36,7 +36,7 @@ class PacketRun(NamedTuple):
     ids: NDArray[np.intp]
     "Packet ids in the order of arrival."
     resent: NDArray[np.bool_]
-    "Which of them the device flags as sent again."
+    "True for each packet that the device flags as resent."
     lowest: int
     highest: int
     increasing: bool
@@ -94,7 +94,7 @@ def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
 
 
 def _in_order(rows: NDArray[np.uint8], words: NDArray[np.uint64]) -> bool:
-    """Whether packets follow each other and none is flagged as resent, as nearly all on a good network."""
+    """Return whether the packets are consecutive and none is resent, the usual case on a good network."""
     extended = bool(words[0] & _EXTENDED)
     if words[0] & (_EXTENDED_RESENT if extended else _RESENT):
         return False

@@ -36,7 +36,7 @@ USUAL_SIZES = (9000, 8228, 4088, 1500, 1400, SMALLEST)
 
 @dataclass(frozen=True)
 class PacketSizePolicy:
-    """Which packet size to use: the camera's (`keep`), the best (`auto`), or a number of bytes."""
+    """Requested packet size: the camera's (`keep`), the best (`auto`), or a number of bytes."""
 
     mode: str = "auto"
     size: int = 0
@@ -103,7 +103,7 @@ class PacketSizer:
         return self._set(min(current, limit)) if current > limit or can_test else current
 
     def _test(self, size: int, receiver: socket.socket, device_ip: str) -> bool:
-        """Whether a test packet of `size` bytes, not to be fragmented, arrives."""
+        """Return whether a test packet of `size` bytes, not to be fragmented, arrives."""
         flags = PacketSizeFlag.FIRE_TEST_PACKET | PacketSizeFlag.DO_NOT_FRAGMENT
         for _ in range(TEST_TRIES):
             try:

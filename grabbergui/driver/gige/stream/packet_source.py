@@ -104,7 +104,7 @@ class PacedSource(DatagramSource):
         self._pace.took(packets, now, more=assembler.block_in_progress)
 
     def _overrun(self, statistics: StreamStatistics) -> bool:
-        """Whether packets arrive faster than they are taken. By CPU time: other programs need some too."""
+        """Return whether packets arrive faster than we take them (by CPU time, as other programs run too)."""
         worked = time.thread_time()
         if not self._drained and worked - self._busy_since <= OVERRUN:
             return False

@@ -1,9 +1,9 @@
-"""When to request lost packets again, and when to stop: part of the sans-I/O stream protocol.
+"""Requests for lost packets: when to send them and when to stop. Part of the sans-I/O stream protocol.
 
-A packet that others overtook arrives by itself: the usual delay of such packets is learned, and a gap is left
-alone for that long. A device answers as fast as it can, and a busy or distant one is slow. So the wait before
-a packet is requested once more is learned from the answers, as TCP learns it, and doubles with each try; and
-the number of unanswered requests is limited. Asking a slow device more often would make it slower still.
+A packet that others overtook arrives by itself, so the protocol learns the usual delay of such packets and
+requests nothing from a gap before it has passed. A busy or distant device answers slowly, and more requests
+would slow it down further. So the wait before a repeated request is learned from the answers, as TCP does it,
+and doubles with each try; the number of unanswered requests is limited.
 """
 
 from __future__ import annotations
@@ -27,61 +27,61 @@ NEVER = float("inf")
 
 @dataclass(frozen=True)
 class ResendPolicy:
-    """When to request lost packets, and when to stop."""
+    """Limits and waiting times of resend requests."""
 
     enabled: bool = True
-    "Off where the device cannot resend: it is then never asked."
+    "False if the device cannot resend: nothing is requested."
     initial_wait: float = 0.001
-    "Seconds from noticing a gap to the request, at least: the packet may only have been overtaken."
+    "Shortest time in seconds from noticing a gap to the request: the packet may only have been overtaken."
     longest_initial_wait: float = 0.02
-    "The same at most, where packets were overtaken and arrived late."
+    "Longest such time, learned from packets that were overtaken and arrived late."
     look_again: float = 0.005
-    """Seconds between two checks of what a block misses, at least, while the rest of it arrives: gaps that
-    open meanwhile are requested together, and the frame is complete no later."""
+    """Shortest time in seconds between two checks for missing packets while the rest of a block arrives. Gaps
+    that open in between are requested together, and the frame is completed no later."""
     first_answer_wait: float = 0.02
-    "Seconds to wait for the answer to a request, before any answer showed how long it takes."
+    "Seconds to wait for an answer before the first answer shows how long it takes."
     shortest_answer_wait: float = 0.005
     longest_answer_wait: float = 0.1
-    "Bounds of the learned wait, before it is doubled from try to try."
+    "Bounds of the learned wait before it doubles with each try."
     tail_wait: float = 0.03
-    "Seconds of silence after which the end of a block counts as lost too."
+    "Seconds of silence after which the end of a block counts as lost."
     max_tries: int = 6
     "Requests for one packet."
     max_unanswered: int = 512
     "Packets requested at once. They arrive in one burst, which the socket's buffer must hold."
     max_ratio: float = 0.5
-    "A block that misses more than this share of its packets is not worth a request."
+    "Largest share of missing packets for which a block is worth a request."
     always_worth: int = 16
-    "So many missing packets are requested, however small the block."
+    "Number of missing packets up to which a block of any size is worth a request."
     give_up: float = 0.5
     "Seconds of silence after which a block is finished as it is."
     reorder_wait: float = 0.01
-    "The same, once a later block has begun and nothing more is requested."
+    "Seconds of silence that suffice once a later block has begun and no request is outstanding."
     max_blocks: int = 32
-    "Blocks that may be incomplete at once; the oldest is finished when one more begins."
+    "Largest number of incomplete blocks; the oldest is finished when one more begins."
 
 
 class RequestLog:
-    """Which packets of a block were requested, and when. Empty, and free of cost, where none was."""
+    """Requested packets of a block with their times. Empty, at no cost, if none was requested."""
 
     def __init__(self) -> None:
         self.tries = np.zeros(0, np.uint8)
         "Requests for each packet, by packet id."
         self.missed_at = np.zeros(0)
-        "When its successor arrived without it; minus infinity where that was not noticed."
+        "Time at which its successor arrived first; minus infinity if unknown."
         self.first_at = np.zeros(0)
         "Time of the first request."
         self.again_at = np.zeros(0)
         "Time of the next request."
         self.next_check = NEVER
-        "When the first packet is due for a request, the first or a further one."
+        "Time of the next request for any packet."
         self.checked_at = -NEVER
-        "When packets due were last looked for."
+        "Time of the last check for due requests."
         self.tail_checked = -NEVER
         "The block's `last_packet_at` when its end was last checked."
 
     def make_room(self, packets: int) -> None:
-        """Cover at least so many packets."""
+        """Grow to at least `packets` entries."""
         if len(self.tries) < packets:
             known = len(self.tries)
             self.tries = grown(self.tries, packets)
@@ -91,7 +91,7 @@ class RequestLog:
             self.again_at = grown(self.again_at, packets)
 
     def note_requested(self, ids: NDArray[np.intp], now: float, wait: float) -> None:
-        """Note requests; each try waits twice as long as the one before."""
+        """Record requests; each try waits twice as long as the previous one."""
         tries = self.tries[ids]
         self.first_at[ids] = np.where(tries == 0, now, self.first_at[ids])
         self.again_at[ids] = now + np.ldexp(wait, tries)
@@ -99,10 +99,10 @@ class RequestLog:
 
 
 class LearnedWait:
-    """How long to wait for an event, learned from how long it took before."""
+    """Waiting time for an event, learned from earlier durations."""
 
     def __init__(self, first: float, shortest: float, longest: float) -> None:
-        """Seconds: the wait before anything is known, and the bounds of the learned one."""
+        """Take the wait to begin with and the bounds of the learned wait, all in seconds."""
         self._first, self._shortest, self._longest = first, shortest, longest
         self._mean: float | None = None
         self._deviation = 0.0
@@ -120,22 +120,22 @@ class LearnedWait:
         """Seconds after which the event counts as missed."""
         if self._mean is None:
             return self._first
-        # Twice the deviation and not four times as TCP: times here include answers that were lost, and with
-        # four the wait would grow without end on a link that loses a tenth of its packets.
+        # Twice the deviation, not four times as in TCP: durations here include lost answers, and a factor of
+        # four would make the wait grow without bound on a link that loses a tenth of its packets.
         return min(max(self._mean + 2 * self._deviation, self._shortest), self._longest)
 
 
 class AnswerWindow:
-    """Limits how many packets are requested and neither received nor given up."""
+    """Limits the number of packets that are requested and neither received nor given up."""
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._requests: deque[tuple[float, int]] = deque()
-        "When each request is given up and how many of its packets are awaited, the oldest first."
+        "Time at which each request is given up and number of packets it still awaits, oldest first."
         self._awaited = 0
 
     def room(self, now: float) -> int:
-        """Return how many more may be requested."""
+        """Return the number of packets that may still be requested."""
         while self._requests and self._requests[0][0] <= now:
             self._awaited -= self._requests.popleft()[1]
         return self._limit - self._awaited
@@ -189,9 +189,9 @@ class Resender:
         log.next_check = min(log.next_check, float(since[0]) + self.initial_wait)
 
     def note_received(self, block: Block, ids: Ids, now: float, flagged: NDArray[np.bool_] | bool) -> int:
-        """Note packets received; return how many of them had been requested, or are flagged.
+        """Record received packets; return how many of them were requested or are flagged.
 
-        `flagged`: which of them the device says that it sent again.
+        `flagged` is true for each packet that the device marks as resent.
         """
         count = int(np.count_nonzero(flagged))
         self._flags = self._flags or count > 0
@@ -205,8 +205,8 @@ class Resender:
         if answers.any():
             self._window.received(int(np.count_nonzero(answers)))
             count = int(np.count_nonzero(answers | flagged))
-            # An answer does not say which of several requests it is for. The first is assumed, so that the
-            # wait adapts to a device that is slower than expected.
+            # An answer does not identify its request. The first request is assumed, so that the wait adapts
+            # to a device that is slower than expected.
             certain = answers & flagged if self._flags else answers
             for requested_at in log.first_at[ids][certain].tolist():
                 self._answer.learn(now - requested_at)

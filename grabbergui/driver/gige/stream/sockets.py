@@ -1,8 +1,8 @@
-"""The UDP sockets that frames arrive at: their buffers, multicast groups, and several at one port.
+"""UDP sockets that receive frames: buffers, multicast groups, and several sockets on one port.
 
-An unprivileged socket holds 208 KiB on a stock system, less than two milliseconds of gigabit Ethernet. On
-Linux sockets that share a port (SO_REUSEPORT) each have that much, and a few instructions of classic BPF tell
-the kernel which one a packet goes to: by its packet_id, stretches of packets in turn.
+An unprivileged socket buffers 208 KiB on a stock system, less than two milliseconds of gigabit Ethernet. On
+Linux each socket of a shared port (SO_REUSEPORT) has that much, and a short classic BPF program distributes
+the packets: by packet_id, consecutive stretches alternate between the sockets.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from grabbergui.driver.gige.gvsp import EXTENDED_BIT
 log = logging.getLogger(__name__)
 
 SO_RCVBUFFORCE = 33
-"Linux: beyond the system's limit, for those with CAP_NET_ADMIN."
+"Linux socket option: exceeds the system's limit, requires CAP_NET_ADMIN."
 MIN_BUFFER_BYTES = 2 << 20
 MAX_BUFFER_BYTES = 64 << 20
 KERNEL_OVERHEAD = 2
-"Share of the buffer for the kernel's own accounting: packets of 1500 bytes take more than 2300."
+"Factor for the kernel's own accounting: a packet of 1500 bytes takes more than 2300."
 KERNEL_BYTES = 1024
-"Bytes of the buffer that a waiting packet takes besides its data, and"
+"Bytes of the buffer that a queued packet takes in addition to its data."
 KERNEL_FACTOR = 1.3
-"how much more its data takes: memory is allocated in pages."
+"Factor for the data of a queued packet: memory is allocated in pages."
 
 _warned: set[int] = set()
 
@@ -37,7 +37,7 @@ def open_stream_socket(
 ) -> socket.socket:
     """Open a bound UDP socket whose buffer holds two payloads, as far as the system allows.
 
-    `port` 0 takes a free one; `shared` lets others on this host listen to the same multicast group.
+    `port` 0 takes a free one; with `shared`, other programs on this host can join the same multicast group.
     Raises TransportError.
     """
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
