@@ -157,17 +157,25 @@ class Block:
         else:
             raise RemoteProtocolError(f"a packet of format {header.format}, which carries no image")
 
+    def store_in_order(self, first: int, bodies: NDArray[np.uint8]) -> None:
+        """Copy full payload packets that follow each other from the `first` id on. The last must fit."""
+        stride = bodies.shape[1]
+        end = (first - 1 + len(bodies)) * stride
+        self.extent = max(self.extent, end)
+        if self.buffer is not None and not self.refused:
+            self.buffer[:end].reshape(-1, stride)[first - 1 :] = bodies
+
     def store_rows(self, run: PacketRun, rows: NDArray[np.uint8], at: NDArray[np.intp]) -> None:
         """Copy full payload packets, the i-th of the run from `rows[at[i]]`. The highest must fit."""
+        if run.consecutive and at[-1] - at[0] == len(at) - 1:
+            self.store_in_order(run.lowest, rows[at[0] : at[-1] + 1])
+            return
         ids, stride = run.ids, rows.shape[1]
         end = run.highest * stride
         self.extent = max(self.extent, end)
         if self.buffer is None or self.refused:
             return
         lines = self.buffer[:end].reshape(-1, stride)
-        if run.consecutive and at[-1] - at[0] == len(at) - 1:
-            lines[ids[0] - 1 :] = rows[at[0] : at[-1] + 1]
-            return
         breaks = ((ids[1:] - ids[:-1] != 1) | (at[1:] - at[:-1] != 1)).nonzero()[0]
         begins = [0, *(breaks + 1).tolist()]
         if SCATTERED * len(begins) > len(ids):

@@ -18,7 +18,6 @@ _WORD = slice(0, 8)
 "Standard: status, block id, format, packet id. Extended: status, flags, format, parts and no id."
 _BLOCK_ID = slice(8, 16)
 _PACKET_ID = slice(16, 20)
-_STANDARD_ID = slice(5, 8)
 _ID_BITS = np.uint64(24)
 _ID_MASK = np.uint64((1 << 24) - 1)
 _EXTENDED = np.uint64(EXTENDED_BIT << 24)
@@ -69,32 +68,12 @@ class PacketRun(NamedTuple):
         return first
 
 
-def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
-    """Divide rows (n, length), which begin with a standard header at least, into runs."""
+def in_order(rows: NDArray[np.uint8]) -> bool:
+    """Return whether the packets are consecutive and none is resent, the usual case on a good network.
+
+    The `rows` are as in `packet_runs`.
+    """
     words = _numbers(rows[:, _WORD], ">u8")
-    if _in_order(rows, words):
-        id_bytes = rows[0, _PACKET_ID] if words[0] & _EXTENDED else rows[0, _STANDARD_ID]
-        first = int.from_bytes(id_bytes.tobytes(), "big")
-        end = first + len(rows)
-        yield PacketRun(
-            0, len(rows), np.arange(first, end), np.zeros(len(rows), np.bool_), first, end - 1, True
-        )
-        return
-    extended = (words & _EXTENDED).astype(bool)
-    if extended.any():
-        numbers, flags, differs = _extended(rows, words, extended)
-    else:
-        numbers, flags = words & _ID_MASK, words & _RESENT
-        kinds = (words ^ flags) >> _ID_BITS
-        differs = kinds[1:] != kinds[:-1]
-    ids, resent = numbers.astype(np.intp), flags.astype(bool)
-    breaks = (differs.nonzero()[0] + 1).tolist()
-    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
-        yield PacketRun.of(begin, end, ids[begin:end], resent[begin:end])
-
-
-def _in_order(rows: NDArray[np.uint8], words: NDArray[np.uint64]) -> bool:
-    """Return whether the packets are consecutive and none is resent, the usual case on a good network."""
     extended = bool(words[0] & _EXTENDED)
     if words[0] & (_EXTENDED_RESENT if extended else _RESENT):
         return False
@@ -107,6 +86,22 @@ def _in_order(rows: NDArray[np.uint8], words: NDArray[np.uint64]) -> bool:
         and not np.diff(_numbers(rows[:, _BLOCK_ID], ">u8")).any()
         and bool((np.diff(_numbers(rows[:, _PACKET_ID], ">u4")) == 1).all())
     )
+
+
+def packet_runs(rows: NDArray[np.uint8]) -> Iterator[PacketRun]:
+    """Divide rows (n, length), which begin with a standard header at least, into runs."""
+    words = _numbers(rows[:, _WORD], ">u8")
+    extended = (words & _EXTENDED).astype(bool)
+    if extended.any():
+        numbers, flags, differs = _extended(rows, words, extended)
+    else:
+        numbers, flags = words & _ID_MASK, words & _RESENT
+        kinds = (words ^ flags) >> _ID_BITS
+        differs = kinds[1:] != kinds[:-1]
+    ids, resent = numbers.astype(np.intp), flags.astype(bool)
+    breaks = (differs.nonzero()[0] + 1).tolist()
+    for begin, end in zip([0, *breaks], [*breaks, len(rows)], strict=True):
+        yield PacketRun.of(begin, end, ids[begin:end], resent[begin:end])
 
 
 def _extended(
