@@ -9,7 +9,7 @@ import statistics
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,8 @@ from grabbergui.servo.robots.simulated import SimRobot
 GOAL_MM = 30.0
 FAULTS = {"killed (kill -9)": signal.SIGKILL, "frozen (SIGSTOP)": signal.SIGSTOP}
 TRIES = 6
+STARTS = 3
+"Of a program, until one may move the robot."
 LOADS = 0, 8
 BUSY_S = 600
 "Seconds after which a busy program ends by itself, whatever becomes of this one."
@@ -89,10 +91,8 @@ def running(pid: int) -> bool:
 @contextmanager
 def at_full_speed(robot: SimRobot, *arguments: str) -> Iterator[Program]:
     """The program while the hand moves at its full speed."""
-    program = Program(*arguments)
+    program = _moving(arguments)
     try:
-        if program.said() != "moving":
-            raise RuntimeError("the program does not move the hand")
         deadline = time.monotonic() + PATIENCE
         while speed(robot) < 0.95 * SPEED:
             if time.monotonic() > deadline:
@@ -100,6 +100,16 @@ def at_full_speed(robot: SimRobot, *arguments: str) -> Iterator[Program]:
         yield program
     finally:
         program.close()
+
+
+def _moving(arguments: Sequence[str]) -> Program:
+    """Start the program, again where a busy machine lets its guardian answer too late for any motion."""
+    for _ in range(STARTS):
+        program = Program(*arguments)
+        if program.said() == "moving":
+            return program
+        program.close()
+    raise RuntimeError("the program does not move the hand")
 
 
 def place(robot: SimRobot) -> Vector:

@@ -152,6 +152,6 @@ def test_free_space_and_length_are_shown_while_recording(window_desk):
     bar = window_desk.window.recordingBar
     window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     window_desk.until(lambda: "free" in bar.progressLabel.text())
-    assert "frames" in bar.progressLabel.text() and "MB" in bar.progressLabel.text()
+    assert "frame" in bar.progressLabel.text() and "MB" in bar.progressLabel.text()
     window_desk.qtbot.mouseClick(bar.recordButton, Qt.LeftButton)
     window_desk.until(bar.playButton.isVisible)
