@@ -27,26 +27,26 @@ _STRONGEST_STEP = 8.0
 
 @dataclass(frozen=True)
 class Limits:
-    """Between what a value may be regulated; no room where its automatic mode is off."""
+    """Range for an automatic mode; both ends are equal while the mode is off."""
 
     low: float
     high: float
 
     def clip(self, value: float) -> float:
-        """The nearest value inside."""
+        """Return the nearest value inside."""
         return min(max(value, self.low), self.high)
 
 
 class Brightness(NamedTuple):
-    """How bright a picture is, as parts of white."""
+    """Brightness of an image as a fraction of white."""
 
     mean: float
     saturated: float
-    "Part of the pixels that are white already."
+    "Fraction of the pixels that are saturated."
 
 
 def brightness(values: NDArray[Any], depth: int) -> Brightness:
-    """Measure some of a picture's values."""
+    """Measure the brightness of an image on a sample of its pixels."""
     height, width = values.shape[:2]
     step = 7  # odd, so that it falls on all sites of a Bayer pattern
     sample = values[:: step if height > 256 else 1, :: step if width > 256 else 1]
@@ -55,7 +55,7 @@ def brightness(values: NDArray[Any], depth: int) -> Brightness:
 
 
 def correction(measured: Brightness, target: float, settings: FrameSettings) -> float:
-    """By what the light has to be multiplied to reach the target; 1.0 where it is near enough."""
+    """Return the factor by which the light must change to reach the target; 1.0 within the tolerance."""
     if abs(measured.mean - target) < BRIGHTNESS_TOLERANCE:
         return 1.0
     black = settings.black_level / 255
@@ -81,8 +81,8 @@ def share_light(
 def balance(values: NDArray[Any], settings: FrameSettings) -> tuple[float, float] | None:
     """Return the factors of red and blue that make grey neutral; None if the image does not allow it.
 
-    The median of the pixels' ratios is grey's as long as half of the picture is; saturated and dark
-    pixels have no say.
+    The median of the pixels' ratios is that of grey as long as half of the image is grey. Saturated and dark
+    pixels do not count.
     """
     pixel_format = settings.pixel_format
     black = settings.black_level / 255 * ((1 << sensor_depth(pixel_format)) - 1)

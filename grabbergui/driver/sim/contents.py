@@ -1,7 +1,6 @@
-"""Everything that a frame can carry beside one plain image: components, containers, compressed images.
+"""Payloads other than one plain image: components, containers, compressed images.
 
-Pieces of a payload lie one behind the other, in the order of the components; chunks are the last. In a GenDC
-container the descriptor comes first.
+Components follow each other in their order, chunks are last. A GenDC container begins with its descriptor.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ class Piece:
 
 
 def pieces(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> tuple[Piece, ...]:
-    """Return where each component of a multi-part block or a container is."""
+    """Return offset and length of each component of a multi-part block or a container."""
     begin, found = first_piece(settings, chunks), []
     for kind in settings.components:
         pixel_format = _FORMATS.get(kind, settings.pixel_format)
@@ -59,7 +58,7 @@ def pieces(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> tuple[Piece, .
 
 
 def first_piece(settings: FrameSettings, chunks: tuple[Chunk, ...]) -> int:
-    """Return where the image begins: behind the descriptor of a container."""
+    """Return the offset of the image: behind the descriptor of a container."""
     if settings.payload_type is not PayloadType.GENDC:
         return 0
     return gendc.descriptor_size([1] * (len(settings.components) + bool(chunks)))
@@ -166,9 +165,9 @@ def _container(settings: FrameSettings, frame_id: int, parts: tuple[Piece, ...])
 
 
 def range_image(settings: FrameSettings, frame_id: int) -> NDArray[np.uint16]:
-    """Return distances (height, width) in steps of 0.1 mm: a sloped plane with a ball that moves before it.
+    """Return distances (height, width) in steps of 0.1 mm: a sloped plane with a ball moving in front of it.
 
-    0 where nothing was measured, in the ball's shadow.
+    0 means not measured, in the ball's shadow.
     """
     rows, columns = np.mgrid[0 : settings.height, 0 : settings.width].astype(np.float32)
     side = max(min(settings.width, settings.height), 1)

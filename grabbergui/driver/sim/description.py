@@ -56,8 +56,8 @@ class DescribedRegisters:
         """Read the description.
 
         `power_on`: what registers hold after power-on, by feature; others hold 0, or no text. `largest`: the
-        largest values where the description computes them, or has none. `saved`: what user sets keep beside
-        the features that are marked Streamable.
+        largest values if the description computes them or has none. `saved`: features in user sets in
+        addition to those marked Streamable.
         """
         self._power_on = power_on
         self._largest = largest
@@ -134,7 +134,7 @@ class DescribedRegisters:
         )
 
     def _limit(self, feature: Element, end: str) -> float | None:
-        """Return one end (`Min`, `Max`) of a feature's range; where another register holds it, that one's."""
+        """Return one end (`Min`, `Max`) of a feature's range, which another register may hold."""
         if constant := _text(feature, end):
             return float(constant)
         holder = self._feature_of.get(_text(feature, f"p{end}"))

@@ -93,7 +93,7 @@ class SimulatedDevice(Device):
             raise DeviceStatusError(f"the camera refused to write: {error}", _STATUS[error.reason]) from error
 
     def description(self) -> bytes:
-        """The GenICam XML."""
+        """Return the GenICam XML."""
         return camera_xml()
 
     def open_stream(self, request: StreamRequest, deliver: Callable[[Frame], None]) -> None:
@@ -112,14 +112,14 @@ class SimulatedDevice(Device):
         self._thread.start()
 
     def close_stream(self) -> None:
-        """Stop the thread; waits until it is gone."""
+        """Stop the thread and wait for its end."""
         self._running.clear()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
 
     def stream_statistics(self) -> StreamStatistics:
-        """A snapshot of the counters."""
+        """Return a snapshot of the counters."""
         snapshot = StreamStatistics(**vars(self._statistics))
         snapshot.frame_rate, snapshot.bandwidth = self._rate.rates()
         return snapshot

@@ -1,8 +1,8 @@
-"""The files in the simulated camera: SFNC's FileAccessControl before a store that outlives the power.
+"""Files of the simulated camera: SFNC's FileAccessControl with a store that survives power cuts.
 
-Most files are written where they lie, so a power cut leaves them incomplete. Firmware is collected in RAM and
-replaces the old one only when it is closed and its checksum is right: a power cut costs the upload, never the
-firmware. Either way FileState says what became of the file, and the file DeviceLog has a line about it.
+Most files are written in place, so a power cut leaves them incomplete. Firmware is collected in RAM and
+replaces the old one only when it is closed and its checksum is correct: a power cut loses the upload, never
+the firmware. FileState reports the result, and the file DeviceLog gets a line about it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _LOG_LINES = 200
 
 
 class Wear(Enum):
-    """How a file is written."""
+    """Way in which a file is written."""
 
     READ_ONLY = "read-only"
     IN_PLACE = "in place"
@@ -91,7 +91,7 @@ def _factory_contents() -> dict[File, bytes]:
 
 @dataclass
 class FileStore:
-    """What the camera keeps without power: contents and states of its files, and its log."""
+    """Non-volatile memory of the camera: contents and states of its files, and its log."""
 
     contents: dict[File, bytearray] = field(default_factory=dict)
     states: dict[File, FileState] = field(default_factory=dict)
@@ -104,7 +104,7 @@ class FileStore:
             self.contents.setdefault(file, bytearray(content))
 
     def state(self, file: File) -> FileState:
-        """Return what became of a file."""
+        """Return the state of a file."""
         if file in self.states:
             return self.states[file]
         return FileState.INTACT if self.content(file) else FileState.EMPTY
@@ -146,7 +146,7 @@ class FileControl:
         self.store = store
         self._open: dict[File, FileOpenMode] = {}
         self._staged: dict[File, bytearray] = {}
-        "What is written when it is closed."
+        "Data to be stored when the file is closed."
         self._buffer = memory.add_buffer(*reg.FILE_ACCESS_BUFFER)
         memory.on_read(reg.FILE_SIZE, lambda: len(store.content(self._selected())))
         memory.on_read(reg.FILE_STATE, lambda: store.state(self._selected()))
@@ -167,7 +167,7 @@ class FileControl:
         self._memory.set(reg.FILE_OPERATION_RESULT, result)
 
     def close_all(self) -> None:
-        """Abandon what is open, as a reset does: uploads are not finished."""
+        """Abandon open files as a reset does: their uploads stay unfinished."""
         self._open.clear()
         self._staged.clear()
         self.store.power_on()

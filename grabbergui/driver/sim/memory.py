@@ -1,7 +1,7 @@
 """Byte-addressed register memory of a device, with access checks and hooks.
 
-The memory knows no transport: what it refuses, it refuses for a `Refusal`, and the front that carried the
-request (GVCP, GenCP, in process) translates that to its own status code.
+The memory knows no transport: it gives a `Refusal` as the reason of a refused request, and the front that
+carried the request (GVCP, GenCP, in process) translates the reason to its own status code.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ RegisterValue = int | float | str
 
 
 class Refusal(Enum):
-    """Why a device does not do what it was asked."""
+    """Reason for which a device refuses a request."""
 
     INVALID_ADDRESS = "no register at this address"
     WRITE_PROTECT = "the register is read-only"
@@ -36,7 +36,7 @@ class RegisterRefusedError(GrabberError):
 
 
 class Kind(Enum):
-    """How a register's bytes are read; numbers are big-endian. The value is their `struct` code."""
+    """Type of a register; numbers are big-endian. The value is their `struct` code."""
 
     UINT32 = "I"
     INT64 = "q"
@@ -46,7 +46,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Register:
-    """One register: where it lies, what it holds and what it accepts."""
+    """One register: address, type, default and accepted values."""
 
     name: str
     address: int
@@ -61,7 +61,7 @@ class Register:
     choices: frozenset[int] | None = None
     "The only values accepted, for enumerations."
     saved: bool = False
-    "Whether a user set keeps it."
+    "True if user sets contain it."
 
     @property
     def end(self) -> int:
@@ -76,7 +76,7 @@ class Register:
         return value
 
     def encode(self, value: RegisterValue) -> bytes:
-        """A value to the register's bytes."""
+        """Return a value as the register's bytes."""
         if self.kind is Kind.STRING:
             # Cut between characters: a host could not decode half of one.
             whole = str(value).encode()[: self.length].decode("utf-8", "ignore")
@@ -134,16 +134,16 @@ class RegisterMemory:
         self._after_write[register.address] = act
 
     def get(self, register: Register) -> RegisterValue:
-        """A register's value."""
+        """Return a register's value."""
         supply = self._before_read.get(register.address)
         return supply() if supply else register.decode(self._bytes[register.address])
 
     def integer(self, register: Register) -> int:
-        """A register's value as an integer."""
+        """Return a register's value as an integer."""
         return int(self.get(register))
 
     def number(self, register: Register) -> float:
-        """A register's value as a float."""
+        """Return a register's value as a float."""
         return float(self.get(register))
 
     def stored(self, register: Register) -> RegisterValue:
@@ -154,7 +154,7 @@ class RegisterMemory:
         """Store a value from inside the device, unchecked."""
         self._bytes[register.address] = register.encode(value)
 
-    # -- what a host does ------------------------------------------------------------------------
+    # -- access by a host ------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
         """Any range that begins in a register or block; gaps between registers read as zeros."""
         for start, content in self._blocks:

@@ -1,4 +1,4 @@
-"""The simulated camera behind its registers, the same whatever transport stands before it."""
+"""The simulated camera behind its registers, independent of the transport."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class FramePlan:
     "Start of the exposure on the device's clock."
     settings: FrameSettings
     chunk_values: dict[Chunk, float]
-    "Empty where chunk mode is off."
+    "Empty while chunk mode is off."
     payload_bytes: int
 
 
@@ -74,9 +74,9 @@ class CameraModel:
     ) -> None:
         """Make a camera that has just been switched on.
 
-        `files` are those of a camera whose power was cut; without them it is fresh from the factory.
-        `power_on` replaces registers' defaults and becomes the factory's user set; `clock` must advance
-        as real time does where `next_frame` waits.
+        `files` are the files of a camera whose power was cut; without them the camera is new. `power_on`
+        replaces registers' defaults and becomes the factory's user set; `clock` must advance like real time
+        while `next_frame` waits.
         """
         self.sensor = Sensor(scene)
         self._video = H264Encoder()
@@ -108,7 +108,7 @@ class CameraModel:
             return self.memory.read(address, length)
 
     def write(self, address: int, data: bytes) -> None:
-        """Write registers and do what follows from it. Raises RegisterRefusedError."""
+        """Write registers and apply the consequences. Raises RegisterRefusedError."""
         try:
             with self._changed:
                 self.memory.write(address, data)
@@ -122,7 +122,7 @@ class CameraModel:
         return self._sequencer.running
 
     def timestamp(self) -> int:
-        """The device's clock: ns since power-on or reset, or the network's time under PTP."""
+        """Return the device's clock: ns since power-on or reset, or the network's time under PTP."""
         return self._device_clock.now()
 
     def stop(self) -> None:
@@ -132,7 +132,7 @@ class CameraModel:
             self._changed.notify_all()
 
     def trigger_action(self, at: int | None = None) -> bool:
-        """An action command for signal 1, now or at a device time; whether anything listened."""
+        """Execute an action command, now or at a device time; return whether a trigger listens to Action1."""
         with self._changed:
             moment = self._clock() if at is None else self._device_clock.to_monotonic(at)
             heard = [self._trigger(which, moment) for which in self._listening(TriggerSource.ACTION1)]
@@ -197,7 +197,7 @@ class CameraModel:
         return FramePlan(frame_id, timestamp, settings, chosen, self.memory.integer(reg.PAYLOAD_SIZE))
 
     def _obeyed_settings(self) -> FrameSettings:
-        """Return what the sensor exposes with: as a real one, it latches settings some frames ahead."""
+        """Return the settings of this exposure: like a real sensor, it latches them some frames ahead."""
         self._latched.append(settings_of(self.memory))
         latency = 0 if any(self._timing().triggered) else self.memory.integer(reg.SETTING_LATENCY)
         while len(self._latched) > latency + 1:
@@ -218,7 +218,7 @@ class CameraModel:
         rate = fastest_rate(self.memory) if frame else self._resulting_rate()
         return Timing(int(1e9 / rate), (frame, burst), self.memory.integer(reg.BURST_FRAME_COUNT))
 
-    # -- what registers do -----------------------------------------------------------------------
+    # -- effects of registers --------------------------------------------------------------------
     def _install_hooks(self) -> None:
         memory = self.memory
         for register in DECIDING:
@@ -403,7 +403,7 @@ class CameraModel:
             self._pending_events.append((event, frame_id, timestamp))
 
     def _send_events(self) -> None:
-        """Tell queued events, outside the lock so that a listener may read registers."""
+        """Pass queued events to the listener, outside the lock so that it may read registers."""
         while self._pending_events:
             with self._changed:
                 events, self._pending_events = self._pending_events, []

@@ -19,7 +19,7 @@ Bytes = NDArray[np.uint8]
 COLOURED = (Family.RGB, Family.YUV, Family.BICOLOR, Family.SPARSE)
 "Families that are packed from R G B."
 _NEAREST_MM, _DEPTH_MM = 500.0, 1000.0
-"Distances that stand for black and white in floating-point formats."
+"Distances shown as black and white in floating-point formats."
 _SPARSE_ROWS = ("WBWG", "BWGW", "WGWR", "GWRW")
 _STANDARDS = {  # luma of red, green, blue
     "": (0.299, 0.587, 0.114),
@@ -131,7 +131,7 @@ def _write_fields(values: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -
 
 
 def _sparse(rgb: NDArray[Any], order: str) -> NDArray[Any]:
-    """What a sensor behind the sparse colour filter sees: white pixels take the mean of the colours."""
+    """Apply the sparse colour filter: white pixels take the mean of the colours."""
     planes = {name: rgb[..., index] for index, name in enumerate("RGB")}
     planes["W"] = rgb.mean(axis=2).astype(rgb.dtype)
     down, across = next((y, x) for y in (0, 2) for x in (0, 2) if (_SPARSE_ROWS[y] * 2)[x : x + 4] == order)

@@ -81,7 +81,7 @@ class TestPattern(IntEnum):
     COLOR_BAR = 7
     FRAME_COUNTER = 8
 
-    __test__ = False  # not a class of tests, whatever pytest thinks of its name
+    __test__ = False  # no test class, despite its name
 
 
 class ColorFilter(IntEnum):
@@ -191,14 +191,14 @@ class FileOperationStatus(IntEnum):
 
 
 class FileState(IntEnum):
-    """Values of FileState: what became of the last upload."""
+    """Values of FileState: the result of the last upload."""
 
     INTACT = 0
     EMPTY = 1
     INCOMPLETE = 2
-    "It was not finished; the file is unusable."
+    "The upload was not finished; the file is unusable."
     DISCARDED = 3
-    "It was not finished or not valid; the file before it is still there."
+    "The upload was not finished or not valid; the previous file is unchanged."
 
 
 class PtpStatus(IntEnum):
@@ -279,7 +279,7 @@ _SAVED = {
     "ComponentSelector",
     "EventSelector",
 }
-"""Kept by user sets beside the features that are marked Streamable."""
+"""Features in user sets in addition to those marked Streamable."""
 
 _described = DescribedRegisters(_POWER_ON, _LARGEST, _SAVED)
 ALL: tuple[Register, ...] = tuple(_described)
@@ -411,10 +411,10 @@ PTP_OFFSET_FROM_MASTER = _one("PtpOffsetFromMaster")
 
 
 def serial_at(place: str) -> str:
-    """Return the serial number of a camera that is given none, which follows from where it answers.
+    """Return a serial number that follows from the place at which a camera answers.
 
-    The cameras of several programs so differ, and one that is restarted is the same camera. `place` is an IP
-    address, a port's name or the like.
+    So the cameras of several programs differ, and a restarted one keeps its number. `place` is an IP address,
+    a port's name or the like.
     """
     try:
         key = int(ipaddress.IPv4Address(place))

@@ -23,7 +23,7 @@ UNIT = 8192
 UNIT_EXPOSURE_US = 10_000.0
 
 ILLUMINANT = (1 / 1.6, 1.0, 1 / 1.3)
-"How strongly the sensor answers to the scene's light in red, green and blue; the balance has to undo it."
+"Response of the sensor to the scene's light in red, green and blue; white balance has to compensate it."
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,10 @@ class Scene(ABC):
         """Return the view at a time on the device's clock; at least a sensor's size from (x, y) on."""
 
     def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16] | None:
-        """Exactly what one frame shows: (height, width, 3) radiance, binned, mirrored and cut out.
+        """Return one frame's radiance (height, width, 3): binned, mirrored and cropped.
 
-        For scenes that look different in every frame, so that nothing is drawn that nobody sees. None,
-        as here: use `view`.
+        For scenes that change with every frame, so that only the visible part is drawn. The default, None,
+        means that `view` is used.
         """
         return None
 
@@ -60,7 +60,7 @@ class StillScene(Scene):
         self._view = SceneView(picture)
 
     def view(self, time_ns: int) -> SceneView:
-        """The picture."""
+        """Return the picture."""
         return self._view
 
 
@@ -68,11 +68,11 @@ class StudioScene(Scene):
     """A grey gradient with test figures, wandering slowly on a figure of eight."""
 
     MARGIN = 192
-    "How far it wanders, in pixels."
+    "Largest displacement in pixels."
     PERIOD_S = 12.0
 
     def view(self, time_ns: int) -> SceneView:
-        """The studio, moved on."""
+        """Return the studio, moved on."""
         phase = 2 * math.pi * (time_ns * 1e-9 / self.PERIOD_S)
         x = round(self.MARGIN / 2 * (1 + math.sin(phase)))
         y = round(self.MARGIN / 2 * (1 + math.sin(2 * phase) / 2))
@@ -81,7 +81,7 @@ class StudioScene(Scene):
 
 @cache
 def studio_picture() -> NDArray[np.uint16]:
-    """The default scene, drawn once: the sensor and its margin, radiance up to about 1.3 units."""
+    """Return the default scene, drawn once: the sensor and its margin, radiance up to about 1.3 units."""
     height, width = SENSOR_HEIGHT + StudioScene.MARGIN, SENSOR_WIDTH + StudioScene.MARGIN
     grey = _gradient(height, width)
     _grid(grey)
@@ -135,7 +135,7 @@ def _grid(grey: NDArray[np.float32]) -> None:
 
 
 def _siemens_star(grey: NDArray[np.float32], centre: tuple[int, int], radius: int, spokes: int = 36) -> None:
-    """Spokes that grow finer to the middle: where they melt together is the limit of sharpness."""
+    """Draw spokes that converge at the centre; the radius at which they merge shows the sharpness."""
     x0, y0 = centre
     y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1].astype(np.float32)
     distance = np.hypot(x, y)

@@ -65,7 +65,7 @@ class Sensor:
         return values
 
     def _render_pattern(self, settings: FrameSettings, frame_id: int, out: NDArray[np.uint8]) -> NDArray[Any]:
-        """Patterns that stand still are drawn once, so that a benchmark's source costs one copy a frame."""
+        """Draw a static pattern only once, so that a benchmark's source costs one copy per frame."""
         pattern, pixel_format = settings.test_pattern, settings.pixel_format
         key = (pattern, pixel_format.code, settings.width, settings.height)
         if pattern in MOVING or key != self._still_key:
@@ -120,7 +120,7 @@ def _kind(pixel_format: PixelFormat) -> str:
 
 
 def _is_plain(pixel_format: PixelFormat) -> bool:
-    """Whether values are the payload's bytes as they are."""
+    """Return whether values are the payload's bytes as they are."""
     plain = pixel_format.family in (Family.MONO, Family.BAYER) and pixel_format.kind == "u"
     return plain and pixel_format.bits_per_pixel == pixel_format.depth == 8
 
@@ -174,7 +174,7 @@ class _Prepared:
 
 
 def _start(position: int, size: int, sensor: int, binning: int, reverse: bool) -> int:
-    """Where the sensor's first pixel lies along one axis of the prepared picture; even, for the mosaic."""
+    """Return the sensor's first pixel along one axis of the prepared image; even, for the mosaic."""
     if reverse:
         position = size - sensor - position
     return position // binning & ~1

@@ -1,4 +1,4 @@
-"""Settings as registers: what decides how a frame looks, what follows from it, and what user sets keep."""
+"""Settings as registers: those that shape a frame, derived ones, and those that user sets contain."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def update_geometry(memory: RegisterMemory) -> None:
         most -= (most - int(size.minimum or 0)) % size.step
         memory.set(limit, most)
         memory.set(size, min(memory.integer(size), most))
-        # An offset gives way to a larger picture.
+        # A larger image reduces the offset.
         room = most - memory.integer(size)
         memory.set(offset, min(memory.integer(offset), room - room % offset.step))
     pixel_format = by_code(memory.integer(reg.PIXEL_FORMAT))
@@ -189,9 +189,9 @@ def fastest_rate(memory: RegisterMemory) -> float:
 
 
 class UserSets:
-    """The user sets that UserSetSave stored: files of the camera, which survive resets and the power.
+    """The user sets stored by UserSetSave: files of the camera, which survive resets and power cuts.
 
-    A file has a line `register = value` for each setting; what it leaves out stands as the factory set it.
+    A file has a line `register = value` for each setting; omitted settings have the factory's values.
     """
 
     def __init__(self, memory: RegisterMemory, store: FileStore) -> None:

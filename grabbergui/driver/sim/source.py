@@ -1,8 +1,8 @@
 """`sim:`, the built-in simulated camera as a source.
 
-Options set what the camera wakes up with: `sim:?width=640&height=480&fps=60&pixel_format=BayerRG8`.
-`sim:colour` wakes up in colour; `sim:scene` looks at a room with a person who holds a marker, in perspective;
-in `sim:board` that person shows a board to calibrate by.
+Options set the camera's initial values: `sim:?width=640&height=480&fps=60&pixel_format=BayerRG8`.
+`sim:colour` starts in colour; `sim:scene` shows a room with a person who holds a marker, in perspective; in
+`sim:board` that person holds a calibration board.
 """
 
 from __future__ import annotations
@@ -45,17 +45,17 @@ _KINDS: dict[str, dict[Register, RegisterValue]] = {
         reg.FRAME_RATE: 15.0,
     },
 }
-"""By name, what sets a camera apart from the built-in one."""
+"""Register values in which the named cameras differ from the built-in one."""
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
-    """The built-in camera and the one in colour; they are always there."""
+    """Return the built-in camera and the one in colour; they are always there."""
     uris = (SourceUri("sim"), SourceUri("sim", COLOUR_NAME))
     return [_info(uri, _power_on(uri)) for uri in uris]
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """A simulated camera of its own for each call. Raises UsageError, SourceNotFoundError."""
+    """Return a simulated camera of its own for each call. Raises UsageError, SourceNotFoundError."""
     # Not at the top: it loads the GenApi runtime, which a server of simulated cameras does without.
     from grabbergui.driver.camera import Camera
 
@@ -63,7 +63,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def create_device(uri: SourceUri) -> SimulatedDevice:
-    """The device alone, with the URI's options as its power-on values."""
+    """Return the device alone, with the URI's options as its power-on values."""
     if uri.name not in ("", COLOUR_NAME, *_SCENES, reg.DEVICE_SERIAL_NUMBER.default):
         raise SourceNotFoundError(
             f"there is no simulated camera '{uri.name}'; write sim: for the built-in one, "
@@ -123,7 +123,7 @@ def power_on_values(uri: SourceUri) -> dict[Register, RegisterValue]:
             raise UsageError(f"sim: cannot start with {name}={text}{_allowed(register)}") from None
         values[register] = value
     if reg.FRAME_RATE in values:
-        # As fast as was asked for, whatever exposure time the camera leaves the factory with.
+        # The default exposure time must not limit the requested rate.
         longest = 1e6 / float(values[reg.FRAME_RATE]) - reg.EXPOSURE_OVERHEAD_US
         values.setdefault(reg.EXPOSURE_TIME, min(float(reg.EXPOSURE_TIME.default), max(longest, 10.0)))
     return values

@@ -30,12 +30,12 @@ class DeviceClock:
         return self._following
 
     def follow(self, on: bool) -> None:
-        """Switch PTP on or off; the clock goes on from where it is."""
+        """Switch PTP on or off; the clock continues from its present time."""
         self._following = on
         self.discipline()
 
     def discipline(self) -> None:
-        """Set the clock by its master once more, where it has one."""
+        """Set the clock by its master again, if it has one."""
         if self._following:
             self._epoch = self.monotonic() - self._master()
 
@@ -44,19 +44,19 @@ class DeviceClock:
         self._epoch = self.monotonic()
 
     def now(self) -> int:
-        """The device's time."""
+        """Return the device's time."""
         return self.monotonic() - self._epoch
 
     def offset_from_master(self) -> int:
-        """How far the clock is ahead of its master; 0 without one."""
+        """Return the clock's offset from its master in ns (positive: ahead); 0 without a master."""
         return self.now() - self._master() if self._following else 0
 
     def to_device(self, monotonic: int) -> int:
-        """A moment of the host's monotonic time on the device's clock."""
+        """Convert the host's monotonic time (ns) to the device's clock."""
         return monotonic - self._epoch
 
     def to_monotonic(self, device: int) -> int:
-        """The moment at which the device's clock shows a time."""
+        """Convert a time of the device's clock (ns) to the host's monotonic time."""
         return device + self._epoch
 
 
@@ -70,9 +70,9 @@ class Timing(NamedTuple):
     """The settings that decide the cadence at the moment."""
 
     period_ns: int
-    "From one exposure's start to the next one's."
+    "Time between the starts of two exposures."
     triggered: tuple[bool, bool]
-    "Whether frames, and bursts, wait for their trigger."
+    "Whether frames wait for their trigger, and whether bursts do."
     burst_frames: int = 1
 
 
@@ -89,7 +89,7 @@ class Sequencer:
     _trigger_at: list[int | None] | None = None
 
     def start(self, now: int, frames: int | None) -> None:
-        """Begin an acquisition of so many frames, or without end."""
+        """Begin an acquisition of a number of frames, or a continuous one."""
         self.running = True
         self.frames_taken = 0
         self._left = frames
@@ -103,11 +103,11 @@ class Sequencer:
 
     @property
     def finished(self) -> bool:
-        """Whether the last frame of an acquisition of so many has been taken."""
+        """Whether a bounded acquisition has delivered its last frame."""
         return self.running and self._left == 0
 
     def trigger(self, which: int, at: int) -> bool:
-        """A trigger that acts at a time; False where it is lost, coming too early or without acquisition."""
+        """Record a trigger at a time; return False if it is lost: too early, or no acquisition."""
         if not self.running or self._trigger_at is None:
             return False
         busy = self._trigger_at[which] is not None or at < self._earliest
@@ -117,7 +117,7 @@ class Sequencer:
         return True
 
     def due(self, timing: Timing) -> int | None:
-        """When the next exposure starts; None where nothing is to come, as yet."""
+        """Return the start of the next exposure; None while none is scheduled."""
         if not self.running or self._left == 0 or self._trigger_at is None:
             return None
         start = self._earliest
@@ -131,10 +131,10 @@ class Sequencer:
         return start
 
     def take(self, timing: Timing, now: int) -> tuple[int, int] | None:
-        """The next frame's id and the start of its exposure, once `due` has come; ids count from 1.
+        """Return the next frame's id and the start of its exposure once it is due; ids count from 1.
 
-        Where the caller has fallen behind by several frames, they are skipped, as a sensor would go on
-        without waiting for its reader.
+        If the caller has fallen behind by several frames, they are skipped: a sensor does not wait for its
+        reader.
         """
         start = self.due(timing)
         if start is None or self._trigger_at is None:
@@ -168,7 +168,7 @@ class Thermometer:
         self._load = 0.0
 
     def set_streaming(self, streaming: bool, now: int) -> None:
-        """Tell it that the load changes."""
+        """Change the load: streaming warms the sensor."""
         self._rise = self._now(now)
         self._since = now
         self._load = 1.0 if streaming else 0.0

@@ -42,7 +42,7 @@ from grabbergui.driver.sim.model import CameraModel
 Address = tuple[str, int]
 
 SLOW_COMMAND_S = 0.3
-"How long the camera takes to save a user set, as if it wrote flash memory."
+"Seconds that saving a user set takes, as if the camera wrote flash memory."
 
 _STATUS = {refusal: Status[refusal.name] for refusal in Refusal}
 _WRITES = (CommandCode.WRITEREG, CommandCode.WRITEMEM)
@@ -113,7 +113,7 @@ class ControlChannel:
 
     # -- datagrams -------------------------------------------------------------------------------
     def receive(self, datagram: bytes, source: Address, now: float) -> list[Outgoing]:
-        """Answer one datagram; whatever it is, it never raises."""
+        """Answer one datagram. Never raises, however invalid the datagram is."""
         if not datagram or datagram[0] != KEY:
             self._hear_event_ack(datagram)
             return []
@@ -135,7 +135,7 @@ class ControlChannel:
         return outgoing
 
     def run_deferred(self) -> None:
-        """Do what has to happen after the acknowledge was sent."""
+        """Run the actions that must follow the acknowledge."""
         after, self._after = self._after, []
         for act in after:
             act()
@@ -163,7 +163,7 @@ class ControlChannel:
         return repeated
 
     def send_event(self, event_id: int, frame_id: int, timestamp: int, now: float) -> list[Outgoing]:
-        """An event as a message, if the host has opened the message channel."""
+        """Return an event as a message, if the host has opened the message channel."""
         port = self.memory.integer(gev.MCP) & bootstrap.PORT_MASK
         if not port:
             return []
@@ -356,7 +356,7 @@ class ControlChannel:
         return wanted & (_ON_CONTROL | Control.SWITCHOVER)
 
     def _is_offered(self, wanted: int) -> bool:
-        """Whether whoever has control offers it to those who ask so."""
+        """Return whether the controlling application lets this request take control over."""
         memory = self.memory
         offered = memory.integer(gev.CCP) & Control.SWITCHOVER
         return bool(offered and wanted & _ON_CONTROL and wanted >> 16 == memory.integer(gev.SWITCHOVER_KEY))

@@ -1,8 +1,8 @@
-"""Frames as GVSP datagrams: a block's packets, and many of them in few system calls.
+"""Frames as GVSP datagrams: a block's packets, sent with few system calls.
 
-`sendmmsg` sends them, and the kernel cuts them out of larger sends where it can. A block's packets are
-described once, by arrays laid out as the kernel's structures; a header and a piece of the payload stay where
-they are. On Linux with 64 bits only; elsewhere each packet takes one `sendto`.
+`sendmmsg` sends many packets at once, and the kernel splits larger sends into packets if it supports that.
+A block's packets are described once, by arrays in the layout of the kernel's structures; headers and payload
+are not copied. This needs 64-bit Linux; elsewhere each packet takes one `sendto`.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Block:
 
     @property
     def payload_packets(self) -> int:
-        """How many packets carry payload."""
+        """Number of payload packets."""
         return len(self.starts)
 
     @property
@@ -104,7 +104,7 @@ class Block:
 
     @cached_property
     def headers(self) -> NDArray[np.uint8]:
-        """(n, bytes): the headers of the payload packets, with the data's position where the kind has one."""
+        """Headers of the payload packets, (n, bytes), with the position of the data if the format has one."""
         first = PacketHeader(self._format, self.block_id, 1, extended=self.extended).encode()
         headers = np.tile(np.frombuffer(first, np.uint8), (self.payload_packets, 1))
         # The packet id is the last three bytes, or four of which 24 bits are always enough.
@@ -117,19 +117,19 @@ class Block:
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """Where each payload packet's bytes begin; a part of a multi-part block begins with a packet."""
+        """Offset of each packet's data in the payload; a part of a multi-part block begins with a packet."""
         room = self.stride - _POSITION_BYTES.get(self._format, 0)
         return np.concatenate([np.arange(begin, end, room, dtype=np.int64) for begin, end in self._runs()])
 
     @cached_property
     def sizes(self) -> NDArray[np.int64]:
-        """How many payload bytes each packet has: full ones, but the last of a run."""
+        """Payload bytes of each packet: full except for the last packet of a run."""
         room = self.stride - _POSITION_BYTES.get(self._format, 0)
         ends = np.concatenate([np.full(-(-(end - begin) // room), end) for begin, end in self._runs()])
         return np.minimum(ends - self.starts, room)
 
     def leader(self) -> bytes:
-        """The leader's datagram."""
+        """Return the leader's datagram."""
         settings, kind = self.plan.settings, self.plan.settings.payload_type
         body = Leader(self._payload_type, self.plan.timestamp_ns, size=len(self.payload))
         if kind is PayloadType.FILE:
@@ -152,14 +152,14 @@ class Block:
         return header.encode() + body.encode()
 
     def trailer(self) -> bytes:
-        """The trailer's datagram."""
+        """Return the trailer's datagram."""
         alone = self.plan.settings.payload_type is PayloadType.CHUNK
         size = len(self.payload) if alone or self._payload_type & CHUNK_BIT else None
         body = Trailer(self._payload_type, self.plan.settings.height, size)
         return self._header(PacketFormat.TRAILER, self.trailer_id) + body.encode()
 
     def packet(self, packet_id: int) -> bytes:
-        """Any packet's datagram, marked as sent again."""
+        """Return any packet's datagram, marked as resent."""
         if packet_id == 0:
             return self._marked(self.leader())
         if packet_id == self.trailer_id:
@@ -173,13 +173,13 @@ class Block:
         return pieces(self.plan.settings, tuple(self.plan.chunk_values))
 
     def _runs(self) -> list[tuple[int, int]]:
-        """Begin and end of what is cut into full packets and a last one."""
+        """Return begin and end of each run, which is divided into full packets and a last one."""
         if self.plan.settings.payload_type is PayloadType.MULTI_PART:
             return [(piece.begin, piece.begin + piece.length) for piece in self._pieces]
         return [(0, len(self.payload))]
 
     def _positions(self) -> NDArray[np.uint8] | None:
-        """(n, 8 or 16): where each packet's data belong."""
+        """Return the position of each packet's data, shape (n, 8 or 16)."""
         if self._format is PacketFormat.GENDC:
             last = self.payload_packets - 1
             rows = [
@@ -236,12 +236,12 @@ class Block:
 
 
 def unavailable(block_id: int, packet_id: int, extended: bool, status: Status) -> bytes:
-    """The datagram that says that a packet cannot be sent again, or not yet."""
+    """Return the datagram that says that a packet cannot be sent again, or not yet."""
     return PacketHeader(PacketFormat.PAYLOAD, block_id, packet_id, status, extended).encode()
 
 
 def test_packet(size: int) -> bytes:
-    """A datagram for trying a packet size: block id 0, zeros to fill it up."""
+    """Return a datagram for trying a packet size: block id 0, zeros to fill it up."""
     header = PacketHeader(PacketFormat.PAYLOAD, 0, 0).encode()
     return header.ljust(size - 28, b"\0")
 
@@ -249,7 +249,7 @@ def test_packet(size: int) -> bytes:
 _UDP_SEGMENT = 103
 _MOST_SEGMENTS = 64
 _MOST_BYTES = 65_000
-"Of one segmented send: what a UDP datagram may have."
+"Largest segmented send in bytes, the limit of a UDP datagram."
 _MESSAGES_A_CALL = 32
 
 _IOVEC = np.dtype([("base", np.uint64), ("length", np.uint64)])
@@ -261,7 +261,7 @@ _MMSGHDR = np.dtype(
         "itemsize": 64,
     }
 )
-"`struct mmsghdr` on 64-bit Linux; what is left out stays zero."
+"`struct mmsghdr` on 64-bit Linux; omitted fields stay zero."
 
 SUPPORTED = sys.platform == "linux" and struct.calcsize("P") == 8
 

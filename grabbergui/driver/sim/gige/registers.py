@@ -45,7 +45,7 @@ _CAPABILITY = (
     | Capability.LINK_SPEED
 )
 _STREAM_CAPABILITY = 0x80000000 | 0x40000000
-"Tells its source port; 16-bit block ids can be had."
+"The camera reports its source port and supports 16-bit block ids."
 EXTENDED_IDS = 0x40000000
 "In the GVSP configuration."
 
@@ -206,7 +206,7 @@ _FEATURES = (
 
 
 def xml_archive() -> bytes:
-    """The description with GigE Vision's features, zipped."""
+    """Return the description with GigE Vision's features, zipped."""
     archive = io.BytesIO()
     # A fixed date, so that the same camera has the same bytes.
     member = zipfile.ZipInfo(f"{XML_NAME}.xml", (2024, 1, 1, 0, 0, 0))
@@ -217,7 +217,7 @@ def xml_archive() -> bytes:
 
 
 def description() -> bytes:
-    """The description with GigE Vision's features."""
+    """Return the description with GigE Vision's features."""
     nodes = resources.files(__package__).joinpath("gige.xml").read_bytes()
     return with_transport(_FEATURES, nodes)
 
@@ -268,7 +268,7 @@ def _latched(model: CameraModel, shift: int) -> int:
 
 
 def identity(memory: RegisterMemory) -> bytes:
-    """The DISCOVERY_ACK's payload: the first registers as they are."""
+    """Return the DISCOVERY_ACK's payload: the first registers as they are."""
     return memory.read(0, Identity.FORMAT.size)
 
 

@@ -1,4 +1,4 @@
-"""The simulated camera as a GigE Vision device on UDP: what `grabbergui simulate --gige` runs."""
+"""The simulated camera as a GigE Vision device on UDP, for `grabbergui simulate --gige`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 GIGABIT = 125e6
 "Bytes per second of the link that most cameras have."
 _PAYLOAD_SHARE = 0.96
-"Of a link's bytes that are pixels, the rest being headers; keeps the stream from ever falling behind."
+"Share of a link's bytes left for pixels, the rest being headers; keeps the stream from falling behind."
 _TICK_S = 0.1
 _BURST = 64
 "Datagrams taken before anything else is looked after."
@@ -50,10 +50,10 @@ class GigeCamera:
         segmentation: bool = False,
         on_sent: Callable[[int], None] = lambda block_id: None,
     ) -> None:
-        """Take the address and begin to answer. Raises SourceUnavailableError where it cannot be had.
+        """Bind the address and begin to answer. Raises SourceUnavailableError if it is not available.
 
-        `bandwidth` (bytes per second) is what the camera's link carries: packets are spread over time and
-        the frame rate is bounded as on such a link; 0 sends as fast as this machine can. With
+        `bandwidth` (bytes per second) is the capacity of the camera's link: packets are spread over time and
+        the frame rate is limited as on such a link; 0 sends as fast as this machine can. With
         `segmentation` the kernel cuts packets out of large sends, which is faster; packet sockets and
         captures on this machine then see the large sends instead of the packets. `on_sent` is called with a
         block's id when its last payload packet has left, on the stream's thread.
@@ -143,7 +143,7 @@ class GigeCamera:
         self._stream.start()
 
     def _address_at_power_on(self) -> str:
-        """The persistent address where one is switched on and can be had; else the present one."""
+        """Return the persistent address if it is enabled and available; else the present one."""
         ways = int(self._flash.get(gev.IP_CONFIGURATION, 0))
         wanted = int(self._flash.get(gev.PERSISTENT_IP, 0))
         if not ways & IpConfigurationBit.PERSISTENT or not wanted:
@@ -170,7 +170,7 @@ class GigeCamera:
         self._reboot_at = time.monotonic()
 
     def _reboot(self) -> None:
-        """Be gone for a while, then come back as after power-on."""
+        """Stop answering for a while, then start again as after power-on."""
         self._reboot_at = None
         self._switch_off()
         self._queue.clear()
@@ -217,7 +217,7 @@ class GigeCamera:
         if self._queue:
             wait = min(wait, max(self._queue[0][0] - time.monotonic(), 0))
         for key, _ in selector.select(wait):
-            if key.fileobj in self._sockets:  # a FORCEIP among what came together closes them all
+            if key.fileobj in self._sockets:  # a FORCEIP among the received datagrams closes them all
                 self._receive(key.fileobj)
         now = time.monotonic()
         with self._channel:
@@ -282,7 +282,7 @@ class GigeCamera:
 
 
 def _open_sockets(interface: Interface, address: str) -> list[socket.socket]:
-    """The camera's own socket first; then those that hear broadcasts, which Linux gives to no other."""
+    """Open the camera's own socket, then those for broadcasts, which Linux passes to no other."""
     sockets = [_open_socket(address, shared=False)]
     for broadcast in ("255.255.255.255", interface.broadcast):
         if broadcast == address:
@@ -322,10 +322,10 @@ def serve(
 ) -> None:
     """Run a camera at each address until `stop` is set.
 
-    The first has the serial number `serial`, the others count on from it; without one, each has that of its
-    address (`registers.serial_at`). `power_on` is what `source.power_on_values` makes of a URI. `ready` is
-    called with a sentence that says where each camera is.
-    Raises SourceUnavailableError where an address cannot be had.
+    The first has the serial number `serial`, the others count up from it; without one, each serial number
+    follows from the address (`registers.serial_at`). `power_on` is the result of `source.power_on_values`.
+    `ready` is called with a sentence that contains each camera's address.
+    Raises SourceUnavailableError if an address is not available.
     """
     stop = stop or threading.Event()
     cameras: list[GigeCamera] = []
@@ -351,7 +351,7 @@ def serve(
 
 
 def counted(serial: str, index: int) -> str:
-    """A serial number counted on: `SIM001`, 2 → `SIM003`."""
+    """Return a serial number counted on: `SIM001`, 2 → `SIM003`."""
     stem = serial.rstrip("0123456789")
     digits = serial[len(stem) :]
     if not digits:

@@ -21,7 +21,7 @@ from grabbergui.driver.sim.model import CameraModel, FramePlan
 log = logging.getLogger(__name__)
 
 _REORDERED = 0.02
-"Part of the packets that swap places, where reordering is asked for."
+"Share of the packets that swap places if reordering is enabled."
 _DUPLICATED = 0.01
 _LONGEST_DELAY_S = 10.0
 
@@ -63,7 +63,7 @@ class Faults:
 
 
 REBOOT_S = 2.0
-"Seconds that a rebooting camera is gone."
+"Seconds for which a rebooting camera does not answer."
 
 
 class PacketFaults:
@@ -74,7 +74,7 @@ class PacketFaults:
         self._random = np.random.default_rng(faults.seed)
 
     def order(self, count: int) -> NDArray[np.intp]:
-        """Which of `count` packets leave, and in which order."""
+        """Return the indices of those of `count` packets that are sent, in the order of sending."""
         faults = self._faults
         order = np.arange(count)
         if faults.duplicate:
@@ -93,7 +93,7 @@ class PacketFaults:
 
 _POLL_S = 0.05
 _KEPT_BYTES = 96 << 20
-"Of frames kept for being sent again."
+"Largest total size of the frames kept for resends."
 _MOST_KEPT = 16
 _MOST_RESENT = 4096
 "Packets sent for one request."
@@ -104,7 +104,7 @@ _SEND_BUFFER = 4 << 20
 
 @dataclass(frozen=True)
 class StreamSettings:
-    """Where the packets of one channel go and how large they are."""
+    """Destination and size of one channel's packets."""
 
     host: str = ""
     port: int = 0
@@ -131,7 +131,7 @@ class StreamSender:
         segmentation: bool = False,
         on_sent: Callable[[int], None] = lambda block_id: None,
     ) -> None:
-        """`segmentation`: let the kernel cut packets out of large sends, where it can.
+        """With `segmentation`, the kernel splits large sends into packets if it supports that.
 
         `on_sent` is called with a block's id when its last payload packet has left.
         """
@@ -178,7 +178,7 @@ class StreamSender:
             self._socket = _open_socket(address)
 
     def configure(self, settings: Sequence[StreamSettings]) -> None:
-        """Take over where each channel's packets go; from the next frame on."""
+        """Set the destination of each channel's packets from the next frame on."""
         with self._lock:
             before = [(channel.host, channel.port) for channel in self._settings]
             if before != [(channel.host, channel.port) for channel in settings]:
@@ -197,7 +197,7 @@ class StreamSender:
         self._send(test_packet(size), channel)
 
     def resend(self, request: PacketResend) -> None:
-        """Send packets again, or say that they are gone or not sent yet."""
+        """Resend packets, or answer that they are unavailable or not sent yet."""
         with self._lock:
             block = self._kept.get(request.block_id, {}).get(request.channel)
             if block is None:
@@ -258,7 +258,7 @@ class StreamSender:
                 log.warning("frame %d was not sent: %s", plan.frame_id, error)
 
     def _oldest(self, size: int) -> np.ndarray:
-        """Room for a frame: the oldest kept one's, or new where there is memory left."""
+        """Return memory for a frame: that of the oldest kept frame, or new memory within the limit."""
         room = max(min(_MOST_KEPT, _KEPT_BYTES // size), 2)
         if len(self._kept) >= room:
             _, blocks = self._kept.popitem(last=False)

@@ -33,7 +33,7 @@ Poses = Callable[[float], "Matrix | None"]
 
 
 def at(x: float, y: float, z: float, yaw: float = 0.0, pitch: float = 0.0, roll: float = 0.0) -> Matrix:
-    """The pose of a panel at a place that faces −x, towards the robot.
+    """Return the pose of a panel at a place that faces −x, towards the robot.
 
     Turned, in degrees, about the vertical, then tipped about its own x and y.
     """
@@ -83,19 +83,19 @@ class Sheet:
 
 
 def marker_sheet(dictionary: int = cv2.aruco.DICT_4X4_50, marker_id: int = 20, size: float = 0.10) -> Sheet:
-    """A board with one marker, 1.6 times as wide as its black square, whose edge is `size` metres."""
+    """Return a board with one marker, 1.6 times as wide as its black square, whose edge is `size` metres."""
     return Sheet(world.marker_board(dictionary, marker_id), 1.6 * size, 1.6 * size)
 
 
 def pattern_sheet(pattern: NDArray[np.uint8], width: float, height: float, margin: float = 0.02) -> Sheet:
-    """A board with a grey (rows, columns) pattern of `width` × `height` metres in a white `margin`."""
+    """Return a board with a grey (rows, columns) pattern of `width` × `height` metres in a white `margin`."""
     border = round(margin * pattern.shape[1] / width)
     margins = margin, border * height / pattern.shape[0]
     return Sheet(world.printed(pattern, border), width + 2 * margins[0], height + 2 * margins[1])
 
 
 def swaying(x: float = 1.35, y: float = -0.1, z: float = 0.80) -> Poses:
-    """A person who shifts from one foot to the other."""
+    """Return a person who shifts from one foot to the other."""
 
     def pose(seconds: float) -> Matrix:
         return at(x, y + 0.10 * math.sin(0.7 * seconds), z + 0.015 * math.sin(1.4 * seconds))
@@ -104,13 +104,13 @@ def swaying(x: float = 1.35, y: float = -0.1, z: float = 0.80) -> Poses:
 
 
 def board_pose() -> Matrix:
-    """Where the person holds the board: within reach of the robot's right hand."""
+    """Return the place of the board, within reach of the robot's right hand."""
     return at(0.70, -0.32, 0.36, yaw=4, pitch=-8)
 
 
 @dataclass
 class Things:
-    """Where everything is; a pose of None is not in the room."""
+    """Poses of everything in the scene; None means that it is not in the room."""
 
     face: Poses = field(default_factory=swaying)
     board: Poses = lambda seconds: board_pose()
@@ -133,11 +133,11 @@ class RenderedScene(Scene):
             self._camera = camera_pose
 
     def view(self, time_ns: int) -> SceneView:
-        """The whole sensor's picture."""
+        """Return the whole sensor's picture."""
         return SceneView(self._drawn(time_ns, SENSOR_WIDTH, SENSOR_HEIGHT, sensor_pinhole()))
 
     def rendered(self, time_ns: int, settings: FrameSettings) -> NDArray[np.uint16]:
-        """Just what one frame shows."""
+        """Render only the part that one frame shows."""
         return self._drawn(time_ns, settings.width, settings.height, pinhole(settings))
 
     def _drawn(self, time_ns: int, width: int, height: int, matrix: Matrix) -> NDArray[np.uint16]:
@@ -198,17 +198,17 @@ DICTIONARY = cv2.aruco.DICT_5X5_100
 BORDER = 0.015
 "Metres of white around."
 MOVE_S, REST_S = 0.5, 0.9
-"How long it takes from pose to pose, and stays."
+"Seconds for the move between two poses, and at each pose."
 
 _CAMERA = np.array([[0, 0, 1.0, 0.1], [-1.0, 0, 0, 0], [0, -1.0, 0, 0.75], [0, 0, 0, 1.0]])
-"It looks straight ahead."
+"Pose of the camera; it looks straight ahead."
 _HALF_X, _HALF_Y = 0.625, 0.525
 "Half of the image's width and height at a metre's distance, with the sensor's region as after power-on."
 
 
 @dataclass(frozen=True)
 class Hold:
-    """How the board is held."""
+    """Place and tilt of the board in the person's hands."""
 
     across: float
     "−1 to 1: as far to the left or right as it can be seen whole, or nearly."
@@ -242,7 +242,7 @@ class Hold:
 
 
 def holds() -> list[Hold]:
-    """One round: parts of the picture and tilts in turn, so that few views cover much."""
+    """Return a round of poses that alternates image regions and tilts, for coverage with few views."""
     places = [
         Hold(across, down, 0.48, yaw, pitch)
         for across, down, yaw, pitch in (
@@ -270,7 +270,7 @@ class BoardScene(RenderedScene):
         self.mount(lambda time_ns: _CAMERA)
 
     def hold_at(self, seconds: float) -> Hold:
-        """How the board is held at a time on the device's clock."""
+        """Return the board's pose at a time on the device's clock."""
         turn, since = divmod(seconds, MOVE_S + REST_S)
         here = self._holds[int(turn) % len(self._holds)]
         if since <= REST_S:
@@ -285,7 +285,7 @@ class BoardScene(RenderedScene):
 
 @cache
 def _texture(pixels: int = 3600) -> Texture:
-    """The board as it is printed, `pixels` per metre."""
+    """Return the board as it is printed, `pixels` per metre."""
     board = cv2.aruco.CharucoBoard(
         (COLUMNS, ROWS), SQUARE, MARKER, cv2.aruco.getPredefinedDictionary(DICTIONARY)
     )

@@ -29,7 +29,7 @@ def _opaque(rgb: NDArray[np.float32]) -> Texture:
 
 @cache
 def plaster(colour: Colour, seed: int, size: int = 512) -> Texture:
-    """A wall: clouds of lighter and darker, a lighter rail, and a line every quarter to see motion by."""
+    """Return a wall: irregular brightness, a lighter rail, and lines at each quarter that show motion."""
     random = np.random.default_rng(seed)
     clouds = np.zeros((size, size), np.float32)
     for cells, weight in ((4, 0.10), (16, 0.06), (64, 0.03)):
@@ -43,7 +43,7 @@ def plaster(colour: Colour, seed: int, size: int = 512) -> Texture:
 
 @cache
 def planks(size: int = 512, boards: int = 8) -> Texture:
-    """A wooden floor."""
+    """Return a wooden floor."""
     random = np.random.default_rng(5)
     grain = cv2.resize(random.standard_normal((boards * 8, 24)).astype(np.float32), (size, size))
     tone = np.repeat(random.uniform(0.75, 1.1, boards).astype(np.float32), size // boards)[:, None]
@@ -54,7 +54,7 @@ def planks(size: int = 512, boards: int = 8) -> Texture:
 
 @cache
 def marker_board(dictionary: int, marker_id: int, side: int = 640) -> Texture:
-    """A white board with an ArUco marker that covers its middle 5/8."""
+    """Return a white board with an ArUco marker that covers its middle 5/8."""
     board = np.full((side, side), 0.9, np.float32)
     inner = side * 5 // 8
     drawn = cv2.aruco.generateImageMarker(
@@ -66,7 +66,7 @@ def marker_board(dictionary: int, marker_id: int, side: int = 640) -> Texture:
 
 
 def printed(drawing: NDArray[np.uint8], border: int) -> Texture:
-    """A grey drawing (rows, columns) in black ink on paper, with a white border of so many of its pixels."""
+    """Return a grey drawing (rows, columns) as ink on paper, with a white border given in its pixels."""
     wide = cv2.copyMakeBorder(drawing, border, border, border, border, cv2.BORDER_CONSTANT, value=(255,))
     grey = np.float32(0.04) + np.float32(0.86 / 255) * wide.astype(np.float32)
     return _opaque(np.dstack((grey, grey, grey)))
@@ -84,7 +84,7 @@ def torso(size: int = 128) -> Texture:
 
 @cache
 def face(size: int = 256) -> Texture:
-    """A face from the front, cut out; a cascade classifier takes it for one."""
+    """Return a face from the front, cut out; a cascade classifier takes it for one."""
     drawing = _Drawing(size, _HAIR)
     head = np.maximum(drawing.blob(128, 110, 88, 104, 0.05), drawing.blob(128, 225, 34, 50, 0.05))
     drawing.paint(drawing.blob(128, 245, 40, 60), (0.62, 0.45, 0.36))
@@ -172,7 +172,7 @@ _pyramids: dict[int, tuple[Texture, list[NDArray[np.uint16]]]] = {}
 
 
 def _pyramid(texture: Texture) -> list[NDArray[np.uint16]]:
-    """Radiance and opacity (65535 is solid) of a texture at full size and, in turn, at half of it."""
+    """Radiance and opacity (65535 is solid) of a texture at full size, half size, quarter size and so on."""
     held = _pyramids.get(id(texture))
     if held is None or held[0] is not texture:
         scale = np.array([UNIT * answer for answer in ILLUMINANT] + [65535.0], np.float32)
@@ -249,7 +249,7 @@ def _level(panel: Panel, outline: Matrix, samples: int) -> NDArray[np.uint16]:
 
 
 def _clipped(points: Matrix) -> Matrix:
-    """A polygon's part that lies before the camera (Sutherland and Hodgman)."""
+    """Return a polygon's part that lies before the camera (Sutherland and Hodgman)."""
     kept = []
     for start, end in zip(points, np.roll(points, -1, axis=0), strict=True):
         if start[2] >= _NEAR:
@@ -263,6 +263,6 @@ def _project(points: Matrix, pinhole: Matrix) -> Matrix | None:
     if len(points) < 3:
         return None
     projected = (pinhole @ points.T).T
-    # A corner that is almost beside the camera lies far outside the picture; drawing takes 26 bits.
+    # A corner almost level with the camera projects far outside the image; drawing takes 26 bits.
     flat: Matrix = np.clip(projected[:, :2] / projected[:, 2:], -60_000, 60_000)
     return flat

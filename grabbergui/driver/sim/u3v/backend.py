@@ -59,21 +59,21 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
 
     # -- descriptors -----------------------------------------------------------------------------
     def enumerate_devices(self) -> list[SimulatedU3vDevice]:
-        """The camera, while it is plugged in."""
+        """Return the camera, while it is plugged in."""
         return [self.camera] if self.camera.plugged else []
 
     def get_parent(self, dev: SimulatedU3vDevice) -> None:
         """No hub."""
 
     def get_device_descriptor(self, dev: SimulatedU3vDevice) -> SimpleNamespace:
-        """The device descriptor, and where the device is."""
+        """Return the device descriptor with the device's bus address."""
         data = dev.descriptors.get(DEVICE, 0) or b""
         values = struct.unpack("<BBHBBBBHHHBBBB", data)
         place = {"bus": 1, "address": 1, "port_number": 1, "port_numbers": (1,), "speed": _SUPER_SPEED}
         return SimpleNamespace(**_named(_DEVICE_FIELDS, values), **place)
 
     def get_configuration_descriptor(self, dev: SimulatedU3vDevice, config: int) -> SimpleNamespace:
-        """The only configuration."""
+        """Return the only configuration."""
         if config:
             raise IndexError(f"no configuration {config}")
         values = struct.unpack_from("<BBHBBBBB", dev.descriptors.configuration())
@@ -82,7 +82,7 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
     def get_interface_descriptor(
         self, dev: SimulatedU3vDevice, intf: int, alt: int, config: int
     ) -> SimpleNamespace:
-        """An interface by its index; only alternate setting 0 exists."""
+        """Return an interface by its index; only alternate setting 0 exists."""
         interfaces = _interfaces(dev)
         if alt or intf >= len(interfaces):
             raise IndexError(f"no interface {intf} with setting {alt}")
@@ -91,12 +91,12 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
     def get_endpoint_descriptor(
         self, dev: SimulatedU3vDevice, ep: int, intf: int, alt: int, config: int
     ) -> SimpleNamespace:
-        """An endpoint by its index."""
+        """Return an endpoint by its index."""
         return _interfaces(dev)[intf][1][ep]
 
     # -- handles ---------------------------------------------------------------------------------
     def open_device(self, dev: SimulatedU3vDevice) -> object:
-        """A new handle."""
+        """Return a new handle."""
         if self._forbidden:
             raise _error(errno.EACCES)
         self._require_plugged()
@@ -138,7 +138,7 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         data: Any,
         timeout: int,
     ) -> int:
-        """A standard request on endpoint 0."""
+        """Execute a standard request on endpoint 0; return the length of its data."""
         self._require_plugged()
         answer = self.camera.control_request(bmRequestType, bRequest, wValue, wIndex)
         if answer is None:
@@ -149,7 +149,7 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         return len(answer)
 
     def bulk_write(self, dev_handle: object, ep: int, intf: int, data: array[int], timeout: int) -> int:
-        """A command."""
+        """Pass a command to the camera; return its length."""
         self._require_plugged()
         if ep != CONTROL_OUT or self._claimed.get(intf) is not dev_handle:
             raise _error(errno.ENOENT)

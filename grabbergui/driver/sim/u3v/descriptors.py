@@ -69,7 +69,7 @@ class Descriptors:
         )
 
     def get(self, kind: int, index: int) -> bytes | None:
-        """A descriptor; None where there is none, which a device answers by a stall."""
+        """Return a descriptor; None if it does not exist, which a device answers with a stall."""
         if kind == DEVICE:
             return self.device()
         if kind == CONFIGURATION and index == 0:
@@ -81,14 +81,14 @@ class Descriptors:
         return None
 
     def device(self) -> bytes:
-        """The device descriptor; strings 1 to 3 are vendor, model and serial number."""
+        """Return the device descriptor; strings 1 to 3 are vendor, model and serial number."""
         ids = (VENDOR_ID, PRODUCT_ID, 0x0100)
         return struct.pack(
             "<BBHBBBBHHHBBBB", 18, DEVICE, 0x0300, MISCELLANEOUS_CLASS, 2, 1, 9, *ids, 1, 2, 3, 1
         )
 
     def configuration(self) -> bytes:
-        """The one configuration with its three interfaces."""
+        """Return the one configuration with its three interfaces."""
         association = struct.pack("<8B", 8, 0x0B, 0, 3, MISCELLANEOUS_CLASS, U3V_SUBCLASS, 0, 0)
         body = (
             association
@@ -112,7 +112,7 @@ class Descriptors:
         return struct.pack("<BBHB", 5, BOS, 5 + len(body), 2) + body
 
     def string(self, index: int) -> bytes | None:
-        """A string descriptor; 0 lists the languages."""
+        """Return a string descriptor; 0 lists the languages."""
         if index == 0:
             return struct.pack("<BBH", 4, STRING, 0x0409)
         if index > len(self._strings):

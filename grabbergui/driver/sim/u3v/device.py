@@ -1,4 +1,4 @@
-"""The simulated camera as a USB3 Vision device, whatever carries its USB.
+"""The simulated camera as a USB3 Vision device, independent of the USB implementation.
 
 A front (in process, USB/IP, FunctionFS) passes on control requests, commands and halts, and fetches from the
 three IN pipes.
@@ -53,7 +53,7 @@ _IDENTITY = (
     reg.DEVICE_VERSION,
     reg.DEVICE_USER_ID,
 )
-"Where the strings of `UsbIdentity` come from, in its order."
+"Registers with the strings of `UsbIdentity`, in its order."
 
 
 @dataclass
@@ -65,7 +65,7 @@ class U3vFaults:
     short_every: int = 0
     "Frames of which one is sent with half its payload and the status of discarded data."
     early_every: int = 0
-    "One frame in so many ends early and reports its size in the trailer, as compressed ones do."
+    "Every n-th frame ends early and reports its size in the trailer, like compressed frames."
     unplug_after_frames: int = 0
     unplug_after_commands: int = 0
     ignore_every: int = 0
@@ -94,10 +94,10 @@ class SimulatedU3vDevice:
         strict: bool = False,
         leader_space: int = 0,
     ) -> None:
-        """A camera, switched on by `start`.
+        """Make a camera; `start` switches it on.
 
         `alignment` is that of the payload transfers, in bytes; a `strict` camera refuses a host that ignores
-        it, as some real ones do. `leader_space` pads leaders and trailers to so many bytes.
+        it, as some real cameras do. Leaders and trailers are padded to `leader_space` bytes.
         """
         self.model = model or CameraModel()
         self.model.memory.set(reg.DEVICE_TL_TYPE, reg.TransportLayer.USB3_VISION)
@@ -165,7 +165,7 @@ class SimulatedU3vDevice:
 
     # -- endpoint 0 ------------------------------------------------------------------------------
     def control_request(self, request_type: int, request: int, value: int, index: int) -> bytes | None:
-        """A standard request: the data stage's bytes (to be cut to the host's length), None for a stall."""
+        """Return the data (to be cut to the host's length) for a standard request; None is a stall."""
         if (request_type, request) == (0x80, 6):
             return self.descriptors.get(value >> 8, value & 0xFF)
         if (request_type, request) == (0x80, 8):
@@ -268,7 +268,7 @@ class SimulatedU3vDevice:
 
     # -- events ----------------------------------------------------------------------------------
     def _on_model_event(self, event: reg.Event, frame_id: int, timestamp: int) -> None:
-        # Big-endian, as the description says of all the camera's own registers.
+        # Big-endian, like all the camera's own registers in the description.
         data = frame_id.to_bytes(8, "big") + timestamp.to_bytes(8, "big")
         self._send_event(Event(reg.EVENT_ID_BASE + event, timestamp, data))
 
@@ -357,7 +357,7 @@ _PAYLOAD_TYPES = {
 
 
 def cut(payload: memoryview, sizes: list[int]) -> list[bytes | memoryview]:
-    """A payload as transfers of the planned sizes; the last may be short, and is ended by an empty packet."""
+    """Divide a payload into transfers of the planned sizes; an empty packet ends a last one if necessary."""
     transfers: list[bytes | memoryview] = []
     position = 0
     for size in sizes:

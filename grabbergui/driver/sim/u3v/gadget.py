@@ -106,7 +106,7 @@ class _Files:
         self._libc.write.argtypes = (ctypes.c_int, ctypes.c_void_p, ctypes.c_size_t)
 
     def read(self, descriptor: int, size: int) -> bytes:
-        """One transfer of at most `size` bytes. Raises OSError."""
+        """Read one transfer of at most `size` bytes. Raises OSError."""
         buffer = ctypes.create_string_buffer(size)
         length = self._checked(self._libc.read(descriptor, buffer, size))
         return buffer.raw[:length]
@@ -140,7 +140,7 @@ class Gadget:
     """The camera on a device controller, from entering to leaving the context."""
 
     def __init__(self, camera: SimulatedU3vDevice, udc: str = "") -> None:
-        """Raises SourceUnavailableError where the system has no controller."""
+        """Open a USB device controller. Raises SourceUnavailableError if the system has none."""
         controllers = sorted(path.name for path in _CONTROLLERS.glob("*")) if _CONTROLLERS.exists() else []
         if not controllers or (udc and udc not in controllers):
             known = f"; there is {', '.join(controllers)}" if controllers else ""
@@ -323,7 +323,7 @@ class Gadget:
                     del self._writing[address]
 
     def _abort_write(self, address: int, thread: threading.Thread) -> None:
-        """Take back what waits for the host on an IN endpoint, however the race between us goes."""
+        """Cancel the transfer that waits for the host on an IN endpoint, even if it ends meanwhile."""
         token = self._writing.get(address)
         while token is not None and self._writing.get(address) is token:
             _interrupt(thread)
@@ -331,7 +331,7 @@ class Gadget:
 
 
 def _transient(error: OSError) -> bool:
-    """Whether to go on: interrupted, not yet enabled, disabled by the host, halted."""
+    """Return whether a retry makes sense: interrupted, not yet enabled, disabled by the host, halted."""
     return error.errno in (errno.EINTR, errno.EAGAIN, errno.ESHUTDOWN, errno.EBADMSG, errno.ENODEV)
 
 

@@ -23,7 +23,7 @@ class PipeGoneError(PipeError):
 
 
 class PipeTimeoutError(PipeError):
-    """Nothing came in time."""
+    """No transfer was available in time."""
 
 
 class PipeCancelledError(PipeError):
@@ -42,7 +42,7 @@ class InPipe:
     """
 
     on_flush: Callable[[], None] | None = None
-    """Called after what was queued has been forgotten: a front takes back what it holds. Any thread."""
+    """Called after the queue was discarded: a front cancels the transfers it holds. Any thread."""
 
     def __init__(self) -> None:
         self._transfers: deque[memoryview] = deque()
@@ -70,9 +70,9 @@ class InPipe:
     def take(
         self, size: int, timeout: float | None = None, cancelled: Callable[[], bool] = lambda: False
     ) -> list[memoryview]:
-        """One request of `size` bytes: what it got, in pieces. Raises a PipeError.
+        """Serve one request of `size` bytes; return its data in pieces. Raises a PipeError.
 
-        On a time-out with something received, that is returned.
+        After a timeout, the data received until then are returned if there are any.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         parts: list[memoryview] = []
@@ -105,7 +105,7 @@ class InPipe:
             self._changed.notify_all()
 
     def take_transfer(self, timeout: float) -> memoryview:
-        """The next transfer as it was queued, for a front that leaves packets to a controller."""
+        """Return the next transfer as it was queued, for a front that leaves packets to a controller."""
         with self._changed:
             self._changed.wait_for(lambda: self._transfers or self._gone, timeout)
             if self._gone:
@@ -116,7 +116,7 @@ class InPipe:
             return self._transfers.popleft()
 
     def flush(self) -> None:
-        """Forget what was queued."""
+        """Discard the queued transfers."""
         with self._changed:
             self._transfers.clear()
             self._changed.notify_all()
@@ -124,7 +124,7 @@ class InPipe:
             self.on_flush()
 
     def set_halt(self) -> None:
-        """Stall, and forget what was queued."""
+        """Stall the pipe and discard the queued transfers."""
         with self._changed:
             self._halted = True
             self._transfers.clear()

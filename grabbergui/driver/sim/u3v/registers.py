@@ -32,7 +32,7 @@ from grabbergui.driver.u3v.stream_protocol import (
 )
 
 SBRM, SIRM, EIRM, MANIFEST, XML = 0x1000, 0x2000, 0x3000, 0x4000, 0x40_0000
-"Where the maps lie."
+"Addresses of the register maps."
 BOOTSTRAP_END = 0x10000
 
 LONGEST_TRANSFER = 1024
@@ -45,7 +45,7 @@ _SUPER_SPEED = 8
 
 
 def zipped_description() -> bytes:
-    """The camera's XML in an archive, the same bytes every time."""
+    """Return the camera's XML in an archive, the same bytes every time."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as opened:
         member = zipfile.ZipInfo("camera.xml", (2020, 1, 1, 0, 0, 0))
@@ -116,7 +116,7 @@ class U3vRegisters:
         elif address == EIRM + Eirm.TEST_CONTROL:
             self.on_test_event()
         elif address not in (Abrm.DEVICE_CONFIGURATION, SBRM + Sbrm.CONFIGURATION):
-            self.read(address, len(data))  # refuses an address where nothing is
+            self.read(address, len(data))  # refuses an unmapped address
             raise RegisterRefusedError(Refusal.WRITE_PROTECT, f"0x{address:x} is read-only")
 
     def _switch_stream(self, enable: bool) -> None:

@@ -1,4 +1,4 @@
-"""Serves the simulated camera on a USB: what `grabbergui simulate --u3v` runs."""
+"""Serves the simulated camera over USB, for `grabbergui simulate --u3v`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Via(Enum):
 
 
 def place_of(via: Via | str, host: str, port: int, udc: str) -> str:
-    """Where a camera is plugged in: what its serial number follows from if it is given none.
+    """Return the place at which a camera is plugged in, from which its default serial number follows.
 
     Raises SourceUnavailableError without a virtual host controller.
     """

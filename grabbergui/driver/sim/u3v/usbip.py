@@ -62,7 +62,7 @@ class _Request:
     cancelled: bool = False
 
     def is_cancelled(self) -> bool:
-        """Whether the host took it back."""
+        """Return whether the host unlinked the request."""
         return self.cancelled
 
 
@@ -124,7 +124,7 @@ class UsbIpConnection:
     def _handle(self, header: bytes) -> None:
         command, sequence, _, direction, endpoint, argument, length, *_, setup = _HEADER.unpack(header)
         if command == _UNLINK:
-            # The unlinked sequence lies where a submit has its flags.
+            # The unlinked sequence number takes the place of a submit's flags.
             self._unlink(sequence, argument)
             return
         if command != _SUBMIT:
@@ -195,10 +195,10 @@ class UsbIpConnection:
                 status = _STATUS[type(error)]
             with endpoint.changed:
                 if request.cancelled:
-                    continue  # the host has its answer; what came is lost, as on a wire
+                    continue  # the host has its answer; the data are lost, as on a cable
                 endpoint.requests.popleft()
-                # From here to the answer nothing else may be sent: to an unlink that came meanwhile, Linux
-                # takes the request as gone, and hangs up when it is answered afterwards.
+                # Send nothing else before the answer: after the reply to an unlink, Linux considers the
+                # request finished and closes the connection if an answer to it follows.
                 self._sending.acquire()
             try:
                 self._send(_submit_reply(request.sequence, status, sum(map(len, parts))), *parts)
@@ -210,12 +210,12 @@ class UsbIpConnection:
             self._send(_submit_reply(sequence, status, length), *data)
 
     def _send(self, header: bytes, *data: memoryview) -> None:
-        """Send, with `_sending` held; a host that is gone is noticed by the reader."""
+        """Send with `_sending` held; the reader notices a lost host."""
         with contextlib.suppress(OSError):
             if sys.platform == "win32" or not data:
                 self._socket.sendall(b"".join((header, *data)))
                 return
-            # One call for all where the socket takes it; a stream socket may take less.
+            # One call for all parts; a stream socket may accept fewer bytes.
             sent = self._socket.sendmsg([header, *data])
             for part in (memoryview(header), *data):
                 if sent < len(part):
@@ -230,7 +230,7 @@ def _submit_reply(sequence: int, status: int, length: int) -> bytes:
 def attach_to_kernel(camera: SimulatedU3vDevice) -> UsbIpConnection:
     """Plug the camera into this machine's virtual host controller; `run` the connection then.
 
-    Raises SourceUnavailableError where there is no vhci-hcd or no right to use it.
+    Raises SourceUnavailableError without vhci-hcd or the right to use it.
     """
     if sys.platform == "win32":
         raise SourceUnavailableError("a virtual USB host controller needs Linux: use --via tcp")
@@ -294,7 +294,7 @@ class UsbIpServer:
         except OSError as error:
             raise SourceUnavailableError(f"cannot serve USB/IP on {host}:{port}: {error}") from error
         self.address: tuple[str, int] = self._listener.getsockname()[:2]
-        "Where it listens."
+        "Host and port on which it listens."
 
     def run(self) -> None:
         """Serve hosts, one after the other, until `close`."""
@@ -374,7 +374,7 @@ class UsbIpServer:
 
 
 def _receive(connection: socket.socket, length: int) -> bytes:
-    """Exactly so many bytes; none at all where the peer hung up."""
+    """Read exactly that many bytes; return none if the peer closed the connection."""
     data = bytearray()
     while len(data) < length:
         part = connection.recv(length - len(data))
