@@ -53,14 +53,14 @@ def loads(text: str) -> Any:
 
 
 def read_info(data: object) -> DeviceInfo:
-    """A DeviceInfo out of a reply. Raises RemoteProtocolError."""
+    """Return a DeviceInfo out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
     known = {field.name for field in fields(DeviceInfo)}
     return DeviceInfo(**{key: str(value) for key, value in {"uri": "", **table}.items() if key in known})
 
 
 def read_feature(data: object) -> Feature:
-    """A Feature out of a reply. Raises RemoteProtocolError."""
+    """Return a Feature out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
     entries = tuple(_built(EnumEntry, entry) for entry in _array(table.get("entries", [])))
     feature = _built(Feature, {**table, "entries": entries})
@@ -70,7 +70,7 @@ def read_feature(data: object) -> Feature:
 
 
 def read_write_result(data: object) -> WriteResult:
-    """A WriteResult out of a reply. Raises RemoteProtocolError."""
+    """Return a WriteResult out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
     feature = read_feature(table.get("feature"))
     written, consequences = (
@@ -83,7 +83,7 @@ def read_write_result(data: object) -> WriteResult:
 
 
 def read_category(data: object, depth: int = 0) -> Category:
-    """A Category with all below out of a reply. Raises RemoteProtocolError."""
+    """Return a Category with all below out of a reply. Raises RemoteProtocolError."""
     table = table_of(data)
     if depth > _MAX_DEPTH:
         raise RemoteProtocolError(f"categories are nested deeper than {_MAX_DEPTH}")
@@ -110,7 +110,7 @@ def _plain(value: object) -> Any:
 
 
 def _built(kind: type[_Built], data: object) -> _Built:
-    """An object of the fields we know; a newer peer may send more."""
+    """Return an object of the fields we know; a newer peer may send more."""
     table = table_of(data)
     names = {field.name for field in fields(kind)}
     values = {key: value for key, value in table.items() if key in names}
@@ -127,7 +127,7 @@ def _built(kind: type[_Built], data: object) -> _Built:
 
 
 def _change(data: object) -> ValueChange:
-    """A setting's text, its value before and after."""
+    """Return a setting's text, its value before and after."""
     items = _array(data)
     if len(items) != 3 or not all(isinstance(value, (int, float, str, NoneType)) for value in items[1:]):
         raise RemoteProtocolError("a change that is not a setting and two values")
@@ -138,7 +138,7 @@ def _change(data: object) -> ValueChange:
 
 
 def table_of(data: object) -> dict[str, Any]:
-    """A JSON object."""
+    """Return a JSON object."""
     if not isinstance(data, dict):
         raise RemoteProtocolError(f"a {type(data).__name__} where an object is expected")
     return data
@@ -151,7 +151,7 @@ def _array(data: object) -> list[Any]:
 
 
 def error_of(kind: str, message: str, feature: str) -> GrabberError:
-    """The error that the other end named, to be raised here."""
+    """Return the error that the other end named, to be raised here."""
     found = getattr(errors, kind, GrabberError)
     if (
         not isinstance(found, type)

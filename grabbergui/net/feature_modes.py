@@ -1,7 +1,7 @@
-"""Who regulates a feature, and whether it is switched on: its two companions on the camera.
+"""Automatic mode and switch of a feature: its two companions on the camera.
 
 A feature may have an automatic mode (`ExposureAuto`) and a switch (`AcquisitionFrameRateEnable`), or be a
-switch itself (`TriggerMode`: On, Off). Both networks speak of them in YARP's words.
+switch itself (`TriggerMode`: On, Off). Both networks use YARP's terms for them.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ class FeatureModes:
 
     # -- what there is -----------------------------------------------------------------------------
     def has_auto(self, name: str) -> bool:
-        """Whether the camera can regulate it by itself."""
+        """Return whether the camera can regulate it by itself."""
         auto = self._automatic(name)
         return auto is not None and (auto.kind is FeatureKind.BOOLEAN or offers(auto, AUTO_CONTINUOUS))
 
     def has_manual(self, name: str) -> bool:
-        """Whether it can be set; one that is locked by its automatic mode can, after a change of mode."""
+        """Return whether it can be set, if necessary after its automatic mode was switched off."""
         return self._grabber.feature(name).access.writable or self.has_auto(name)
 
     def has_one_push(self, name: str) -> bool:
-        """Whether the camera can regulate it once and then keep it."""
+        """Return whether the camera can regulate it once and then keep it."""
         auto = self._automatic(name)
         return auto is not None and offers(auto, AUTO_ONCE)
 
     def has_on_off(self, name: str) -> bool:
-        """Whether it can be switched on and off."""
+        """Return whether it can be switched on and off."""
         return self._switch(name) is not None
 
     # -- who regulates it --------------------------------------------------------------------------
     def automatic(self, name: str) -> bool:
-        """Whether the camera regulates it at the moment."""
+        """Return whether the camera regulates it at the moment."""
         return regulating(self._automatic(name))
 
     def set_automatic(self, name: str, on: bool) -> None:
@@ -64,7 +64,7 @@ class FeatureModes:
 
     # -- whether it acts ---------------------------------------------------------------------------
     def active(self, name: str) -> bool:
-        """Whether it is switched on; what has no switch is on."""
+        """Return whether it is switched on; a feature without a switch is always on."""
         switch = self._switch(name)
         return switch is None or switch.value not in (False, _OFF, None)
 

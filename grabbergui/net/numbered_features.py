@@ -51,7 +51,7 @@ def label(number: int) -> str:
 
 
 class FeatureMode(IntEnum):
-    """Who regulates a feature."""
+    """Whether the camera or the user controls a feature."""
 
     UNKNOWN = 0
     MANUAL = 1
@@ -59,7 +59,7 @@ class FeatureMode(IntEnum):
 
 
 class BusType(IntEnum):
-    """How a camera is attached; YARP knows no Ethernet."""
+    """Bus of a camera; YARP knows no Ethernet."""
 
     UNKNOWN = 0
     FIREWIRE = 1
@@ -114,7 +114,7 @@ class NumberedFeatures:
 
     Values are in the camera's own units, or from 0 at the camera's minimum to 1 at its maximum where
     `normalised`. Booleans count as 0 and 1, enumerations by the place of their entry. Any thread may call;
-    errors are those of the grabber, FeatureNotFoundError for a number that stands for nothing here.
+    errors are those of the grabber, and FeatureNotFoundError for a number without a feature.
     """
 
     def __init__(self, grabber: FrameGrabber, *, normalised: bool = False) -> None:
@@ -123,12 +123,12 @@ class NumberedFeatures:
         self._modes = FeatureModes(grabber)
 
     def name(self, number: int) -> str | None:
-        """The GenICam feature that a YARP number stands for, or None."""
+        """Return the GenICam feature of a YARP number, or None."""
         role = _ROLE_OF_NUMBER.get(number)
         return role.find(self._grabber.has_feature) if role else None
 
     def require(self, number: int) -> str:
-        """The name of a feature that is there. Raises FeatureNotFoundError."""
+        """Return the name of a feature that is there. Raises FeatureNotFoundError."""
         name = self.name(number) if self.has(number) else None
         if name is None:
             what = label(number)
@@ -137,33 +137,33 @@ class NumberedFeatures:
 
     # -- what there is -----------------------------------------------------------------------------
     def has(self, number: int) -> bool:
-        """Whether the camera has the feature."""
+        """Return whether the camera has the feature."""
         name = self.name(number)
         return name is not None and (number != FeatureId.WHITE_BALANCE or self._has_both_balances())
 
     def has_auto(self, number: int) -> bool:
-        """Whether the camera can regulate it by itself."""
+        """Return whether the camera can regulate it by itself."""
         name = self.name(number)
         return name is not None and self._modes.has_auto(name)
 
     def has_manual(self, number: int) -> bool:
-        """Whether it can be set."""
+        """Return whether it can be set."""
         name = self.name(number)
         return name is not None and self.has(number) and self._modes.has_manual(name)
 
     def has_one_push(self, number: int) -> bool:
-        """Whether the camera can regulate it once and then keep it."""
+        """Return whether the camera can regulate it once and then keep it."""
         name = self.name(number)
         return name is not None and self._modes.has_one_push(name)
 
     def has_on_off(self, number: int) -> bool:
-        """Whether it can be switched on and off."""
+        """Return whether it can be switched on and off."""
         name = self.name(number)
         return name is not None and self._modes.has_on_off(name)
 
     # -- values ------------------------------------------------------------------------------------
     def value(self, number: int) -> float:
-        """The value of a feature that has one."""
+        """Return the value of a feature that has one."""
         self._refuse_two_values(number)
         return self._to_yarp(self._feature(number))
 
@@ -199,7 +199,7 @@ class NumberedFeatures:
 
     # -- modes -------------------------------------------------------------------------------------
     def mode(self, number: int) -> FeatureMode:
-        """Whether the camera regulates it at the moment."""
+        """Return whether the camera regulates it at the moment."""
         return FeatureMode.AUTO if self._modes.automatic(self.require(number)) else FeatureMode.MANUAL
 
     def set_mode(self, number: int, mode: int) -> None:
@@ -214,7 +214,7 @@ class NumberedFeatures:
         self._modes.regulate_once(self.require(number))
 
     def active(self, number: int) -> bool:
-        """Whether it is switched on; what has no switch is on."""
+        """Return whether it is switched on; a feature without a switch is always on."""
         return self._modes.active(self.require(number))
 
     def set_active(self, number: int, on: bool) -> None:
@@ -232,7 +232,7 @@ class NumberedFeatures:
         return offers(selector, RED) and offers(selector, BLUE)
 
     def _balance(self, channel: str) -> SettingKey:
-        """The balance ratio of one channel."""
+        """Return the balance ratio of one channel."""
         name = self._feature(FeatureId.WHITE_BALANCE).name
         return SettingKey(name, ((BALANCE_SELECTOR, channel),))
 
@@ -268,7 +268,7 @@ class NumberedFeatures:
 
 
 def _from_yarp(feature: Feature, value: float) -> FeatureValue:
-    """A number of YARP's, which knows only doubles, in the feature's own type and on its step."""
+    """Return a number of YARP's, which knows only doubles, in the feature's own type and on its step."""
     if feature.kind is FeatureKind.FLOAT or value != value or abs(value) == float("inf"):
         return value
     if feature.kind is FeatureKind.ENUMERATION:
@@ -284,7 +284,7 @@ def _from_yarp(feature: Feature, value: float) -> FeatureValue:
 
 
 def _span(feature: Feature) -> tuple[float, float] | None:
-    """The least and the greatest number, or None where there are no two."""
+    """Return the least and the greatest number, or None where there are no two."""
     if feature.kind is FeatureKind.BOOLEAN:
         return 0.0, 1.0
     if feature.kind is FeatureKind.ENUMERATION and len(feature.entries) > 1:

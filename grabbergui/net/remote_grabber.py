@@ -30,10 +30,10 @@ class RemoteFeatures(Protocol):
     tree: Category
 
     def has(self, name: str) -> bool:
-        """Whether there is such a feature."""
+        """Return whether there is such a feature."""
 
     def read(self, name: str) -> Feature:
-        """The feature as the server has it now."""
+        """Return the feature as the server has it now."""
 
     def write(self, name: str, value: FeatureValue) -> Feature:
         """Set it and read it back."""
@@ -49,7 +49,7 @@ class RemoteStream(Protocol):
         """Stop."""
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot. Any thread; also after `close`."""
+        """Return a snapshot. Any thread; also after `close`."""
 
 
 StreamType = TypeVar("StreamType", bound=RemoteStream)
@@ -63,25 +63,25 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
     def __init__(self, info: DeviceInfo) -> None:
         super().__init__(info)
         self._seen: dict[SettingKey, FeatureValue] = {}
-        "Settings as they were read or written last, to be compared when the other end was away."
+        "Settings as last read or written, for a comparison after an interruption."
         self._stream: StreamType | None = None
         self._statistics = StreamStatistics()
         self._refused = ""
-        "Which other camera was refused and reported since the connection was lost."
+        "Report of the other camera that was refused since the connection was lost."
 
     @abstractmethod
     def _known(self) -> RemoteFeatures:
-        """The features, also while the other end is away. Raises where it was never open."""
+        """Return the features, also while the other end does not answer. Raises if it was never open."""
 
     def _connected(self) -> RemoteFeatures:
-        """The features of an other end that is there. Raises where it is not."""
+        """Return the features. Raises while the other end does not answer."""
         return self._known()
 
     # -- which camera ----------------------------------------------------------------------------
     def _recognise(self, info: DeviceInfo) -> None:
-        """Take over what the other end says of its camera. Raises OtherCameraError if it was another before.
+        """Store the other end's description of its camera. Raises OtherCameraError for another unit.
 
-        Only our own servers say which unit they serve, so others are taken back without this.
+        Only our own servers name the unit that they serve; others are accepted again without this check.
         """
         if self.info.vendor:
             if not (info.vendor or info.model):
@@ -162,7 +162,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
             yield
 
     def _selecting_tree(self) -> TreeFeatures | None:
-        """The features of a server that selects by itself; None for any other."""
+        """Return the features of a server that selects by itself; None for any other."""
         features = self._connected()
         return features if isinstance(features, TreeFeatures) and features.selects else None
 
@@ -173,7 +173,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
     # -- what it was before the other end went away ----------------------------------------------
     def _shown(self, name: str) -> SettingKey | None:
-        """The setting a feature shows as far as its selectors were read; None where they were not."""
+        """Return the setting a feature shows as far as its selectors were read; None where they were not."""
         path = [SettingKey(selector) for selector in self.selectors.of(name)]
         if not all(key in self._seen for key in path):
             return None
@@ -215,7 +215,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
 
     # -- acquisition -----------------------------------------------------------------------------
     def stop(self) -> None:
-        """Receive no more frames. The remote camera itself goes on."""
+        """Stop receiving frames. The remote camera itself continues."""
         with self._lock:
             stream, self._stream = self._stream, None
             if stream is not None:

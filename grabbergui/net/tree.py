@@ -38,18 +38,18 @@ class TreeFeatures:
         "Of the server's verbs; asked for when it matters first."
 
     def has(self, name: str) -> bool:
-        """Whether there is such a feature."""
+        """Return whether there is such a feature."""
         return name in self._names
 
     def read(self, name: str) -> Feature:
-        """The feature as the server has it now."""
+        """Return the feature as the server has it now."""
         found = self._ask("feature", name)
         if not isinstance(found, list) or len(found) != 1:
             raise RemoteProtocolError(f"the server did not describe {name}")
         return read_feature(found[0])
 
     def write(self, name: str, value: FeatureValue) -> Feature:
-        """Set it; the server says what it is then."""
+        """Write a feature; return it as the server reports it afterwards."""
         return read_feature(self._ask("write", name, format_value(value)))
 
     def execute(self, name: str) -> None:
@@ -58,14 +58,14 @@ class TreeFeatures:
 
     @property
     def selects(self) -> bool:
-        """Whether the server selects, reads or writes, and selects back in one step."""
+        """Whether the server selects, reads or writes, and restores the selectors in one step."""
         if self._version is None:
             version = table_of(self._ask("hello")).get("version")
             self._version = version if isinstance(version, int) else 1
         return self._version >= SELECTING_VERSION
 
     def write_setting(self, key: SettingKey, value: FeatureValue) -> WriteResult:
-        """Set it under its selectors; the server says all that changed. Only where it `selects`."""
+        """Write a setting under its selectors; return everything that changed. Requires `selects`."""
         return read_write_result(self._ask("set", str(key), format_value(value)))
 
     def changes(self) -> frozenset[str]:
@@ -103,7 +103,7 @@ class ChangeLog:
         self._lock = threading.Lock()
 
     def since(self, revision: int) -> tuple[int, list[str] | None]:
-        """The revision now, and the features changed after `revision`; None where that is not known."""
+        """Return the current revision and the features changed after `revision`, or None if unknown."""
         self._listen()
         with self._lock:
             oldest = self._changes[0][0] if self._changes else self._revision + 1
@@ -141,7 +141,7 @@ class ChangeLog:
 
 
 VERSION = 2
-"From 2 on selectors can stand with a name, and `set` is known."
+"From version 2 on, names may contain selectors, and `set` exists."
 _ANY = -1
 
 Terminal = Callable[[str], str]
@@ -149,7 +149,7 @@ Terminal = Callable[[str], str]
 
 
 def no_terminal(line: str) -> str:
-    """The terminal of a server that was given none."""
+    """Return the terminal of a server that was given none."""
     raise UsageError(f"'{line}' was not run: no terminal is offered here")
 
 
@@ -196,7 +196,7 @@ class TreeService:
         return [grabber.offered(grabber.read_setting(SettingKey.parse(name))) for name in names]
 
     def _write(self, name: str, value: str) -> WriteResult:
-        """Write a setting. What only the stream locks is described as writable, as a write pauses it."""
+        """Write a setting. Features locked only by the stream are reported as writable: a write pauses it."""
         result, offered = self._grabber.write_setting(SettingKey.parse(name), value), self._grabber.offered
         also_changed = tuple(map(offered, result.also_changed))
         return replace(result, feature=offered(result.feature), also_changed=also_changed)

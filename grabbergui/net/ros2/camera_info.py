@@ -25,7 +25,7 @@ from grabbergui.core.errors import SourceNotFoundError, UsageError
 from grabbergui.net.ros2.runtime import Ros2Node
 
 DEFAULT_MODEL = "plumb_bob"
-"""Where a message names no distortion model."""
+"""Distortion model of a message that names none."""
 
 
 def fill_camera_info(message: Any, calibration: Calibration) -> None:
@@ -75,9 +75,9 @@ DEFAULT_URL = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 
 
 def path_of(url: str, camera: str) -> Path:
-    """The file that a URL means for the camera of that full name. Raises UsageError.
+    """Return the file that a URL means for the camera of that full name. Raises UsageError.
 
-    The name stands in the file's with `_` for `/`, so that cameras of two namespaces have two files.
+    The file is named after the camera with `_` for `/`, so that cameras of two namespaces have two files.
     """
     filled = (url or DEFAULT_URL).replace("${NAME}", camera.strip("/").replace("/", "_"))
     filled = filled.replace("${ROS_HOME}", os.environ.get("ROS_HOME") or str(Path.home() / ".ros"))

@@ -31,9 +31,9 @@ LOOKS_PER_CHECK = 10
 class Ros2Grabber(RemoteGrabber[ImageStream]):
     """An image topic, and the controls of the node behind it.
 
-    `name` is a topic of images, or what stands before `/image_raw` or `/image` in one. It subscribes only
-    while streaming, best effort unless `reliable`. Feature calls from any one thread at a time. A publisher
-    that vanishes is found again, with what it then has, by a watching thread.
+    `name` is an image topic, with or without its last part `/image_raw` or `/image`. It subscribes only while
+    streaming, best effort unless `reliable`. Feature calls from any one thread at a time. After the loss of a
+    publisher, a watcher thread finds it again with its current features.
     """
 
     def __init__(self, name: str, uri: str = "", *, reliable: bool = False) -> None:

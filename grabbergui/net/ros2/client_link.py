@@ -29,7 +29,7 @@ _ASK_TYPE = "grabber_interfaces/srv/Ask"
 
 
 def candidates(name: str) -> list[str]:
-    """The topics that a camera's name may mean, best first."""
+    """Return the topics that a camera's name may mean, best first."""
     return [f"{name}/image_raw", f"{name}/image", name]
 
 
@@ -55,7 +55,7 @@ class CameraLink:
         self.features: RemoteFeatures = NoFeatures()
         "The features of the camera; none before `join`."
         self.silence = ""
-        "Why nothing can be set where that is so, for the user."
+        "Reason for which no value can be set, as display text; empty if values can be set."
         self._clients: dict[str, Any] = {}
         self._answered: set[str] = set()
         "Names of services that have answered."
@@ -63,7 +63,7 @@ class CameraLink:
 
     @classmethod
     def find(cls, node: Any, name: str) -> CameraLink | None:
-        """The best of the topics that a name may mean, if anybody publishes it yet.
+        """Return the best of the topics that a name may mean, if it is published yet.
 
         A publisher with a known node goes first: it is seen before the node's name is.
         """
@@ -105,7 +105,7 @@ class CameraLink:
             self._events = None
 
     def published(self) -> bool:
-        """Whether anybody publishes the topic. Any thread; never waits."""
+        """Return whether the topic has a publisher. Any thread; never waits."""
         return bool(self.node.count_publishers(self.topic))
 
     def changes(self) -> frozenset[str]:
@@ -166,7 +166,7 @@ class CameraLink:
         return self._wait(client, request, CALL_TIMEOUT if self._answered else SERVICE_TIMEOUT)
 
     def _client(self, service: str) -> Any:
-        """A client of one of the node's parameter services; None where it offers none."""
+        """Return a client of one of the node's parameter services; None where it offers none."""
         if not self.publisher.node:
             return None
         if service not in self._clients:
@@ -181,10 +181,10 @@ class CameraLink:
         return self._clients[service]
 
     def _wait(self, client: Any, request: Any, timeout: float = CALL_TIMEOUT) -> Any:
-        """The answer to a request. Raises DeviceLostError as soon as the service is gone.
+        """Return the answer to a request. Raises DeviceLostError as soon as the service disappears.
 
-        A service may take a request before it has met the reader of its answers, and these are lost: one that
-        never answered is asked again. What is asked first is a question, or a value, which may be set twice.
+        A service may receive a request before it has discovered the reader of its answers, which are then
+        lost. So a service that never answered is asked again: a first request may safely be repeated.
         """
         done = threading.Event()
         futures = [self._send(client, request, done)]

@@ -1,4 +1,4 @@
-"""The picture side of a remote camera: an image topic and the camera_info beside it, while streaming."""
+"""Stream of a remote camera: subscriptions to its image and camera_info topics."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ REMIND = 5.0
 class ImageStream:
     """Receives one topic's images. Messages come on the node's thread, which also delivers the frames.
 
-    It subscribes best effort, which every publisher can serve; where `reliable` is asked for and a publisher
-    cannot, it says so and takes best effort.
+    It subscribes best effort, which every publisher can serve. If `reliable` is requested and a publisher
+    cannot offer it, it reports that and falls back to best effort.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class ImageStream:
         self._rate = RateMeter()
         self._continuity = Continuity()
         self._said: dict[str, float] = {}
-        "Sentences, or kinds of them, to `time.monotonic` when each was said."
+        "Time (`time.monotonic`) of the last report, by its text or kind."
         self._info_key: object = None
         self._calibration: Calibration | None = None
 
@@ -70,7 +70,7 @@ class ImageStream:
         return self._calibration
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot of the counters."""
+        """Return a snapshot of the counters."""
         counters = StreamStatistics(**self._counters.as_dict())
         counters.frame_rate, counters.bandwidth = self._rate.rates()
         return counters
@@ -146,7 +146,7 @@ class ImageStream:
             self._calibration = read_camera_info(message, self._topic)
         except GrabberError as error:
             self._calibration = None
-            if any(message.k):  # zeros say "uncalibrated" and are no fault
+            if any(message.k):  # zeros mean "uncalibrated" and are no fault
                 self._remark(str(error))
 
     def _on_incompatible(self, event: Any) -> None:
@@ -159,7 +159,7 @@ class ImageStream:
         self._counters.lost += event.total_count_change
 
     def _remark(self, text: str, kind: str = "") -> None:
-        """Say it, unless that, or another of its kind, was said a moment ago."""
+        """Report a text, unless it or another of its kind was reported recently."""
         now, key = time.monotonic(), kind or text
         if now - self._said.get(key, -REMIND) < REMIND:
             return

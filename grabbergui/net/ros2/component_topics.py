@@ -29,8 +29,8 @@ class ComponentTopics:
 
     Range images are 32FC1 in metres, NaN where nothing was measured (REP 118); a camera that reports no scale
     has its own values in `16UC1` or whatever fits. Points are in metres, x to the right, y down, z forward
-    (REP 103's optical frame), with the brightness of an intensity image of the same size. What nobody
-    subscribes to is neither converted nor sent.
+    (REP 103's optical frame), with the brightness of an intensity image of the same size. A topic without
+    subscribers is neither converted nor sent.
     """
 
     def __init__(

@@ -68,7 +68,7 @@ class Diagnostics:
         self._publisher.publish(array)
 
     def _temperature(self) -> dict[str, float]:
-        """Where the camera measures it: degrees Celsius, or what an old camera counts in."""
+        """Return where the camera measures it: degrees Celsius, or what an old camera counts in."""
         try:
             name = Role.TEMPERATURE.find(self._grabber.has_feature)
             value = self._grabber.feature(name).value if name else None

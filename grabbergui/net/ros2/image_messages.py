@@ -57,7 +57,7 @@ def encoding_of(pixel_format: PixelFormat) -> str:
 
 
 def pixels_of(frame: Frame) -> NDArray[Any]:
-    """The pixels in the layout of `encoding_of`: a view of the payload except for packed formats.
+    """Return the pixels in the layout of `encoding_of`: a view of the payload except for packed formats.
 
     Shape (height, width) or (height, width, n); uint8, or 16 and 32 bits in little-endian order. Formats
     without an encoding of their own are converted to mono8 or rgb8.
@@ -100,14 +100,14 @@ def filled(message: Any, frame: Frame) -> Any:
 
 
 def message_bytes(values: NDArray[Any]) -> array.array[int]:
-    """The bytes as rclpy takes them as they are; anything else it checks and copies byte by byte."""
+    """Return the bytes in the type that rclpy accepts directly; others it checks and copies byte by byte."""
     data = array.array("B")
     data.frombytes(np.ascontiguousarray(values).data.cast("B"))
     return data
 
 
 def format_of(encoding: str) -> PixelFormat:
-    """The pixel format of an encoding. Raises PixelFormatError naming one that we cannot show."""
+    """Return the pixel format of an encoding. Raises PixelFormatError naming one that we cannot show."""
     name = _FORMATS.get(encoding)
     if name is None:
         known = ", ".join(_FORMATS)
@@ -120,7 +120,7 @@ SAME_CLOCK = 5.0
 
 
 def frame_of(message: Any, frame_id: int) -> Frame:
-    """A message as a frame that looks into its bytes. Raises PixelFormatError for what cannot be shown.
+    """Return a message as a frame that shares its bytes. Raises PixelFormatError for unsupported formats.
 
     `timestamp_ns` is the stamp; `received_ns` too, unless the publisher's clock is not ours.
     """

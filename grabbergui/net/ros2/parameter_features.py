@@ -1,4 +1,4 @@
-"""The features of other people's camera drivers: their node's parameters, with the ranges they declare."""
+"""Features of other camera drivers: their node's parameters, with the ranges they declare."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ _CHOICES = re.compile(
     r"\s*:?\s*(?:[\[{(](?P<in_brackets>[^\])}]*)[\])}]|(?P<to_the_end>[^.;\n]*))",
     re.IGNORECASE,
 )
-"""How drivers write in words what ROS has no field for: `one of [off, auto]`, `Valid values: 1, 2, 4`."""
+"""Choices in a description, as ROS has no field for them: `one of [off, auto]`, `Valid values: 1, 2, 4`."""
 _MENU_ENTRY = re.compile(
     r"(?<![\w.])(?P<number>[-+]?\d+)\s*[:=]\s*(?P<label>[^,;|()\[\]{}\n]*?)\s*(?=[,;|()\[\]{}\n]|\.(?:\s|$)|$)"
 )
-"""How drivers of V4L2 and others write the menu of an integer: `0: Disabled, 1: 50 Hz`."""
+"""An entry of an integer's menu as V4L2 and other drivers write it: `0: Disabled, 1: 50 Hz`."""
 _BETWEEN_CHOICES = re.compile(r"\s*(?:,\s*(?:or\s)?|\||\sor\s)\s*")
 _MOST_CHOICES = 64
 _LETTER = re.compile(r"[^\W\d_]")
@@ -64,7 +64,7 @@ class NoFeatures:
     tree = Category("Root")
 
     def has(self, name: str) -> bool:
-        """Whether there is such a parameter: no."""
+        """Return whether there is such a parameter: no."""
         return False
 
     def read(self, name: str) -> Feature:
@@ -107,7 +107,7 @@ class ParameterFeatures:
         self.tree = _tree([self._description(name) for name in self._descriptors])
 
     def has(self, name: str) -> bool:
-        """Whether there is such a parameter."""
+        """Return whether there is such a parameter."""
         return name in self._descriptors
 
     def doubt(self, names: frozenset[str]) -> None:
@@ -115,7 +115,7 @@ class ParameterFeatures:
         self._doubted |= names
 
     def read(self, name: str) -> Feature:
-        """The parameter as it is now."""
+        """Return the parameter as it is now."""
         if name in self._doubted:
             self._doubted -= {name}
             self._descriptors.update((found.name, found) for found in self._describe([name]))
@@ -181,7 +181,7 @@ class ParameterFeatures:
 
 
 def choices(descriptor: Any) -> dict[str, FeatureValue]:
-    """The values that a descriptor's words list as all there is to choose from, by their names.
+    """Return the values that a descriptor's words list as all there is to choose from, by their names.
 
     Empty where they list nothing, or something that the parameter's type cannot be.
     """

@@ -39,7 +39,7 @@ def value_of(message: Any) -> FeatureValue | None:
 
 
 def message_of(kind: FeatureKind, value: FeatureValue | None) -> Any:
-    """A ParameterValue; not set where the value is None."""
+    """Return a ParameterValue; not set if the value is None."""
     from rcl_interfaces.msg import ParameterValue
 
     if value is None:
@@ -50,7 +50,7 @@ def message_of(kind: FeatureKind, value: FeatureValue | None) -> Any:
 
 
 def accepted(feature: Feature, message: Any) -> FeatureValue:
-    """The value in a ParameterValue, as the feature's kind takes it. Raises FeatureValueError.
+    """Return the value in a ParameterValue, as the feature's kind takes it. Raises FeatureValueError.
 
     Undoes the conversions of `ros2 param set`, which takes `Off` as false and `8000` as an integer.
     """
@@ -114,7 +114,7 @@ def _description(feature: Feature) -> str:
 
 
 def _fits_a_slider(low: float, high: float) -> bool:
-    """Whether a range of fractions does, which rqt_reconfigure counts in hundredths of its span."""
+    """Return whether a range of fractions does, which rqt_reconfigure counts in hundredths of its span."""
     span = high - low
     return 0 < span < math.inf and max(abs(low), abs(high)) / span < SLIDER.stop / 100
 
@@ -168,14 +168,14 @@ ARRAYS = frozenset(_ARRAYS)
 
 
 def text_of(message: Any) -> str:
-    """The elements of a ParameterValue that is an array."""
+    """Return the elements of a ParameterValue that is an array."""
     array = _ARRAYS[message.type]
     elements = getattr(message, array.field)
     return json.dumps([array.from_element(element) for element in elements], ensure_ascii=False)
 
 
 def message_of_text(name: str, kind: int, text: str) -> Any:
-    """A ParameterValue of one of `ARRAYS`. Raises FeatureValueError saying how such a list is written."""
+    """Parse a ParameterValue of one of `ARRAYS`. Raises FeatureValueError with the syntax of the list."""
     from rcl_interfaces.msg import ParameterValue
 
     array = _ARRAYS[kind]

@@ -133,7 +133,7 @@ class FeatureParameters:
         wanted = frozenset(request.prefixes)
         try:
             tree = self._grabber.feature_tree()
-        except GrabberError as error:  # a camera that is gone has no features
+        except GrabberError as error:  # a lost camera has no features
             log.info("list of parameters: %s", error)
             return answer
         features = (
@@ -191,7 +191,7 @@ class FeatureParameters:
         return feature
 
     def _settable(self, feature: Feature) -> bool:
-        """Whether it can be set; what its automatic mode or the stream locks is freed for a write."""
+        """Return whether it can be set; what its automatic mode or the stream locks is freed for a write."""
         if self._grabber.streaming and feature.access.readable and self._grabber.pauses_for(feature.name):
             return self._grabber.access is Access.CONTROL
         auto = self._grabber.feature(feature.auto) if feature.auto else None
@@ -204,7 +204,7 @@ class FeatureParameters:
         return answer
 
     def _set_together(self, request: Any, answer: Any) -> Any:
-        """All or none: at the first that is refused, those before it are put back."""
+        """Set all or none: if one is refused, restore those before it."""
         from rcl_interfaces.msg import SetParametersResult
 
         before: list[tuple[str, FeatureValue]] = []
@@ -224,7 +224,7 @@ class FeatureParameters:
     def _together(self) -> Iterator[None]:
         """Let nobody else move a selector between the parameters of one request."""
         with ExitStack() as stack:
-            with suppress(GrabberError):  # each parameter says for itself that the camera is gone
+            with suppress(GrabberError):  # each parameter reports the loss of the camera itself
                 stack.enter_context(self._grabber.exclusive())
             yield
 

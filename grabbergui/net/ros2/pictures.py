@@ -75,10 +75,10 @@ JPEG_QUALITY = 90
 class PicturePublisher:
     """`image`, `image_raw`, `image_raw/compressed` and `camera_info` below the node's name.
 
-    Frames with several components have `ComponentTopics` besides.
+    Frames with several components also have `ComponentTopics`.
 
-    They are published by a thread of its own; the node's parameter `frame_id` is in their headers. A network
-    that is slow loses frames here; the camera and other consumers do not notice.
+    A thread of its own publishes the messages; their headers carry the node's parameter `frame_id`. A slow
+    network drops frames here and does not affect the camera or other consumers.
     """
 
     def __init__(self, node: Any, grabber: FrameGrabber, qos: str, calibration: FittedCalibration) -> None:
@@ -93,7 +93,7 @@ class PicturePublisher:
         self._clock = node.get_clock()
 
         def publisher(kind: Any, topic: str) -> Any:
-            """One whose quality of service a parameter file may change: qos_overrides.<topic>.publisher…."""
+            """Make a publisher with a configurable quality of service: qos_overrides.<topic>.publisher…."""
             from rclpy.event_handler import PublisherEventCallbacks, UnsupportedEventTypeError
             from rclpy.qos import qos_policy_name_from_kind
             from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -126,7 +126,7 @@ class PicturePublisher:
 
     @property
     def dropped(self) -> int:
-        """Frames that came while the one before was still being published."""
+        """Number of frames received while the previous one was still being published."""
         return self._sink.dropped
 
     def start(self) -> None:
@@ -181,7 +181,7 @@ class PicturePublisher:
         return message
 
     def _camera_info(self, frame: Frame) -> Any:
-        """Without a calibration the matrices are zero, which is how ROS says "uncalibrated"."""
+        """Return the camera_info; without a calibration its matrices are zero, ROS's "uncalibrated"."""
         message = self._info_type(width=frame.width, height=frame.height)
         calibration = self._calibration.of(frame)
         if calibration is not None:
@@ -189,7 +189,7 @@ class PicturePublisher:
         return message
 
     def _on_ros_clock(self, host_ns: int) -> int:
-        """A host time on ROS's clock, which is another one only with `use_sim_time`."""
+        """Return a host time on ROS's clock, which is another one only with `use_sim_time`."""
         if not self._clock.ros_time_is_active:
             return host_ns
         age = time.time_ns() - host_ns

@@ -56,8 +56,8 @@ def load_type_support(package: ModuleType) -> None:
 def _load_libraries(package: Path) -> None:
     """Load a package's libraries from `<prefix>/lib`.
 
-    The middleware opens them by bare name, where a sourced setup file says. Our package may lie in an
-    environment that nobody sources; libraries that are loaded already are found by name.
+    The middleware opens them by bare name, on the path of a sourced setup file. Our package may be installed
+    in an environment that is not sourced; libraries that are already loaded are found by name.
     """
     libraries = package.parents[3].glob(f"lib{package.parent.name}__rosidl_typesupport_*_c.so")
     for library in sorted(libraries):
@@ -140,13 +140,13 @@ class Ros2Node:
 
 
 def _without_places(error: Exception) -> str:
-    """ROS's words without places in its source; of unknown arguments it says no more than them."""
+    """Return ROS's message without places in its source; for unknown arguments ROS only lists them."""
     text = re.sub(r",? at /\S+?:\d+", "", str(error)).removeprefix("failed to initialize rcl: ")
     return f"unknown: {text}" if text.startswith("[") else text
 
 
 def quality_of_service(name: str) -> Any:
-    """A fresh quality of service by name: `sensor_data` (best effort, the default) or `reliable`."""
+    """Return a fresh quality of service by name: `sensor_data` (best effort, the default) or `reliable`."""
     from rclpy.qos import QoSProfile, ReliabilityPolicy
 
     policies = {"sensor_data": ReliabilityPolicy.BEST_EFFORT, "reliable": ReliabilityPolicy.RELIABLE}

@@ -130,7 +130,7 @@ class Ros2GrabberServer:
     def _declare(self, frame_id: str) -> None:
         """The two parameters that ROS's camera drivers share. Raises UsageError for a value of another type.
 
-        The URL is fixed at the start: whoever could set it later could have any file overwritten.
+        The URL is fixed at the start: otherwise any client could have any file overwritten.
         """
         from rcl_interfaces.msg import ParameterDescriptor
         from rclpy.exceptions import InvalidParameterTypeException

@@ -149,7 +149,7 @@ def _number(request: Any) -> int:
 
 
 def _is_white_balance(request: Any) -> bool:
-    """Whether it is about the one feature that has two values."""
+    """Return whether it is about the one feature that has two values."""
     return not request.name and request.feature == FeatureId.WHITE_BALANCE
 
 

@@ -15,7 +15,7 @@ from grabbergui.net.ros2.runtime import Ros2Node, require_ros2
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The camera of a URI. Raises SourceUnavailableError without ROS 2, UsageError without a name."""
+    """Return the camera of a URI. Raises SourceUnavailableError without ROS 2, UsageError without a name."""
     require_ros2()
     from grabbergui.net.ros2.client import Ros2Grabber
 
@@ -26,10 +26,10 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float = 1.0) -> list[DeviceInfo]:
-    """Image topics on the network; none, silently, where ROS 2 is not installed.
+    """List the image topics on the network; none, silently, if ROS 2 is not installed.
 
-    ROS 2 takes a second or two to look around and tells no end of it. The node that listens is kept, so what
-    one call did not hear in time, the next one knows.
+    ROS 2's discovery takes a second or two and does not report its end. The listening node stays open, so a
+    later call finds topics that an earlier one missed.
     """
     try:
         require_ros2()
@@ -58,7 +58,7 @@ def discover(timeout: float = 1.0) -> list[DeviceInfo]:
 
 
 _NETWORK = ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE")
-"""The variables that say which nodes hear each other."""
+"""Environment variables that define which nodes discover each other."""
 
 
 @functools.cache

@@ -25,11 +25,11 @@ from grabbergui.net.yarp.os.name_client import NameClient
 log = logging.getLogger(__name__)
 
 WATCH_PERIOD = 0.1
-"""Seconds between two looks at what others changed, and whether the server is still there: one request to a
-server of ours."""
+"""Period in seconds of checks for changes by others and for the server's presence; one request to a server of
+ours."""
 
 SLOW_WATCH_PERIOD = 0.4
-"""The same for a server of YARP's own, which must be asked for every value."""
+"""Period for a server of YARP's own, which must be asked for every value."""
 
 BUS = "YARP"
 
@@ -39,9 +39,9 @@ _GONE = (TransportError, SourceNotFoundError, SourceUnavailableError)
 class YarpGrabber(RemoteGrabber[PictureStream]):
     """A remote camera: one of ours with every feature it has, any other with YARP's numbered features.
 
-    Pictures need a port of our own, registered with the same name server while streaming. A watcher thread
-    reports changes by others (while somebody listens), notices that the server is gone, and connects again
-    when it is back.
+    Images need a port of our own, registered with the same name server while streaming. A watcher thread
+    reports changes by others (while there are listeners), detects the loss of the server, and reconnects when
+    it is back.
     """
 
     def __init__(
@@ -178,7 +178,7 @@ class YarpGrabber(RemoteGrabber[PictureStream]):
         return WATCH_PERIOD if link is not None and link.ours else SLOW_WATCH_PERIOD
 
     def _look(self) -> None:
-        """One look at the server and at the stream. Raises when either is gone."""
+        """Check the server and the stream once. Raises if either is lost."""
         with self._lock:
             link, features, stream = self._link, self._features, self._stream
             if link is None or features is None:

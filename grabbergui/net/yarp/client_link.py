@@ -49,7 +49,7 @@ class GrabberLink:
         self._timeout = TIMEOUT if timeout is None else timeout
         self._camera = DeviceInfo("")
         self.silent = False
-        "Whether the port answers no request: it sends pictures and no more."
+        "True if the port answers no requests and only sends images."
         self._deaf = False
         "Whether it does not even acknowledge one, so that none is sent."
         self._rpc = RpcClient(_request_port(name, names), names, sender=f"grabbergui{name}")
@@ -67,7 +67,7 @@ class GrabberLink:
             raise
 
     def features(self) -> Features:
-        """All the server lets us know and set. Asks it many things."""
+        """Return the features that the server offers. Takes many requests."""
         return TreeFeatures(self._ask_tree) if self.ours else NumberFeatures(self.ask)
 
     def info(self, info: DeviceInfo) -> DeviceInfo:
@@ -92,7 +92,7 @@ class GrabberLink:
             return Reply(status=Status.FAILED, text=str(error))
 
     def is_grabber(self) -> bool:
-        """Whether the server answers as a frame grabber does."""
+        """Return whether the server answers as a frame grabber does."""
         return self.ours or self.ask(Operation.WIDTH).ok
 
     def _ask_tree(self, verb: str, *arguments: str) -> Any:
@@ -100,7 +100,7 @@ class GrabberLink:
         return grabber_tree.read_reply(reply or Bottle())
 
     def check(self) -> None:
-        """Raise TransportError or SourceNotFoundError where the server is gone."""
+        """Raise TransportError or SourceNotFoundError if the server does not answer."""
         if self._deaf:
             self._names.query(self._name)
         else:
@@ -111,7 +111,7 @@ class GrabberLink:
         self._rpc.close()
 
     def _find_dialect(self) -> tuple[Dialect, bool]:
-        """Which YARP it is, and whether it knows our vocabulary.
+        """Return the server's YARP version, and whether it knows our vocabulary.
 
         Both kinds answer a word they don't know with a word, and none of these requests hangs one of them.
         """

@@ -28,7 +28,7 @@ Ask = Callable[..., Reply]
 
 _NAMES = {
     **{feature: role.names[0] for feature, role in ROLES.items()},
-    # Not the camera's: YARP's numbers say what a knob is for, not what kind of value it has.
+    # Not SFNC's names: YARP's numbers define a feature's purpose, not its type.
     **{FeatureId.SHUTTER: "Shutter", FeatureId.TRIGGER: "Trigger"},
 }
 _UNITS = {FeatureId.EXPOSURE: "us", FeatureId.TRIGGER_DELAY: "us", FeatureId.FRAME_RATE: "Hz"}
@@ -62,7 +62,7 @@ class _Knob:
 
 @dataclass(frozen=True)
 class _Entry:
-    """How one feature is read and written."""
+    """Access functions of one feature."""
 
     read: Callable[[], Feature]
     write: Callable[[FeatureValue], None] | None = None
@@ -86,11 +86,11 @@ class NumberFeatures:
         "The feature tree; requested from the server once."
 
     def has(self, name: str) -> bool:
-        """Whether there is such a feature."""
+        """Return whether there is such a feature."""
         return name in self._entries
 
     def read(self, name: str) -> Feature:
-        """The feature as the server has it now."""
+        """Return the feature as the server has it now."""
         return self._entries[name].read()
 
     def write(self, name: str, value: FeatureValue) -> Feature:
@@ -203,7 +203,7 @@ class NumberFeatures:
         )
 
     def _span(self, knob: _Knob, value: float | None) -> tuple[tuple[float, float] | None, bool]:
-        """The range, and whether it is in the camera's own units."""
+        """Return the range and whether it is in the camera's own units."""
         span = self._numbers(Operation.GET_VALUES, knob.number)
         if span is not None and value is not None and span[0] < span[1] and span[0] <= value <= span[1]:
             return (span[0], span[1]), True

@@ -37,7 +37,7 @@ _numbers = itertools.count(1)
 
 
 def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
-    """The frame in an image message, which is not copied. Raises RemoteProtocolError."""
+    """Return the frame in an image message, which is not copied. Raises RemoteProtocolError."""
     header = ImageHeader.decode(message)
     name = FORMATS.get(header.code)
     if name is None:
@@ -77,7 +77,7 @@ class PictureStream:
         self._counters = StreamStatistics()
         self._last_id = -1
         self._refused = ""
-        "Why the last image could not be decoded; each reason is logged once."
+        "Reason for which the last image could not be decoded; each reason is logged once."
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"yarp frames of {source}", daemon=True)
 
@@ -116,7 +116,7 @@ class PictureStream:
         self.connect()
 
     def statistics(self) -> StreamStatistics:
-        """A snapshot of the counters."""
+        """Return a snapshot of the counters."""
         rate, bandwidth = self._rate.rates()
         counters = self._counters
         return StreamStatistics(

@@ -25,7 +25,7 @@ _MAT: Final = Vocab("mat")
 
 @dataclass(frozen=True)
 class PixelCode:
-    """How the pixels of one of YARP's codes lie."""
+    """Pixel layout of one of YARP's codes."""
 
     vocab: str
     depth: int
@@ -109,7 +109,7 @@ class ImageHeader:
 
 
 def encode_header(code: str, width: int, height: int, row_bytes: int) -> bytes:
-    """The 60 bytes before `row_bytes * height` bytes of pixels. Raises LocalProtocolError."""
+    """Return the 60 bytes before `row_bytes * height` bytes of pixels. Raises LocalProtocolError."""
     pixel = CODES.get(code)
     if pixel is None:
         raise LocalProtocolError(f"YARP has no pixel code {code}; there are {', '.join(CODES)}")
@@ -147,7 +147,7 @@ def encode(pixels: NDArray[Any], code: str) -> tuple[bytes, memoryview]:
 
 
 def decode(payload: Buffer) -> tuple[ImageHeader, NDArray[Any]]:
-    """The array in a message: (height, width) or (height, width, channels), without a copy.
+    """Return the array in a message: (height, width) or (height, width, channels), without a copy.
 
     A code we don't know gives (height, width, depth) uint8. Raises RemoteProtocolError.
     """
@@ -167,7 +167,7 @@ def decode(payload: Buffer) -> tuple[ImageHeader, NDArray[Any]]:
 
 
 def to_bottle(header: bytes, pixels: Buffer) -> Bottle:
-    """The same image as an item for another Bottle, as replies carry it."""
+    """Return the same image as an item for another Bottle, as replies carry it."""
     values = HEADER.unpack(header)
     numbers = Bottle(values[8:13], specialised=True)
     return Bottle([_MAT, Vocab(values[5]), numbers, pixels], specialised=False)
@@ -187,23 +187,23 @@ _INTERLEAVED = {"RGB": "rgb", "BGR": "bgr", "RGBa": "rgba", "BGRa": "bgra"}
 
 
 class Capability(Enum):
-    """Which of YARP's two image interfaces a port offers."""
+    """YARP's two image interfaces."""
 
     COLOR = "COLOR"
-    "RGB, whatever the sensor is."
+    "RGB for every sensor."
     RAW = "RAW"
     "The sensor's own values; Bayer patterns as mono, which is what YARP's raw readers expect."
 
     def picture(self, frame: Frame) -> Picture:
-        """The frame's pixels for this interface. Raises PixelFormatError."""
+        """Return the frame's pixels for this interface. Raises PixelFormatError."""
         return (frame.rgb(), "rgb") if self is Capability.COLOR else _raw(frame)
 
     def encode(self, frame: Frame) -> tuple[bytes, memoryview]:
-        """The frame as an image message. Raises PixelFormatError."""
+        """Return the frame as an image message. Raises PixelFormatError."""
         return image.encode(*self.picture(frame))
 
     def item(self, frame: Frame, box: tuple[int, int, int, int] | None = None) -> Bottle:
-        """The frame, or its part (left, top, right, bottom), as an item of a reply."""
+        """Return the frame, or its part (left, top, right, bottom), as an item of a reply."""
         pixels, code = self.picture(frame)
         if box is not None:
             left, top, right, bottom = box
@@ -212,7 +212,7 @@ class Capability(Enum):
 
 
 def _raw(frame: Frame) -> Picture:
-    """The sensor's values where YARP has a code for their type, else the image for display."""
+    """Return the sensor's values where YARP has a code for their type, else the image for display."""
     pixels = frame.raw()
     if pixels.ndim == 2 and pixels.dtype == np.uint8:
         return pixels, "mono"

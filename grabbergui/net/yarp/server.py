@@ -124,7 +124,7 @@ class YarpGrabberServer:
         self.stop()
 
     def places(self) -> list[str]:
-        """Each port's name and address as display text: ``/grabber at tcp://127.0.0.1:10003/``."""
+        """Return each port's name and address as display text: ``/grabber at tcp://127.0.0.1:10003/``."""
         images = [publisher.port for publisher in self._publishers]
         ports = [*images, *self._components.ports, self._rpc, self._terminal]
         return [f"{port.name} at {port.place()}" for port in ports]
@@ -137,14 +137,14 @@ class YarpGrabberServer:
 
     @property
     def published(self) -> int:
-        """Pictures sent since the start, each counted once whoever read it."""
+        """Number of images sent since the start, each counted once for all readers."""
         return sum(publisher.published for publisher in self._publishers)
 
     def _answer(self, request: Request) -> Reply:
         return self._service.answer(request.bottle())
 
     def _answer_line(self, request: Request) -> Reply:
-        """A line of the terminal, as `yarp rpc` sends it; the answer's lines are the reply's items."""
+        """Run a line from `yarp rpc` on the terminal; the reply's items are the lines of the answer."""
         words = [format_value(item) for item in request.bottle() if isinstance(item, (bool, int, float, str))]
         try:
             text = self._run_line(" ".join(words))

@@ -25,7 +25,7 @@ _MOST = 64
 
 
 def create(uri: SourceUri) -> FrameGrabber:
-    """The grabber for a port. Raises UsageError."""
+    """Return the grabber for a port. Raises UsageError."""
     name = uri.name or "/grabber"
     options = read_options(YarpOptions, uri)
     try:
@@ -46,7 +46,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """The frame grabbers that the configured name server knows; none where there is no name server."""
+    """Return the frame grabbers that the configured name server knows; none where there is no name server."""
     deadline = time.monotonic() + timeout
     try:
         names = NameClient.find()

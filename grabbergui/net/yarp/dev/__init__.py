@@ -1,1 +1,1 @@
-"""YARP's frame grabber devices: the RPC of both dialects, and the whole feature tree beside it."""
+"""YARP's frame grabber devices: the RPC of both dialects, and the feature tree as an extension."""

@@ -1,8 +1,8 @@
-"""Frame grabber requests and replies, in the words of YARP 3.x and of YARP 4.0.
+"""Frame grabber requests and replies in the dialects of YARP 3.x and YARP 4.0.
 
-Both say the same things: 3.x in vocabs (``[fgc] [get] [feat] 8``), 4.0 in thrift style
+Both have the same operations: 3.x in vocabs (``[fgc] [get] [feat] 8``), 4.0 in thrift style
 (``getFeature1RPC 8``). The first item of a request identifies its dialect. One table, `Operation`,
-holds what either side needs; nothing here knows a camera or a socket.
+serves both sides; this module knows neither cameras nor sockets.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ VERSION_REPLY = bytes.fromhex("0001000001000000 0000 0400 0000 0000")
 
 
 class Status(Enum):
-    """How a call went: YARP 4.0's ReturnValue codes."""
+    """Result of a call: YARP 4.0's ReturnValue codes."""
 
     OK = "ok"
     ERROR = "err1"
@@ -127,7 +127,7 @@ class Call:
     operation: Operation
     arguments: tuple[Value, ...] = ()
     dialect: Dialect = Dialect.YARP3
-    "The dialect it came in, and its reply goes out in."
+    "Dialect of the request and of its reply."
 
 
 @dataclass(frozen=True)
@@ -137,11 +137,11 @@ class Reply:
     values: tuple[Value, ...] = ()
     status: Status = Status.OK
     text: str = ""
-    "Why it failed; only 3.x image replies carry it."
+    "Reason of a failure; only 3.x image replies carry it."
 
     @property
     def ok(self) -> bool:
-        """Whether `values` mean anything."""
+        """Whether `values` are valid."""
         return self.status is Status.OK
 
 
@@ -158,7 +158,7 @@ def decode_request(message: Buffer) -> Call | Refusal:
 
 
 def read_request(request: Bottle) -> Call | Refusal:
-    """Tell what a request asks for; words count the same as strings and as vocabs, as people type them."""
+    """Parse a request; words may be strings or vocabs, since users type both."""
     first = word(request[0]) if request else ""
     if first in _LEGACY_INTERFACES:
         return _read_legacy(request)
@@ -168,7 +168,7 @@ def read_request(request: Bottle) -> Call | Refusal:
 
 
 def encode_request(call: Call) -> bytes:
-    """The request's message. Raises LocalProtocolError for a raw image asked of 4.0."""
+    """Return the request's message. Raises LocalProtocolError for a raw image asked of 4.0."""
     operation = call.operation
     arguments = write_values(operation.arguments, call.arguments, call.dialect)
     if call.dialect is Dialect.YARP4:
@@ -181,7 +181,7 @@ def encode_request(call: Call) -> bytes:
 
 
 def encode_reply(call: Call, reply: Reply) -> list[Buffer]:
-    """The reply's message, in pieces so that an image need not be copied."""
+    """Return the reply's message, in pieces so that an image need not be copied."""
     if call.dialect is Dialect.YARP4:
         return _thrift_reply(call.operation.results, reply)
     operation = call.operation
@@ -194,7 +194,7 @@ def encode_reply(call: Call, reply: Reply) -> list[Buffer]:
         )
         return _parts([VOCAB_FAIL, *text])
     if operation.verb == "has":
-        # YARP answers with [feat] whatever was asked, and what was asked as a plain integer.
+        # YARP always answers with [feat], and repeats the request's word as a plain integer.
         return _parts([Vocab("fgc"), Vocab("has"), Vocab("feat"), int(Vocab(operation.words[2])), *values])
     return _parts([Vocab(operation.interface), Vocab(operation.words[2]), Vocab("is"), *values])
 
@@ -202,7 +202,7 @@ def encode_reply(call: Call, reply: Reply) -> list[Buffer]:
 def read_reply(call: Call, reply: Sequence[Item]) -> Reply:
     """Read the reply to `call`.
 
-    A 3.x getter of `fgc` cannot say that it failed; its values are then arbitrary. Raises
+    A 3.x getter of `fgc` cannot report a failure; its values are then arbitrary. Raises
     RemoteProtocolError for anything but a reply to this call.
     """
     if call.dialect is Dialect.YARP4:
@@ -245,7 +245,7 @@ def _read_thrift(method: str, request: Bottle) -> Call | Refusal:
         return Refusal(b"".join(_thrift_reply(_DC1394[method], reply)))
     operation = _BY_METHOD.get(method)
     if operation is None:
-        # A word that is typed is a string too, and 3.x says [nak] to it.
+        # A typed word is a string too; 3.x answers it with [nak].
         thrift = method.endswith("RPC") or _written_by_thrift(request)
         return Refusal(_single(VOCAB_FAIL if thrift else NAK))
     try:
@@ -255,7 +255,7 @@ def _read_thrift(method: str, request: Bottle) -> Call | Refusal:
 
 
 def _written_by_thrift(request: Bottle) -> bool:
-    """Whether items of one type each carry its code; programs of 3.x leave it out."""
+    """Return whether items of one type each carry its code; programs of 3.x leave it out."""
     return request.specialised is False and len({type(item) for item in request}) == 1
 
 
@@ -268,7 +268,7 @@ def _thrift_reply(kinds: tuple[Kind, ...], reply: Reply) -> list[Buffer]:
 
 
 def _results(kinds: tuple[Kind, ...], reply: Reply, dialect: Dialect) -> list[Item]:
-    """The reply's values, or as many zeros where it failed."""
+    """Return the reply's values, or as many zeros if it failed."""
     return write_values(kinds, reply.values if reply.ok else tuple(kind.zero for kind in kinds), dialect)
 
 

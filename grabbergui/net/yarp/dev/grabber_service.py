@@ -83,7 +83,7 @@ class GrabberService:
             self._queue.close()
 
     def answer(self, request: Bottle) -> list[Buffer]:
-        """The reply's message to a request of any vocabulary, in pieces."""
+        """Return the reply's message to a request of any vocabulary, in pieces."""
         if grabber_tree.is_request(request):
             return self._answer_tree(request).encode_parts()
         call = read_request(request)
@@ -173,7 +173,7 @@ class GrabberService:
 
     # -- pictures ------------------------------------------------------------------------------------
     def _frame(self) -> Frame:
-        """The next frame; a camera that does not stream has none."""
+        """Return the next frame; a camera that does not stream has none."""
         with self._image_lock:
             if self._queue is None or self._queue.closed:
                 self._queue = self._grabber.open_queue(1)
@@ -205,7 +205,7 @@ class GrabberService:
 
 
 def _done(action: Callable[..., Any]) -> Callable[..., tuple[Value, ...]]:
-    """An action that has no result."""
+    """Wrap an action without a result as a handler that returns no values."""
 
     def run(*arguments: Value) -> tuple[Value, ...]:
         action(*arguments)

@@ -1,9 +1,9 @@
-"""The vocabulary of `net.tree_service` over a frame grabber's RPC port, beside YARP's.
+"""The vocabulary of `net.tree_service` on a frame grabber's RPC port, in addition to YARP's.
 
 A request is a Bottle of strings, ``genicam VERB ARGUMENT…``; the reply is ``genicam ok JSON`` or
-``genicam error KIND MESSAGE FEATURE``. Other servers answer the word they do not know with ``[nak]`` (3.x)
-or ``[fail]`` (4.0), so asking costs nothing, and people can use it too: ``genicam write Gain 5`` typed into
-``yarp rpc``.
+``genicam error KIND MESSAGE FEATURE``. Other servers answer the unknown word with ``[nak]`` (3.x) or
+``[fail]`` (4.0), so a client may always ask. Users can type it too: ``genicam write Gain 5`` into ``yarp
+rpc``.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ WORD = "genicam"
 
 
 def request(verb: str, *arguments: str) -> Bottle:
-    """The message that asks for `verb`."""
+    """Return the message that asks for `verb`."""
     return Bottle([WORD, verb, *arguments])
 
 
 def is_request(message: Sequence[Item]) -> bool:
-    """Whether a message is in this vocabulary."""
+    """Return whether a message is in this vocabulary."""
     return bool(message) and word(message[0]) == WORD
 
 
 def success(result: object) -> Bottle:
-    """The reply that carries a result: plain data, or any of the dataclasses named above."""
+    """Return the reply that carries a result: plain data, or any of the dataclasses named above."""
     return Bottle([WORD, "ok", dumps(result)])
 
 
 def failure(error: GrabberError) -> Bottle:
-    """The reply that carries an error; the other end raises it again."""
+    """Return the reply that carries an error; the other end raises it again."""
     return Bottle([WORD, "error", type(error).__name__, str(error), getattr(error, "feature", "")])
 
 
 def read_reply(reply: Sequence[Item]) -> Any:
-    """The plain data of a reply.
+    """Return the plain data of a reply.
 
     Raises the error that the other end reported, RemoteProtocolError for anything but a reply of this
     vocabulary.
@@ -55,10 +55,10 @@ def read_reply(reply: Sequence[Item]) -> Any:
 
 
 def understood(reply: Sequence[Item]) -> bool:
-    """Whether the other end knows this vocabulary at all."""
+    """Return whether the other end knows this vocabulary."""
     return len(reply) > 1 and reply[0] == WORD
 
 
 def read_hello(reply: Sequence[Item]) -> DeviceInfo:
-    """The camera behind a server that answered `hello`. Raises as `read_reply`."""
+    """Return the camera behind a server that answered `hello`. Raises as `read_reply`."""
     return read_info(table_of(read_reply(reply)).get("info"))

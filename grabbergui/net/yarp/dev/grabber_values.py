@@ -70,7 +70,7 @@ _ZEROS: Final[dict[Kind, Value]] = {
 
 
 def write_values(kinds: Sequence[Kind], values: Sequence[Value], dialect: Dialect) -> list[Item]:
-    """The items that stand for the values."""
+    """Encode values as items."""
     items: list[Item] = []
     for kind, value in zip(kinds, values, strict=True):
         items += _write(kind, value, dialect)
@@ -78,10 +78,10 @@ def write_values(kinds: Sequence[Kind], values: Sequence[Value], dialect: Dialec
 
 
 def read_values(kinds: Sequence[Kind], items: Sequence[Item], dialect: Dialect) -> tuple[Value, ...]:
-    """The values that the items stand for.
+    """Decode items to values.
 
-    Numbers may be of any type, as YARP takes them. Raises RemoteProtocolError for too few items or one
-    of the wrong kind, and from 4.0 also for too many.
+    Numbers may be of any type, as in YARP. Raises RemoteProtocolError for too few items or one of the wrong
+    kind, and from 4.0 also for too many.
     """
     left = iter(items)
     values = tuple(_read(kind, left, dialect) for kind in kinds)
@@ -145,7 +145,7 @@ def _number(item: Item | None, kind: Kind) -> int | float:
 
 
 def _flag(item: Item | None) -> bool:
-    """0 or 1, or a word for it. A 3.x server that fails sends whatever number lies in its memory."""
+    """Decode 0, 1 or a word for it. A failing 3.x server sends an arbitrary number from its memory."""
     known = {0: False, 1: True, "fail": False, "ok": True, "false": False, "true": True, "1": True}
     key = word(item) or item
     if isinstance(key, (int, str)) and key in known:
@@ -186,12 +186,12 @@ def _configuration(row: Sequence[Item]) -> Configuration:
 
 
 def _generic(items: Iterable[Item]) -> Bottle:
-    """A nested list as thrift's readers need it: every item with its own code."""
+    """Return a nested list as thrift's readers need it: every item with its own code."""
     return Bottle(items, specialised=False)
 
 
 def _usual(items: Iterable[Item]) -> Bottle:
-    """A nested list as YARP writes its own types, in 4.0 too: without codes where all are of one type."""
+    """Encode a nested list as YARP does, 4.0 included: items of one type without their codes."""
     return Bottle((_usual(item) if isinstance(item, list) else item for item in items), specialised=True)
 
 

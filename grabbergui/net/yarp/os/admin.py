@@ -67,7 +67,7 @@ class Administered(Protocol):
         """`tcp://HOST:PORT/`."""
 
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
-        """The carrier of each connection, by the name at its other end."""
+        """Return the carrier of each connection, by the name at its other end."""
 
     def add(self, target: Target) -> None:
         """Connect. Raises GrabberError."""

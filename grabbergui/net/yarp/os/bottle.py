@@ -74,11 +74,11 @@ class Bottle(list[Item]):
         "The YARP that wrote it, if the type codes of a decoded Bottle show it."
 
     def encode(self, dialect: Dialect = Dialect.YARP3, *, specialise: bool = True) -> bytes:
-        """The binary form. Raises LocalProtocolError for a value that has none."""
+        """Return the binary form. Raises LocalProtocolError for a value that has none."""
         return b"".join(self.encode_parts(dialect, specialise=specialise))
 
     def encode_parts(self, dialect: Dialect = Dialect.YARP3, *, specialise: bool = True) -> list[Buffer]:
-        """The binary form in pieces, so that a large blob need not be copied."""
+        """Return the binary form in pieces, so that a large blob need not be copied."""
         writer = _Writer(dialect, specialise)
         writer.bottle(self)
         return writer.pieces()
@@ -110,7 +110,7 @@ class Bottle(list[Item]):
         """
         reader = _Reader(memoryview(data).cast("B"), offset, dialect)
         bottle = cls(reader.whole())
-        # What it was, so that it is written again as it came.
+        # Remember the encoding, so that the Bottle is written as it was received.
         bottle.specialised = reader.specialised
         bottle.dialect = Dialect.YARP4 if dialect is Dialect.YARP4 or reader.codes_of_4 else None
         return bottle, reader.offset
@@ -130,11 +130,11 @@ class Bottle(list[Item]):
         return cls(bottle_text.parse(text, dialect, nested=Bottle))
 
     def to_text(self) -> str:
-        """The text form, as `yarp read` prints it."""
+        """Return the text form, as `yarp read` prints it."""
         return bottle_text.render(self)
 
     def find(self, key: str) -> Item | None:
-        """The value of ``(key value)`` or ``key value`` among the items, as YARP looks it up."""
+        """Return the value of ``(key value)`` or ``key value`` among the items, as YARP looks it up."""
         for index, item in enumerate(self):
             if isinstance(item, list) and len(item) > 1 and item[0] == key:
                 return item[1]
@@ -247,7 +247,7 @@ class _Reader:
         self.specialised = False
         "Whether the message is a list of one type, without the items' type codes."
         self.codes_of_4 = False
-        "Whether a type code came that YARP 3.x does not write."
+        "True after a type code that YARP 3.x does not write."
         # Bytes are sliced faster than a memoryview, but a large message is not copied for that.
         self._data: Buffer = bytes(data) if len(data) <= _SMALL else data
         self._dialect = dialect

@@ -56,8 +56,8 @@ _MARK = re.compile(r'\\.?|["(){}]', re.DOTALL)
 def parse(text: str, dialect: Dialect = Dialect.YARP3, nested: _Nested = list) -> list[Item]:
     """Return the items of a line; `nested` makes the lists among them.
 
-    Reads every character once, whatever the depth. Raises RemoteProtocolError where brackets or quotes do not
-    match, and for more than `MAX_ITEMS` items or `MAX_DEPTH` lists within lists.
+    Reads every character once at any depth. Raises RemoteProtocolError if brackets or quotes do not match,
+    and for more than `MAX_ITEMS` items or `MAX_DEPTH` nested lists.
     """
     return _Parser(text, dialect, nested).items()
 
@@ -88,7 +88,7 @@ class Nesting:
 
 
 def is_complete(text: str) -> bool:
-    """Whether no bracket or quote is left open, so that a Bottle does not go on in the next line."""
+    """Return whether no bracket or quote is left open, so that a Bottle does not go on in the next line."""
     nesting = Nesting()
     nesting.feed(text)
     return not nesting.open
@@ -186,7 +186,7 @@ def _unbalanced() -> RemoteProtocolError:
 
 
 def render(items: list[Item]) -> str:
-    """The text form of the items, separated by blanks."""
+    """Return the text form of the items, separated by blanks."""
     return " ".join(_render_item(item) for item in items)
 
 
@@ -262,7 +262,7 @@ def _render_float(value: float) -> str:
 
 
 def quoted(text: str) -> str:
-    """A string in quotes where YARP would set them."""
+    """Return a string in quotes where YARP would set them."""
     if _PLAIN_STRING.fullmatch(text) and text not in ("true", "false"):
         return text
     return '"' + "".join(_ESCAPES.get(char, char) for char in text) + '"'

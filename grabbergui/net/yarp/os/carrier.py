@@ -2,7 +2,7 @@
 
 A connection begins with a header, eight bytes that name its carrier and the sender's name, and the receiver's
 header reply. Messages follow: an index of block lengths, a port command, the body. All integers are little
-endian. `connection` says which event may follow which.
+endian. `connection` defines which event may follow which.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ acceptor a header reply. Then the sender sends messages; the receiver may reply,
 carrier does. The opener is the sender until a message `r` reverses the connection. Over udp, mjpeg and http
 the header reply is the last event: another protocol follows, and `trailing_data` holds its first bytes.
 
-`TRANSITIONS` is the only place that says which event may follow which; `codecs` turns events into bytes.
+Only `TRANSITIONS` defines which event may follow which; `codecs` turns events into bytes.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from grabbergui.net.yarp.os.values import Dialect
 
 
 class Phase(str, Enum):
-    """How far a connection has come."""
+    """Phase of a connection."""
 
     HEADER = "before the header"
     HEADER_REPLY = "before the header reply"

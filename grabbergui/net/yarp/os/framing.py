@@ -87,7 +87,7 @@ class Receiver:
 
     @property
     def idle(self) -> bool:
-        """Whether the stream stands between two messages."""
+        """Whether the stream is between two messages."""
         return self._body is None and self._begin == self._end
 
     def received(self, count: int) -> None:

@@ -31,7 +31,7 @@ from grabbergui.net.yarp.os.request import ConnectionInfo, Reply, Request, encod
 log = logging.getLogger(__name__)
 
 STALL_SECONDS = 10.0
-"""How long a peer may stand still within a message, or before its header is complete."""
+"""Longest pause in seconds within a message, or before the header is complete."""
 
 
 class Owner(Protocol):

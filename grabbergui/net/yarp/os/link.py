@@ -76,7 +76,7 @@ class Link:
         raise TransportError("the peer closed the connection")
 
     def close(self) -> None:
-        """Close the socket and wake whoever waits for it. Never raises."""
+        """Close the socket and wake the threads that wait for it. Never raises."""
         sockets.shut_down(self.sock)
 
     def _read(self) -> None:
@@ -127,7 +127,7 @@ def ping(address: tuple[str, int], key: bytes | None = None, timeout: float = 2.
 
 
 def report_end(source: str, address: tuple[str, int], key: bytes | None = None) -> None:
-    """Tell a reader over udp that `source` sends no more, which it cannot notice. Raises GrabberError."""
+    """Notify a udp reader of the end of `source`, which it cannot notice. Raises GrabberError."""
     sock = sockets.connect(address, 1.0, key)
     try:
         link, _ = greet(sock, Header(wire.TEXT, "admin"))

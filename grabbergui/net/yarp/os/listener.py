@@ -59,7 +59,7 @@ class Listener:
         self._thread.start()
 
     def stop(self) -> None:
-        """Accept no more connections, but keep the address. Waits for the thread."""
+        """Stop accepting connections, but keep the address. Waits for the thread."""
         self._closing.set()
         if self._wake:
             self._wake[1].send(b"x")

@@ -27,7 +27,7 @@ _MONO: Final = ("mono", "grbg", "bggr", "gbrg", "rggb")
 
 
 def encode_part(message: Buffer, envelope: str, quality: int = 75) -> list[Buffer]:
-    """One picture of the stream from an image message. Raises LocalProtocolError, RemoteProtocolError."""
+    """Encode an image message as a part of the stream. Raises LocalProtocolError, RemoteProtocolError."""
     header, pixels = image.decode(message)
     if header.code in _TO_BGR:
         pixels = cv2.cvtColor(pixels, _TO_BGR[header.code])
@@ -67,7 +67,7 @@ def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
 
 
 def find_comment(jpeg: bytes) -> str:
-    """The text of the comment marker, which carries the envelope; empty where there is none."""
+    """Return the text of the comment marker, which carries the envelope; empty where there is none."""
     at = 2
     while at + 4 <= len(jpeg) and jpeg[at] == 0xFF and jpeg[at + 1] != 0xDA:
         length = int.from_bytes(jpeg[at + 2 : at + 4], "big")
@@ -78,7 +78,7 @@ def find_comment(jpeg: bytes) -> str:
 
 
 class StreamReader:
-    """Finds the pictures in the answer to the request, whoever sent it: YARP, us or any HTTP camera."""
+    """Finds the images in the answer to the request, sent by YARP, by us or by any HTTP camera."""
 
     def __init__(self) -> None:
         self._data = bytearray()

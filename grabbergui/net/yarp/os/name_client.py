@@ -1,4 +1,4 @@
-"""Where the name server is, how it is asked, and a thread that keeps a port's name registered there."""
+"""Client of the name server: its address, requests, and a thread that keeps a port's name registered."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DEFAULT_NAMESPACE = "/root"
 
 
 def namespace() -> str:
-    """The namespace, which is also the name server's own name."""
+    """Return the namespace, which is also the name server's own name."""
     if os.environ.get("YARP_NAMESPACE"):
         return os.environ["YARP_NAMESPACE"]
     words = _read("yarp_namespace.conf").split()
@@ -58,7 +58,7 @@ def name_server() -> Contact | None:
 
 
 def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
-    """The server at `HOST`, `HOST:PORT` or `[HOST]:PORT`. Raises UsageError."""
+    """Return the server at `HOST`, `HOST:PORT` or `[HOST]:PORT`. Raises UsageError."""
     match = re.fullmatch(r"(\[[^\]]+\]|[^:\s]+)(?::(\d+))?", text.strip())
     port = int(match[2] or DEFAULT_PORT) if match else 0
     if not match or not 0 < port < 65536:
@@ -67,12 +67,12 @@ def parse_address(text: str, name: str = DEFAULT_NAMESPACE) -> Contact:
 
 
 def authentication_key() -> bytes | None:
-    """The key of `auth.conf`; None where ports need none."""
+    """Return the key of `auth.conf`; None where ports need none."""
     return _section(_read("auth.conf"), "auth").get("key", "").encode() or None
 
 
 def require_authentication() -> None:
-    """Raise UsageError where there is no key, so that nothing is served to whoever comes."""
+    """Raise UsageError if there is no key, so that no port is open to everybody."""
     if authentication_key() is None:
         folders = ", ".join(str(folder) for folder in resource_finder.config_folders())
         raise UsageError(
@@ -93,7 +93,7 @@ def _read(name: str) -> str:
 
 
 def _section(text: str, name: str) -> Mapping[str, str]:
-    """A section's values, its name and keys in small letters."""
+    """Return a section's values, its name and keys in small letters."""
     for section in ini.parse(text, "YARP's configuration").values():
         if section.name.lower() == name:
             return {key.lower(): value for key, value in section.values.items()}
@@ -124,7 +124,7 @@ class NameClient:
 
     @classmethod
     def find(cls, address: str = "") -> NameClient:
-        """The server at `HOST:PORT`, or else the one that YARP's configuration names.
+        """Return the server at `HOST:PORT`, or else the one that YARP's configuration names.
 
         Without a configuration it is looked for where ours listens by default. Raises
         UsageError for a bad address.
@@ -142,7 +142,7 @@ class NameClient:
         return self._one(f"register {_checked(name)} {carrier} {ip} {port or '...'}")
 
     def query(self, name: str) -> Contact:
-        """Where a port is; `tcp://HOST:PORT/` needs no server. Raises SourceNotFoundError."""
+        """Return where a port is; `tcp://HOST:PORT/` needs no server. Raises SourceNotFoundError."""
         literal = literal_contact(name)
         if literal:
             return literal
@@ -156,7 +156,7 @@ class NameClient:
         self.ask(f"unregister {check_port_name(name)}")
 
     def list(self, prefix: str = "") -> Contacts:
-        """All ports, or those below a prefix, in alphabetic order."""
+        """Return all ports, or those below a prefix, in alphabetic order."""
         return names.contacts(self.ask(f"list {prefix}".strip()))
 
     def set_property(self, name: str, key: str, *values: str) -> None:
@@ -208,7 +208,7 @@ def _checked(name: str) -> str:
 
 
 KEEP_SECONDS: Final = 5.0
-"""How often a port asks whether the name server still knows it."""
+"""Seconds between two checks whether the name server still knows a port."""
 
 LONGEST_WAIT: Final = 300.0
 """Between two announcements of a name that somebody else takes again and again."""
@@ -233,7 +233,7 @@ class Registration:
         self._thread.start()
 
     def announce(self) -> None:
-        """Tell that the port listens. Never raises."""
+        """Register the port as listening. Never raises."""
         self._quietly(self._names.announce, self._contact.name)
 
     def close(self) -> None:

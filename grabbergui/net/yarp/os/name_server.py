@@ -30,7 +30,7 @@ from grabbergui.net.yarp.os.request import Reply, Request
 from grabbergui.net.yarp.os.values import word
 
 PORTS_LIMIT: Final = 5_000
-"""Ports known at a time; YARP has no limit. Listing so many takes about 20 ms."""
+"""Largest number of registered ports; YARP has no limit. Listing that many takes about 20 ms."""
 
 ASKER_LIMIT: Final = 4_000
 """Of them, those registered from one address, so that it leaves names to others."""
@@ -76,7 +76,7 @@ class NameDatabase:
         self._next_group = 1
 
     def answer(self, command: str, asker: str) -> str:
-        """The reply to one command, line ends included; `asker` is the address it came from."""
+        """Return the reply to one command, line ends included; `asker` is the sender's address."""
         words = command.split()
         if words[:1] == ["bot"]:
             return self._bot(words[1:], asker) + "\r\n"
@@ -115,7 +115,7 @@ class NameDatabase:
 
     def _register(self, arguments: list[str], asker: str) -> Contact | None:
         name, carrier, host, port = [*arguments, "...", "...", "...", "..."][:4]
-        if name in self._own:  # stays ours; the answer says where it is
+        if name in self._own:  # remains ours; the answer contains its address
             return self._contacts[name]
         if not arguments or (name != "..." and not name.startswith("/")):
             return None
@@ -137,7 +137,7 @@ class NameDatabase:
         return contact
 
     def _full(self, asker: str) -> bool:
-        """Whether nobody, or not this address, may register one more name."""
+        """Return whether the limit of names is reached, for all or for this address."""
         if len(self._contacts) < ASKER_LIMIT:
             return False
         return len(self._contacts) >= PORTS_LIMIT or list(self._askers.values()).count(asker) >= ASKER_LIMIT
@@ -148,7 +148,7 @@ class NameDatabase:
                 book.pop(name, None)
 
     def _port(self) -> int:
-        """A port number that nobody was given."""
+        """Return an unassigned port number."""
         taken = {contact.port for contact in self._contacts.values()}
         while True:
             number, self._next_port = self._next_port, self._next_port + 1
@@ -193,7 +193,7 @@ class NameDatabase:
 
 
 def _as_bottle(contact: Contact) -> str:
-    """A registration as a Bottle's text; as text at once, since lists are long."""
+    """Return a registration as a Bottle's text; as text at once, since lists are long."""
     name, host, carrier = map(quoted, (contact.name, contact.host, contact.carrier))
     return f"port (name {name}) (ip {host}) (port_number {contact.port}) (carrier {carrier})"
 

@@ -23,7 +23,7 @@ _ADDRESS = re.compile(r"/?(?:([\w+.]+):)?//?([\w.\-]+|\[[0-9a-fA-F:]+\]):(\d+)/?
 
 @dataclass(frozen=True)
 class Contact:
-    """Where a port listens."""
+    """Address of a port."""
 
     name: str
     host: str
@@ -32,11 +32,11 @@ class Contact:
 
     @property
     def address(self) -> tuple[str, int]:
-        """As sockets take it."""
+        """Host and port in the form that sockets take."""
         return self.host, self.port
 
     def encode(self) -> str:
-        """The registration line."""
+        """Return the registration line."""
         return f"registration name {self.name} ip {self.host} port {self.port} type {self.carrier}"
 
     @classmethod
@@ -78,19 +78,19 @@ class Target:
         return {key: value for key, _, value in (part.partition(".") for part in parts)}
 
     def sender(self, name: str) -> str:
-        """The sender's name with the modifiers, as the receiver wants to see them."""
+        """Return the sender's name with the modifiers, as the receiver wants to see them."""
         return " ".join((name, *(f"({key} {value or '1'})" for key, value in self.modifiers.items())))
 
 
 def check_port_name(name: str) -> str:
-    """The name, if a port may have it. Raises UsageError."""
+    """Return the name, if a port may have it. Raises UsageError."""
     if not _PORT_NAME.fullmatch(name) or len(name) > NAME_LIMIT or '"' in name:
         raise UsageError(f"'{name}' cannot name a port; names begin with / and have no blanks")
     return name
 
 
 def literal_contact(text: str) -> Contact | None:
-    """The contact in `tcp://10.0.0.2:10003/`, which needs no name server; None for names."""
+    """Return the contact in `tcp://10.0.0.2:10003/`, which needs no name server; None for names."""
     match = _ADDRESS.fullmatch(text)
     if not match or not 0 < int(match[3]) < 65536:
         return None
@@ -98,15 +98,15 @@ def literal_contact(text: str) -> Contact | None:
 
 
 def finished(lines: list[str]) -> bool:
-    """Whether an answer is complete after these lines."""
+    """Return whether an answer is complete after these lines."""
     return bool(lines) and (lines[-1].startswith(("*", "[")) or lines[0].startswith(("port (", "ports")))
 
 
 def contacts(lines: Iterable[str]) -> list[Contact]:
-    """The registrations among the lines of an answer."""
+    """Return the registrations among the lines of an answer."""
     return [contact for contact in map(Contact.decode, lines) if contact]
 
 
 def with_name(contact: Contact, name: str) -> Contact:
-    """The same place under another name."""
+    """Return the same place under another name."""
     return replace(contact, name=name)

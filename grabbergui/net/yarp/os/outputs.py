@@ -29,18 +29,18 @@ class Outgoing:
         self._jpeg: list[Buffer] | None = None
 
     def binary(self) -> Message:
-        """The message in binary form, for tcp, fast_tcp and udp."""
+        """Return the message in binary form, for tcp, fast_tcp and udp."""
         return Message(self.command, parts=self.parts)
 
     def jpeg(self) -> list[Buffer]:
-        """The part of an mjpeg stream. Raises GrabberError where the message is no image."""
+        """Return the part of an mjpeg stream. Raises GrabberError where the message is no image."""
         with self._lock:
             if self._jpeg is None:
                 self._jpeg = mjpeg.encode_part(b"".join(self.parts), self._envelope)
             return self._jpeg
 
     def text(self) -> Message:
-        """The message for text and text_ack. Raises LocalProtocolError for an image, like YARP."""
+        """Return the message for text and text_ack. Raises LocalProtocolError for an image, like YARP."""
         size = sum(len(part) for part in self.parts)
         if size > LINE_LIMIT:
             raise LocalProtocolError(

@@ -68,7 +68,7 @@ class Port:
         self.limit = limit
         self.properties: dict[str, Item] = {}
         self.contact = Contact(self.name, "", 0)
-        "Where it listens, once open."
+        "Address on which the port listens, once open."
         self.key = names.key if names else None
         self.commands = PortCommands(self, images=self.sends)
         "Answers administrative requests."
@@ -196,7 +196,7 @@ class Port:
         return self._names.query(name).address
 
     def add(self, target: Target) -> None:
-        """Connect to a reader, in place of a connection to it that exists already.
+        """Connect to a reader, replacing an existing connection to it.
 
         Raises SourceNotFoundError, LocalProtocolError for a carrier or plug-in that we lack, TransportError.
         """

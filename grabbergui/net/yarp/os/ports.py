@@ -105,7 +105,7 @@ class InputPort(Port):
         self._pulled: dict[str, _Puller] = {}
 
     def read(self, timeout: float) -> tuple[memoryview, str]:
-        """The oldest message kept and its envelope's text. Raises FrameTimeoutError."""
+        """Return the oldest message kept and its envelope's text. Raises FrameTimeoutError."""
         deadline = time.monotonic() + timeout
         while True:
             try:
@@ -154,7 +154,7 @@ class InputPort(Port):
         return None
 
     def carriers(self, *, outgoing: bool) -> dict[str, str]:
-        """The carrier of each connection, by the name at its other end."""
+        """Return the carrier of each connection, by the name at its other end."""
         found = super().carriers(outgoing=outgoing)
         return found if outgoing else found | dict.fromkeys(self._pulled, wire.MJPEG.name)
 
@@ -167,7 +167,7 @@ class InputPort(Port):
         return super().remove_input(name) or puller is not None
 
     def close(self) -> None:
-        """Leave all sources, drop the name, wake whoever reads."""
+        """Disconnect all sources, unregister the name and wake waiting readers."""
         for name in list(self._pulled):
             self.remove_input(name)
         for name in [name for name, carrier in self.carriers(outgoing=False).items() if name.startswith("/")]:

@@ -49,7 +49,7 @@ class Readers:
         return sum(output.dropped for output in self._registry.outputs)
 
     def connect(self, target: Target, own_host: str) -> None:
-        """Connect to a reader, in place of a connection to it that exists already.
+        """Connect to a reader, replacing an existing connection to it.
 
         Raises SourceNotFoundError, LocalProtocolError for a carrier that we lack, TransportError.
         """

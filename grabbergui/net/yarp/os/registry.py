@@ -41,17 +41,17 @@ class Judged(Protocol):
 
     @property
     def active(self) -> float:
-        """When it last carried one, or was opened: seconds of `time.monotonic`."""
+        """Time (`time.monotonic`) of the last message, or of the opening."""
 
 
 C = TypeVar("C", bound=Judged)
 
 
 def displaced(connections: Sequence[C], address: str) -> C | None:
-    """Return the connection that gives way to a new one with `address`; None while there is room.
+    """Return the connection to close for a new one from `address`; None while there is room.
 
-    An address beyond its limit loses its own idlest connection. A full port loses the idlest of the address
-    that has the most.
+    An address at its limit loses its longest idle connection. A full port closes the longest idle connection
+    of the address that has the most.
     """
     own = [connection for connection in connections if connection.address == address]
     if len(own) >= ADDRESS_LIMIT:

@@ -13,15 +13,15 @@ from grabbergui.net.yarp.os.carrier import Message
 from grabbergui.net.yarp.os.values import Dialect
 
 _LIGHT: Final = 2048
-"""Bytes of a request that is read at once; longer ones wait for their turn."""
+"""Largest request in bytes that is read at once; longer ones are queued."""
 
 Reply = Bottle | Buffer | Sequence[Buffer] | str | None
-"""A Bottle, its binary form, or text that goes as it is; None says nothing."""
+"""A Bottle, its binary form, or text that is sent unchanged; None means no reply."""
 
 
 @dataclass(frozen=True)
 class ConnectionInfo:
-    """Who is at the other end."""
+    """Identity of the other end."""
 
     peer: str
     "The name it gave: a port's, or free text such as `admin` and `anon_rpc`."

@@ -123,7 +123,7 @@ class RpcClient:
 
 
 class _NotAnsweredError(TransportError):
-    """The connection broke before a byte of the reply came."""
+    """The connection was lost before the first byte of the reply."""
 
 
 def _parts(request: Bottle | Buffer | Sequence[Buffer], dialect: Dialect) -> Sequence[Buffer]:

@@ -36,7 +36,7 @@ class Handshake:
         self._nonces = b""
 
     def begin(self) -> bytes:
-        """The first message of the accepting side; the other begins with silence."""
+        """Return the first message of the accepting side; the other begins with silence."""
         return self._message() if self._accepting else b""
 
     def received(self, message: bytes) -> bytes:
@@ -102,7 +102,7 @@ def listen(address: tuple[str, int]) -> socket.socket:
 
 
 def reason(error: OSError) -> str:
-    """The system's own words, without its number and the address, which our messages name themselves."""
+    """Return the system's message without number and address, which our messages contain anyway."""
     return (error.strerror or str(error)).partition(" (while")[0]
 
 
@@ -116,7 +116,7 @@ def prepare(sock: socket.socket) -> None:
 
 
 def set_deadline(sock: socket.socket, seconds: float | None, *, sending: bool = True) -> None:
-    """How long one read or write may stand still; None for ever."""
+    """Timeout in seconds of one read or write; None waits forever."""
     seconds = seconds or 0.0
     if sys.platform == "win32":
         value = struct.pack("@L", round(seconds * 1000))
@@ -188,7 +188,7 @@ def receive(sock: socket.socket, size: int) -> bytes:
 
 
 def receive_exactly(sock: socket.socket, size: int) -> bytes:
-    """Exactly so many bytes. Raises AckTimeoutError, TransportError where the peer closes before."""
+    """Read exactly that many bytes. Raises AckTimeoutError, and TransportError if the peer closes earlier."""
     data = bytearray(size)
     view = memoryview(data)
     while len(view):
@@ -212,14 +212,14 @@ def authenticate(sock: socket.socket, key: bytes, *, accepting: bool) -> None:
 
 
 def shut_down(sock: socket.socket) -> None:
-    """Close it, waking whoever waits in it. Never raises."""
+    """Close a socket and wake the threads that wait in it. Never raises."""
     with suppress(OSError):
         sock.shutdown(socket.SHUT_RDWR)
     sock.close()
 
 
 def peer_address(sock: socket.socket) -> str:
-    """The IP address at the other end; empty where that is gone already."""
+    """Return the peer's IP address; empty if the connection is already closed."""
     try:
         return str(sock.getpeername()[0])
     except OSError:

@@ -1,7 +1,7 @@
-"""The values that messages carry: those of a Bottle beyond Python's own, and the stamp in an envelope.
+"""Types of values in messages: those of a Bottle that Python lacks, and the stamp in an envelope.
 
-Plain ``int`` stands for int32 (int64 where it does not fit), ``float`` for float64, ``str`` for a string,
-``bytes`` for a blob, a list for a list. The classes here name the other types of the wire.
+``int`` is written as int32 (int64 if necessary), ``float`` as float64, ``str`` as a string, ``bytes`` as a
+blob, a list as a list. The classes here are the other types of the wire.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from grabbergui.core.errors import LocalProtocolError
 
 
 class Dialect(Enum):
-    """Which YARP speaks: the two disagree on what type code 10 means."""
+    """Version of YARP on the wire: 3.x and 4.0 disagree on the meaning of type code 10."""
 
     YARP3 = "3.x"
     "float64 is 10, float32 is 128, no vocab64."
@@ -24,7 +24,7 @@ class Dialect(Enum):
 
 
 class Int8(int):
-    """An int8, where the wire must say so."""
+    """An int8, for messages that require the type."""
 
 
 class Int16(int):
@@ -86,7 +86,7 @@ MAX_ITEMS: Final = 10_000
 
 
 def word(item: object) -> str:
-    """The text of a string or vocab, as commands are matched; empty for anything else."""
+    """Return the text of a string or vocab, as commands are matched; empty for anything else."""
     return str(item) if isinstance(item, (str, _AnyVocab)) else ""
 
 
@@ -103,12 +103,12 @@ class Stamp:
     "Seconds since 1970; YARP's 15 digits keep some 10 microseconds of it."
 
     def encode(self) -> str:
-        """The text on the wire."""
+        """Return the text on the wire."""
         return f"{self.count % _WRAP} {self.time:.15g}"
 
     @classmethod
     def decode(cls, text: str) -> Stamp | None:
-        """The stamp in an envelope; None where it is something else, which is legal."""
+        """Return the stamp in an envelope; None where it is something else, which is legal."""
         words = text.split()
         try:
             stamp = cls(int(words[0]), float(words[1]))

@@ -28,19 +28,19 @@ STREAM_RESPONSE: Final = (
 """As YARP's sources of mjpeg answer."""
 
 PICTURES: Final = "/?action=stream"
-"""Where a port's pictures are fetched over mjpeg."""
+"""Path of a port's mjpeg stream."""
 
 _PLACE: Final = re.compile(r"tcp://([\w.\-\[\]:]+:\d+)/", re.ASCII)
 _STYLE: Final = "body{font:1em sans-serif;margin:2em}img{max-width:100%}"
 
 
 def wanted(request_line: str) -> bool:
-    """Whether it is the page that a browser asks for, not an icon for its tab."""
+    """Return whether the browser requests the page rather than an icon."""
     return request_line.split(" ")[1:2] == ["/"]
 
 
 def encode_page(title: str, lines: Iterable[str], *, pictures: bool = False) -> bytes:
-    """The answer with a page of lines of text; ports' places become links, `pictures` are shown live."""
+    """Return an HTML answer with lines of text; ports' addresses become links, `pictures` are live images."""
     shown = "".join(f"<li>{_linked(escape(line))}</li>" for line in lines)
     picture = f'<img src="{PICTURES}" alt="{escape(title)}">' if pictures else ""
     body = (
