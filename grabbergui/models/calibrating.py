@@ -62,7 +62,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A calibration with the views it came from."""
+    """A calibration with the views it was computed from."""
 
     result: Result
     used: frozenset[int]
@@ -101,7 +101,7 @@ class CalibratingModel:
         self._sink: FrameSink | None = None
         self._closed = False
         self._seen = 0.0
-        "When the last frame came, on the monotonic clock."
+        "Time of the last frame on the monotonic clock."
 
     @property
     def collecting(self) -> bool:
@@ -109,7 +109,7 @@ class CalibratingModel:
         return self._collecting
 
     def open(self) -> None:
-        """Begin to look. The source must stream."""
+        """Start to examine frames. The source must stream."""
         self._seen = time.monotonic()
         self._sink = FrameSink(
             self._grabber,
@@ -123,13 +123,13 @@ class CalibratingModel:
         self._sink.start()
 
     def close(self, timeout: float = 2.0) -> bool:
-        """Look no more. Whether the thread ended within `timeout` seconds. May be called twice."""
+        """Stop; return whether the thread ended within `timeout` seconds. May be called twice."""
         self._closed = True
         self._taken.set()
         return self._sink is None or self._sink.stop(timeout)
 
     def take(self) -> Look | None:
-        """The newest look, once."""
+        """Return the newest look, once."""
         with self._lock:
             offer, self._offer = self._offer, None
         self._taken.set()
@@ -293,5 +293,5 @@ def hint_text(missing: str) -> str:
 
 
 def camera_name(info: DeviceInfo) -> str:
-    """A name as ROS allows it: letters, digits and underscores."""
+    """Return a name as ROS allows it: letters, digits and underscores."""
     return re.sub(r"\W+", "_", info.short_title, flags=re.ASCII).strip("_").lower() or "camera"

@@ -1,4 +1,4 @@
-"""Why there is no picture: the stage at which it stops, and the likely cause. Pure logic."""
+"""Diagnosis of a missing image: the stage at which it stops, and the likely cause. Pure logic."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class CameraFacts:
     """The camera's features that matter for the diagnosis; None for those it does not have."""
 
     trigger_source: str | None = None
-    "Where the trigger comes from, while TriggerMode is On; None otherwise."
+    "TriggerSource while TriggerMode is On; None otherwise."
     stream_port: int | None = None
     "The UDP port on this host that the camera sends to."
     packet_size: int | None = None
@@ -83,12 +83,12 @@ class Observation:
     seconds: float = 0.0
     "Since it was started."
     silent: float = 0.0
-    "Seconds since the last frame; since the start where none came."
+    "Seconds since the last frame, or since the start before the first one."
     statistics: StreamStatistics = field(default_factory=StreamStatistics)
     received: int = 0
     "Frames that reached the window."
     problem: str = ""
-    "Why they cannot be converted."
+    "Reason for which frames cannot be converted."
     painted: int = 0
     mean: float | None = None
     "Of the 8-bit pixels last painted."

@@ -48,7 +48,7 @@ _SENTENCES = (
         "Drivers", "the camera answers reads but not this write; another application may control it"
     ),
     QT_TRANSLATE_NOOP("Drivers", "the camera is served read-only"),
-    # A camera that came back otherwise
+    # A camera that returned with other settings
     QT_TRANSLATE_NOOP("Drivers", "{0} is not there any more"),
     QT_TRANSLATE_NOOP("Drivers", "{0} is {1} instead of {2}"),
 )

@@ -1,8 +1,8 @@
 """Errors in the user's language.
 
-In the language they are written in, errors say best themselves what went wrong. In any other, the commonest
-are worded here by their kind and by what is known of the source or the feature; of all others at least the
-sentence around their own words is in the user's language.
+In English, an error's own text is used. In other languages, the most common errors are worded here by their
+kind and by the source or the feature concerned; for all others at least the sentence around the English text
+is translated.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def error_text(error: Exception, source: object = "", feature: Feature | None = 
 
 
 def lost_text(title: str, reason: str) -> str:
-    """That a source does not answer any more; `reason` is what its driver says, if anything."""
+    """Return the message that a source was lost; `reason` is the driver's text, if it has one."""
     if reason and not is_translated():
         return reason
     text = translate("Errors", "the connection to {0} was lost").format(title)
@@ -56,7 +56,7 @@ def lost_text(title: str, reason: str) -> str:
 
 
 def returned_text(problems: Sequence[str]) -> str:
-    """How a source came back after it was lost; `problems` are the differences, a sentence each."""
+    """Return the message that a lost source is back; `problems` are the differences, a sentence each."""
     if not problems:
         return translate("Errors", "set as before")
     shown = "; ".join(map(driver_text, problems[:MOST_PROBLEMS]))
@@ -66,7 +66,7 @@ def returned_text(problems: Sequence[str]) -> str:
 
 
 def held_text(denied: AccessDeniedError) -> str:
-    """Why a source that could be opened for reading only could not be controlled."""
+    """Return the reason for which a source was opened for reading only."""
     return translate("Errors", "another application controls it") if is_translated() else str(denied)
 
 

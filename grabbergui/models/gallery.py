@@ -30,8 +30,8 @@ class Tile:
 class GalleryModel:
     """A tile for each open source while there are several, none otherwise. Signals come from any thread.
 
-    Each tile takes frames through a queue of its own, and whoever shows it sets the pace: nothing is
-    converted before the picture offered last was taken.
+    Each tile takes frames through a queue of its own, and its view sets the pace: no frame is converted
+    before the view has taken the previous image.
     """
 
     changed = Signal(tuple)
@@ -44,7 +44,7 @@ class GalleryModel:
         self._ending: WeakSet[PictureModel] = WeakSet()
         self._lock = threading.RLock()
         connection.sources_changed.connect(self._on_sources_changed)
-        # At once, and on whatever thread: the queue must be closed before the grabber is closed.
+        # Immediately and on the current thread: the queue must be closed before the grabber.
         connection.ending.connect(self._on_ending)
 
     @property

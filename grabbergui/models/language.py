@@ -24,7 +24,7 @@ _POINT = re.compile(r"(?<=\d)\.(?=\d)")
 
 
 def translate(context: str, text: str) -> str:
-    """A text in the user's language; its placeholders are filled afterwards. Any thread."""
+    """Return a text in the user's language; its placeholders are filled afterwards. Any thread."""
     return _translator(context, text)
 
 
@@ -49,5 +49,5 @@ def set_translator(translator: Translator | None, decimal_point: str = ".") -> N
 
 
 def is_translated() -> bool:
-    """Whether the user's language is another one than texts are written in."""
+    """Return whether the user's language is another one than texts are written in."""
     return _translator is not _as_written

@@ -13,7 +13,7 @@ from grabbergui.models.messages import ERROR_SECONDS, Cause, Message, MessageMod
 from grabbergui.models.open_source import LinkState, OpenSource
 
 BACK_SECONDS = 10.0
-"How long a message stays that a source is back, or that it did not answer once."
+"Seconds for which the message stays that a source is back, or that it did not answer once."
 
 
 class LinkMessages:

@@ -26,7 +26,7 @@ class LogLine:
 
 
 class LogBook(logging.Handler):
-    """Keeps the last entries of `logging`, from whatever thread. Between `open` and `close` only."""
+    """Keeps the last entries of `logging` from all threads, between `open` and `close`."""
 
     added = Signal(LogLine)
     """A new entry; emitted on the thread that logged."""
@@ -88,7 +88,7 @@ class LogBook(logging.Handler):
             try:
                 self.added.emit(line)
             except Exception:
-                # Whoever logs must not suffer from whoever reads.
+                # A failing listener must not disturb the code that logs.
                 self.handleError(record)
             finally:
                 self._telling.on = False

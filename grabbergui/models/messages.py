@@ -16,15 +16,15 @@ from grabbergui.models.open_source import OpenSource
 log = logging.getLogger(__name__)
 
 NOTICE_SECONDS = 6.0
-"How long a notice stays."
+"Seconds for which a notice stays."
 ERROR_SECONDS = 30.0
-"How long the failure of one action stays; the log keeps it."
+"Seconds for which the failure of one action stays; the log keeps it."
 MOST = 20
 "Messages kept; the oldest make way."
 
 
 class Severity(Enum):
-    """How serious a message is."""
+    """Severity of a message."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -65,9 +65,9 @@ class Message:
     cause: Cause | None = None
     offers: tuple[Offer, ...] = ()
     count: int = 1
-    "How often it happened."
+    "Number of occurrences."
     ends: float | None = None
-    "When it goes by itself, by the model's clock; None: when its cause has gone or its source is closed."
+    "Time of its end on the model's clock; None: it ends with its cause, or when its source is closed."
 
     @property
     def sentence(self) -> str:
@@ -78,7 +78,7 @@ class Message:
         return text if self.count == 1 else f"{text}  (×{self.count})"
 
     def is_as(self, other: Message) -> bool:
-        """Whether the other is about the same event."""
+        """Return whether the other is about the same event."""
         same_text = self.cause is not None or self.text == other.text
         return (self.source, self.cause) == (other.source, other.cause) and same_text
 
@@ -139,7 +139,7 @@ class MessageModel:
         self.changed.emit()
 
     def end(self, source: OpenSource | None, cause: Cause) -> None:
-        """The cause has gone, and with it what was said of it."""
+        """Remove the messages about a cause that no longer exists."""
         with self._lock:
             self._dismissed = [each for each in self._dismissed if each != (source, cause)]
             self._keep(lambda message: (message.source, message.cause) != (source, cause))

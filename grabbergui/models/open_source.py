@@ -56,13 +56,13 @@ class OpenSource:
         self.streaming_since: float | None = None
         "`time.monotonic` of the last start."
         self.read_only = ""
-        "Why values can be read but not changed, as display text; empty if they can be changed."
+        "Reason for read-only access as display text; empty if values can be changed."
         self.losses = 0
-        "How often it was lost since it was opened."
+        "Number of losses since it was opened."
         self.lost_since: float | None = None
         "`time.monotonic` of the last loss, while it lasts."
         self.no_frames = ""
-        "Why frames are not available while another program has control."
+        "Reason for which frames are not available while another program has control."
         self.replaces: OpenSource | None = None
         "The source that stays current until this one is open, and is closed then."
         self.reopen_on_failure: SourceUri | None = None

@@ -1,4 +1,4 @@
-"""Where a recording that is a source plays, and how fast: read from its features, set by them."""
+"""Position and speed of a recording that is a source, read and set through its features."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FEATURES = {
 
 @dataclass(frozen=True)
 class PlaybackState:
-    """How a recording stands."""
+    """State of a recording in playback."""
 
     playing: bool = False
     position: int = 0
@@ -41,7 +41,7 @@ class PlaybackState:
 
 
 def is_recording(grabber: FrameGrabber) -> bool:
-    """Whether a source plays what was recorded."""
+    """Return whether a source is a recording."""
     return all(grabber.has_feature(name) for name in _FEATURES.values())
 
 

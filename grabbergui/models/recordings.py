@@ -22,7 +22,7 @@ from grabbergui.recording.writer import RecordingKind
 
 @dataclass(frozen=True)
 class SourceRecording:
-    """How the recording of a source stands; that of one which has ended stays until the next begins."""
+    """State of a source's recording; kept after its end until the next one begins."""
 
     path: Path
     progress: RecordingProgress
@@ -60,13 +60,13 @@ class Recordings:
             return tuple(source for source in self._recorders if self.runs(source))
 
     def runs(self, source: OpenSource) -> bool:
-        """Whether a source is being recorded."""
+        """Return whether a source is being recorded."""
         with self._lock:
             recorder = self._recorders.get(source)
             return source in self._beginning or (recorder is not None and not recorder.progress.ended)
 
     def of(self, source: OpenSource | None) -> SourceRecording | None:
-        """How the recording of a source stands, or stood when it ended."""
+        """Return the state of a source's recording, or its state when it ended."""
         with self._lock:
             recorder = self._recorders.get(source) if source is not None else None
         return SourceRecording(recorder.writer.path, recorder.progress) if recorder is not None else None
@@ -109,7 +109,7 @@ class Recordings:
         return all(ended)
 
     def _new_path(self, folder: Path, grabber: FrameGrabber, kind: RecordingKind) -> Path:
-        """A name that no other recording has: cameras with one user name may begin in the same second."""
+        """Return a unique name: cameras with equal user names may start in the same second."""
         stem = f"{grabber.info.file_name or 'recording'}_{time.strftime('%Y%m%d-%H%M%S')}"
         with self._lock:
             taken = {recorder.writer.path for recorder in (*self._recorders.values(), *self._ending)}

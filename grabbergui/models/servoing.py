@@ -56,7 +56,7 @@ class Tuning:
         )
 
     def applied_to(self, config: Config) -> Config:
-        """The configuration with these values. Raises UsageError for those that cannot be together."""
+        """Return the configuration with these values. Raises UsageError for those that cannot be together."""
         return replace(
             config,
             head=replace(config.head, gain=self.head_gain, fastest=self.head_fastest),
@@ -84,7 +84,7 @@ _COLUMNS = 9
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """Where everything is in the robot's base, metres."""
+    """Poses of robot, camera, marker and person in the robot's base, metres."""
 
     skeleton: list[NDArray[np.float64]]
     "Lines from joint to joint, each (n, 3)."
@@ -94,7 +94,7 @@ class Posture:
     "(4, 3): directions in the camera's frame through the corners of its picture, z = 1; (0, 3) before one."
     marker: Pose | None
     goal: Pose | None
-    "Where the hand is to be for this marker."
+    "Target pose of the hand for this marker."
     person: Vector | None
     marker_extent: tuple[float, float]
     "Width and height of the marker, or of the board, metres."
@@ -118,7 +118,7 @@ class Shown:
 
     cycle: ControlCycle
     image: DisplayImage | None
-    "None where no picture came since the last time."
+    "None if there is no new image."
     size: tuple[int, int]
     "Width and height of the whole picture."
     drawing: Drawing
@@ -289,7 +289,7 @@ class ServoModel:
 
 
 def state_text(state: State) -> str:
-    """A state in the user's language."""
+    """Return a state in the user's language."""
     return {
         State.SEARCHING: translate("Servoing", "searching"),
         State.CENTRING: translate("Servoing", "centring"),

@@ -1,4 +1,4 @@
-"""Which sources there are: those found, refreshed by itself, and those a user named."""
+"""List of sources: those found, refreshed automatically, and those the user added."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class SourceListModel:
         self._found: dict[str, DeviceInfo] = {}
         self._missed: dict[str, int] = {}
         self._manual: dict[str, DeviceInfo] = {}
-        "By what was typed; what the source says of itself, once it was open."
+        "Sources added by the user, by the typed URI; described by themselves once they were open."
         self._open: dict[str, DeviceInfo] = {}
         self._lost: frozenset[str] = frozenset()
         "Open sources, by the URI with which they were requested."
@@ -83,7 +83,7 @@ class SourceListModel:
             self._thread.start()
 
     def stop(self, timeout: float = 2.0) -> bool:
-        """Search no more. Whether the thread ended within `timeout` seconds; may be asked again."""
+        """Stop searching; return whether the thread ended within `timeout` seconds. May be called again."""
         self._stopping = True
         self._wakeup.set()
         if self._thread is None:
@@ -107,7 +107,7 @@ class SourceListModel:
         return parsed
 
     def remove(self, uri: str) -> None:
-        """Forget a source named by hand, by whatever name its line has."""
+        """Remove a source that the user added, by any of its names."""
         with self._lock:
             known = [line.info for line in self._shown if line.info.uri == uri]
             for typed, info in list(self._manual.items()):
@@ -122,9 +122,9 @@ class SourceListModel:
             return list(self._manual)
 
     def set_open(self, opened: Mapping[str, DeviceInfo], lost: Collection[str] = ()) -> None:
-        """List these as open, by the URIs they were asked for as, with what they say of themselves.
+        """Set the open sources: their descriptions by the URIs with which they were requested.
 
-        Those of `lost` do not answer: they stay listed, though no search finds them.
+        Those in `lost` do not answer: they stay listed, though no search finds them.
         """
         with self._lock:
             self._open, self._lost = dict(opened), frozenset(lost)
@@ -165,7 +165,7 @@ class SourceListModel:
         self.changed.emit(shown)
 
     def _lines(self) -> list[ListedSource]:
-        """One line a source: those found, those named by hand that were not, the open ones that are neither.
+        """Return one line for each source: found, else added by the user, else only open.
 
         A line has the name by which its source is open; else the one typed, where that has options; else the
         one found.
@@ -185,7 +185,7 @@ class SourceListModel:
 
 
 def _line_of(lines: list[ListedSource], info: DeviceInfo) -> tuple[int, ListedSource | None]:
-    """The line of a source, and where it is."""
+    """Return the index and the line of a source; None if it has no line."""
     for at, line in enumerate(lines):
         if _is_one(info, line.info):
             return at, line
@@ -193,7 +193,7 @@ def _line_of(lines: list[ListedSource], info: DeviceInfo) -> tuple[int, ListedSo
 
 
 def _is_one(named: DeviceInfo, listed: DeviceInfo) -> bool:
-    """Whether a requested URI means the listed source: by URI, or by a name that the camera answers to."""
+    """Return whether a requested URI means the listed source, by URI or by a name of the camera."""
     uri, known = SourceUri.parse(named.uri), SourceUri.parse(listed.uri)
     if uri == known:
         return True

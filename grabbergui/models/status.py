@@ -1,4 +1,4 @@
-"""How each open source is doing.
+"""Status of each open source.
 
 Status strip, title, tile and messages derive from this state, so that they cannot contradict each
 other.
@@ -50,7 +50,7 @@ class Condition(Enum):
 
 
 class Tone(Enum):
-    """How good that is."""
+    """Quality of a condition."""
 
     IDLE = "idle"
     BUSY = "busy"
@@ -80,7 +80,7 @@ class Sighting:
     silent: float = 0.0
     "Seconds without a frame."
     period: float = 0.0
-    "Seconds from frame to frame, as the camera is set; 0 where it does not say."
+    "Frame period in seconds by the camera's settings; 0 if unknown."
     triggered: bool = False
     "Whether frames come only when the camera is triggered."
     playing: bool | None = None
@@ -117,7 +117,7 @@ class SourceStatus:
 
     condition: Condition = Condition.CLOSED
     seconds: float = 0.0
-    "How long it has been lost, or silent."
+    "Seconds for which it has been lost, or silent."
     rate: float = 0.0
     "Frames per second."
     health: StreamHealth = field(default_factory=StreamHealth)
@@ -146,7 +146,7 @@ class SourceStatus:
 
     @property
     def tone(self) -> Tone:
-        """How good the condition is; a stream that loses something is never plainly good."""
+        """Quality of the condition; a stream with losses is never good."""
         tone = _TONES.get(self.condition, Tone.BUSY)
         return Tone.BUSY if tone is Tone.GOOD and self.health.health is not Health.WHOLE else tone
 
@@ -157,7 +157,7 @@ class SourceStatus:
 
     @property
     def tile(self) -> str:
-        """How it is doing, where there is room for a few letters: a rate where frames come."""
+        """Status in a few letters: the rate while frames arrive."""
         rate = self.text.lower()  # "0 fps" would contradict "live"
         if self.rate >= LEAST_RATE:
             digits = f"{self.rate:.0f}" if self.rate >= 1 else localized(f"{self.rate:.1f}")
@@ -169,7 +169,7 @@ class SourceStatus:
         return self.text.lower()
 
     def title(self, name: str) -> str:
-        """The title of a window that shows the source of this name."""
+        """Return the title of a window that shows the source of this name."""
         parts = [name]
         if self.recorded:
             parts.insert(0, translate("Status", "● Recording"))
@@ -201,7 +201,7 @@ class StatusModel:
             self._watches[source].look(self._clock())
 
     def of(self, source: OpenSource | None) -> SourceStatus:
-        """How a source is doing; the current one as the window shows it."""
+        """Return the status of a source; that of the current one includes what the window shows."""
         if source is None:
             return SourceStatus()
         watch = self._watches.get(source)
@@ -254,7 +254,7 @@ class _Watch:
             self._ask(grabber, now)
 
     def status(self, now: float, held: bool, recorded: bool) -> SourceStatus:
-        """The status that follows from them."""
+        """Return the status that follows from them."""
         source, statistics = self._source, self._statistics
         sighting = Sighting(
             source.state,

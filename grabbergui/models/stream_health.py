@@ -1,4 +1,4 @@
-"""How well a stream arrives: what was lost since the start, and whether anything is being lost now."""
+"""Health of a stream: losses since the start, and whether there are losses now."""
 
 from __future__ import annotations
 

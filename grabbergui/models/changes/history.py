@@ -15,7 +15,7 @@ from grabbergui.core.selection import SettingKey
 
 
 class Origin(Enum):
-    """Who changed something."""
+    """Author of a change."""
 
     OPERATOR = "operator"
     "A person at this window, or what they started here."
@@ -63,34 +63,34 @@ Values = list[tuple[SettingKey, FeatureValue]]
 
 
 class Direction(Enum):
-    """Which way one goes through the steps."""
+    """Direction through the steps."""
 
     UNDO = "Undo"
     REDO = "Redo"
 
     @property
     def back(self) -> Direction:
-        """The other way."""
+        """The opposite direction."""
         return Direction.REDO if self is Direction.UNDO else Direction.UNDO
 
 
 @dataclass(eq=False)
 class Step:
-    """Changes that are taken back together. Give it to `ChangeJournal.within` to gather several writes."""
+    """Changes that are undone together. Pass it to `ChangeJournal.within` to group several writes."""
 
     cause: str = ""
     "Display text: `Loaded settings.yaml`; empty for a single control."
     changes: dict[SettingKey, Change] = field(default_factory=dict)
-    "In the order in which they began."
+    "By setting, in the order of their first write."
     regulated: dict[SettingKey, FeatureValue] = field(default_factory=dict)
-    "Values from before an automatic mode took them over: taking back the mode brings them back."
+    "Manual values displaced by an automatic mode; undoing the mode restores them."
     last: float = 0.0
-    "When the last write came, in seconds of the journal's clock."
+    "Time of the last write in seconds of the journal's clock."
     meant: SettingKey | None = None
     "The setting that was written last; the others changed with it."
 
     def add(self, change: Change, now: float) -> None:
-        """Take a change in; one of the same setting goes on from where it was."""
+        """Add a change; merge it with an earlier change of the same setting."""
         known = self.changes.get(change.key)
         if known is not None:
             change = replace(change, before=known.before)

@@ -142,9 +142,9 @@ class ChangeJournal:
     # -- undoing ---------------------------------------------------------------------------------
     @contextmanager
     def reverting(self, direction: Direction) -> Iterator[Step | None]:
-        """The step to undo or redo, if any; the block does it, and what it writes is no step of its own.
+        """Yield the step to undo or redo, if any; writes within the block are no step of their own.
 
-        Behind the block it can be taken the other way; where the block raised, the same way again.
+        After the block the step can be reversed; if the block raised, it can be tried again.
         """
         with self._lock:
             step = self._history.take(direction)

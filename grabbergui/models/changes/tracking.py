@@ -27,11 +27,11 @@ MOST_KNOWN = 20_000
 
 
 class ChangeTrackingGrabber(SharedGrabber):
-    """A handle on an open grabber; all that is written or run through it goes into a journal.
+    """A handle on an open grabber that records every write and command in a journal.
 
-    For the thread that makes the grabber's calls. What a write changes besides (a mode that is switched off,
-    a height that no longer fits) is noted with it. Selectors that are moved to reach a setting are put back,
-    and not noted.
+    Use from the thread that makes the grabber's calls. Side effects of a write (a mode that is switched off,
+    a height that no longer fits) are recorded with it. Selectors that are moved to reach a setting are
+    restored and not recorded.
     """
 
     def __init__(

@@ -14,15 +14,15 @@ from grabbergui.models.changes.tracking import ChangeTrackingGrabber
 from grabbergui.models.features.sensor_region import stream_paused
 
 FEW = 4
-"Settings; for more the stream is stopped once instead of once for each that changes the frames."
+"Number of settings above which the stream is stopped once instead of for each that changes the frames."
 
 
 def revert(grabber: ChangeTrackingGrabber, direction: Direction) -> list[str]:
-    """Undo or redo the next step; return what could not be brought back, a sentence each.
+    """Undo or redo the next step; return a sentence for each value that could not be restored.
 
-    On the thread that makes the grabber's calls. A refused value is tried again with the next step:
-    an automatic mode may have moved what limits it, and that mode is undone later. Does nothing where there
-    is no step. Raises TransportError when the camera is gone; the step can be tried again then.
+    Call it on the thread that makes the grabber's calls. A refused value is tried again with the next step:
+    an automatic mode may have moved its limits, and that mode is undone later. Does nothing if there is no
+    step. Raises TransportError if the camera is lost; the step can then be tried again.
     """
     journal = grabber.journal
     with journal.reverting(direction) as step:
@@ -79,7 +79,7 @@ def command_line(uri: str, changes: Iterable[Change]) -> str:
 
 
 def program(uri: str, changes: Sequence[Change]) -> str:
-    """A program in Python that opens the source and makes the changes."""
+    """Return a program in Python that opens the source and makes the changes."""
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(changes[-1].time)) if changes else "no changes"
     calls = [
         f"    camera.execute({name!r})" if value is None else f"    camera.write_feature({name!r}, {value!r})"

@@ -1,4 +1,4 @@
-"""How numbers map to a slider's positions, and which numbers a feature takes. Pure functions."""
+"""Mapping between numbers and a slider's positions, and the numbers a feature takes. Pure functions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SLIDABLE = (Representation.LINEAR, Representation.LOGARITHMIC)
 
 
 class Pace(Enum):
-    """How far one step goes: Shift makes it fine, Ctrl coarse."""
+    """Size of one step: Shift makes it fine, Ctrl coarse."""
 
     FINE = 0.1
     USUAL = 1.0
@@ -41,15 +41,15 @@ class SliderScale:
     minimum: int | float
     maximum: int | float
     increment: int | float = 0
-    "0 where any value is taken."
+    "0 if every value in the range is valid."
     integer: bool = False
     logarithmic: bool = False
     first: float = 0.0
-    "Where the logarithm begins; 0 where that follows from the range."
+    "Start of the logarithmic part; 0 if it follows from the range."
 
     @classmethod
     def of(cls, feature: Feature) -> SliderScale | None:
-        """The scale for a feature, or None where a slider makes no sense."""
+        """Return the scale for a feature, or None where a slider makes no sense."""
         low, high = feature.minimum, feature.maximum
         if low is None or high is None or feature.representation not in _SLIDABLE:
             return None
@@ -72,9 +72,9 @@ class SliderScale:
     def around(self, number: int | float, pixels: int, share: float = 0.5) -> SliderScale:
         """Return the part of the range that a track of so many pixels shows, with `number` on it.
 
-        `share` is where on the track that stands, 0 … 1; near an end of the range the part begins or ends
-        there. It is all of the range, unless a pixel of a logarithmic track would then change the number by
-        more than `PER_PIXEL`.
+        `share` is its position on the track, 0 … 1; near an end of the range the part begins or ends there.
+        It is all of the range, unless a pixel of a logarithmic track would then change the number by more
+        than `PER_PIXEL`.
         """
         span = pixels * math.log1p(PER_PIXEL)
         if not self.logarithmic or (longest := math.log(self.maximum / self._floor)) <= span:
@@ -87,7 +87,7 @@ class SliderScale:
         return replace(self, minimum=low, maximum=high, first=max(low, self._floor)) if high > low else self
 
     def to_value(self, position: int) -> int | float:
-        """The number at a position; both ends are exact, between them it is rounded to what one can see."""
+        """Return the number at a position: exact at both ends, else rounded to a visible difference."""
         if position <= 0:
             return self.minimum
         if position >= self.steps:
@@ -104,7 +104,7 @@ class SliderScale:
         return self._on_step(number)
 
     def to_position(self, number: int | float) -> int:
-        """The position nearest to a number; beyond the range, the end."""
+        """Return the position nearest to a number; beyond the range, the end."""
         if not number > self.minimum:
             return 0
         if number >= self.maximum:
@@ -118,12 +118,12 @@ class SliderScale:
 
     @property
     def _zero(self) -> int:
-        """Where the logarithm begins: one above a minimum that is zero or as good as zero."""
+        """Position where the logarithm begins: 1 if the minimum is zero or nearly zero, else 0."""
         return 0 if self._floor == self.minimum else 1
 
     @property
     def _floor(self) -> float:
-        """Where the logarithm begins, as a number: a slider has no use for more than nine decades."""
+        """Number where the logarithm begins: a slider has no use for more than nine decades."""
         if self.first:
             return self.first
         if self.minimum >= self.maximum * 1e-9:
@@ -139,7 +139,7 @@ class SliderScale:
 
 
 def nearest_allowed(feature: Feature, number: int | float) -> int | float:
-    """The number a feature takes that is nearest to this one: within its range, an integer on its step."""
+    """Return the nearest number that a feature takes: within its range, an integer on its step."""
     low, high = feature.minimum, feature.maximum
     if high is not None and number > high:
         number = high
@@ -180,7 +180,7 @@ def natural_step(feature: Feature, pace: Pace = Pace.USUAL) -> int | float:
 
 
 def stepped(feature: Feature, steps: int, pace: Pace = Pace.USUAL) -> int | float:
-    """The value some presses of an arrow key away; 64-bit integers exact, fractions on the step's grid."""
+    """Return the value after some presses of an arrow key; 64-bit integers exact, fractions on the grid."""
     step = natural_step(feature, pace)
     value = feature.value if isinstance(feature.value, int | float) else feature.minimum or 0
     number = value + steps * step

@@ -42,7 +42,7 @@ _AXES = (("Width", "OffsetX"), ("Height", "OffsetY"))
 
 
 def has_region(grabber: FrameGrabber) -> bool:
-    """Whether the camera lets its region be chosen."""
+    """Return whether the camera lets its region be chosen."""
     return all(grabber.has_feature(name) for axis in _AXES for name in axis)
 
 

@@ -1,4 +1,4 @@
-"""Which features are shown: those that match visibility and filter, and the pinned ones. Pure functions."""
+"""Selection of the features shown: by visibility, by filter, and pinned ones. Pure functions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HAS_BUTTONS = frozenset({"AcquisitionStart", "AcquisitionStop", "AcquisitionAbor
 
 
 def matches(description: FeatureDescription, words: tuple[str, ...]) -> bool:
-    """Whether every word, in lower case, occurs in the name, the display name or the tooltip."""
+    """Return whether every word, in lower case, occurs in the name, the display name or the tooltip."""
     haystack = f"{description.name}\n{description.display_name}\n{description.tooltip}".lower()
     return all(word in haystack for word in words)
 
@@ -22,9 +22,9 @@ def visible_names(
 ) -> list[str]:
     """Return the features up to a visibility that match the text, in the tree's order, each once.
 
-    A category for experts hides everything below it, as GenApi defines it. Beginners see a feature
-    once: unless they search for it, they get neither those whose controls stand `elsewhere` in the window nor
-    commands that have buttons.
+    A category for experts hides everything below it, as GenApi defines it. Beginners see a feature once:
+    unless they search for it, the list omits features with controls `elsewhere` in the window and commands
+    that have buttons.
     """
     words = tuple(text.lower().split())
     hidden = HAS_BUTTONS.union(elsewhere) if visibility < Visibility.EXPERT and not words else frozenset()
@@ -60,7 +60,7 @@ MOST = 12
 
 
 def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:
-    """The names with one of them at the place before which it was dropped; it may be there already.
+    """Return the names with one of them at the place before which it was dropped; it may be there already.
 
     A place beyond the end is the end. With `MOST` names, one that is not among them is not taken.
     """
@@ -73,12 +73,12 @@ def placed(names: Sequence[str], name: str, index: int) -> tuple[str, ...]:
 
 
 def without(names: Sequence[str], name: str) -> tuple[str, ...]:
-    """The names without one."""
+    """Return the names without one."""
     return tuple(other for other in names if other != name)
 
 
 def moved(names: Sequence[str], name: str, steps: int) -> tuple[str, ...]:
-    """The names with one of them so many places further on, or back."""
+    """Return the names with one of them moved by a number of places."""
     if name not in names:
         return tuple(names)
     others = without(names, name)

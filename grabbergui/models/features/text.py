@@ -62,12 +62,12 @@ _ZERO_WIDTH_SPACE = "\u200b"
 
 
 def unit_text(unit: str) -> str:
-    """A unit as people write it: `us` is `µs`."""
+    """Return a unit as display text: `us` is `µs`."""
     return _UNITS.get(unit, unit)
 
 
 def shown_unit(number: int | float, unit: str) -> str:
-    """The unit in which to show a number that has `unit`: seconds for a million microseconds."""
+    """Return the unit in which to show a number that has `unit`: seconds for a million microseconds."""
     for powers, larger in zip(_POWERS, _SHOWN_IN, strict=True):
         if unit in powers and LONG <= abs(number) < math.inf:
             exact = [name for name in larger if abs(number) >= 10.0 ** (powers[name] - powers[unit])]
@@ -77,7 +77,7 @@ def shown_unit(number: int | float, unit: str) -> str:
 
 
 def quantity_text(number: int | float, unit: str, digits: int = DIGITS, shown_in: str | None = None) -> str:
-    """A number with its unit to look at: `1 s` for 1000000 us; `shown_in` is another unit of the family."""
+    """Return a number with its unit as display text: `1 s` for 1000000 us, or in the unit `shown_in`."""
     shown = shown_unit(number, unit) if shown_in is None else shown_in
     if (powers := _power_between(unit, shown)) > 0:
         # An integer keeps its digits.
@@ -97,12 +97,12 @@ def _power_between(unit: str, larger: str) -> int:
 
 
 def breakable(title: str) -> str:
-    """A title that may be broken into lines between its words, also where it is one CamelCase word."""
+    """Return a title that may be broken into lines between its words, also where it is one CamelCase word."""
     return _LOWER_UPPER.sub(_ZERO_WIDTH_SPACE, title)
 
 
 def number_text(number: int | float, digits: int = DIGITS) -> str:
-    """A number to look at: integers in full, fractions with so many significant digits."""
+    """Return a number as display text: integers in full, fractions rounded to significant digits."""
     if isinstance(number, int):
         return str(number)
     if not math.isfinite(number) or (number and not 1e-6 <= abs(number) < 1e15):
@@ -113,9 +113,9 @@ def number_text(number: int | float, digits: int = DIGITS) -> str:
 
 
 def can_become_number(text: str, unit: str, shown_in: str) -> bool:
-    """Whether what somebody types is a number or can still become one, with a unit of the feature's family.
+    """Return whether typed text is a number or can still become one, with a unit of the feature's family.
 
-    Behind it may stand the unit that was shown when the typing began.
+    It may be followed by the unit that was shown before typing.
     """
     text = text.strip()
     rest = text[_begun_number(text) :].strip()
@@ -133,7 +133,7 @@ def without_shown_unit(text: str, shown_in: str) -> str:
 
 
 def _begun_number(text: str) -> int:
-    """How many characters at the beginning are a number."""
+    """Return the length of the number at the beginning."""
     begun = _NUMBER_BEGUN.match(text)
     return begun.end() if begun is not None else 0
 
@@ -182,7 +182,7 @@ def typed_value(text: str, feature: Feature) -> FeatureValue:
 
 
 def _without_unit(text: str, unit: str) -> tuple[str, int]:
-    """The number before a unit, and by which power of ten that is more than the feature's own unit."""
+    """Return the number before a unit, and by which power of ten that is more than the feature's own unit."""
     for powers in _POWERS:
         for other in sorted(powers, key=len, reverse=True):
             if unit in powers and text.endswith(other):
@@ -201,7 +201,7 @@ def _fraction(text: str) -> float:
 
 
 def coded_text(number: int, representation: Representation) -> str:
-    """An integer as hexadecimal digits, an IPv4 or a MAC address; the first octet is the highest byte."""
+    """Return an integer as hexadecimal, IPv4 or MAC address; the first octet is the highest byte."""
     if representation is Representation.IPV4_ADDRESS and 0 <= number < 1 << 32:
         return str(ipaddress.IPv4Address(number))
     if representation is Representation.MAC_ADDRESS and 0 <= number < 1 << 48:
@@ -210,7 +210,7 @@ def coded_text(number: int, representation: Representation) -> str:
 
 
 def parse_coded(text: str, representation: Representation) -> int:
-    """The integer that somebody typed; also plain or hexadecimal digits. Raises ValueError."""
+    """Parse a typed integer; also plain or hexadecimal digits. Raises ValueError."""
     bare = text.strip()
     if representation is Representation.IPV4_ADDRESS and "." in bare:
         return int(ipaddress.IPv4Address(bare))
@@ -227,7 +227,7 @@ def parse_coded(text: str, representation: Representation) -> int:
 
 
 def access_text(feature: Feature) -> str:
-    """Why it cannot be written, as the end of a sentence."""
+    """Return the reason for which it cannot be written, as the end of a sentence."""
     if feature.problem:
         return translate("Features", "is not available: {0}").format(driver_text(feature.problem))
     if feature.constant:
@@ -263,7 +263,7 @@ def range_text(feature: Feature) -> str:
 
 
 def value_text(feature: Feature) -> str:
-    """The value with its unit, as a read-only row shows it; a dash where there is none."""
+    """Return the value with its unit, as a read-only row shows it; a dash where there is none."""
     value: FeatureValue | None = feature.value
     if value is None:
         return "–"
@@ -277,7 +277,7 @@ def value_text(feature: Feature) -> str:
 
 
 def tooltip_html(feature: Feature) -> str:
-    """All there is to know about a feature, for a tooltip: why it cannot be used, help, range, name."""
+    """Return a feature's tooltip: the reason for which it cannot be used, help, range, name."""
     parts = [f"<b>{html.escape(feature.title)}</b>"]
     if not feature.access.writable:
         why = translate("Features", "It {0}.").format(access_text(feature))
@@ -301,7 +301,7 @@ def _line(text: str, value: str) -> str:
 
 
 def _exact(feature: Feature) -> str:
-    """The value with all its digits, which the control may have no room for."""
+    """Return the value with all its digits, more than the control may have room for."""
     text = format_value(feature.value)
     number = isinstance(feature.value, int | float)
     return f"{localized(text) if number else text} {unit_text(feature.unit)}".rstrip()

@@ -36,12 +36,12 @@ READ_TURN = 0.01
 
 
 class FeatureTreeModel:
-    """Joins a grabber's features to whoever shows and edits them.
+    """A grabber's features for views that show and edit them.
 
-    Make it once the grabber is open, where its calls may be made: on the worker, or before anything else
-    runs there. All methods may be called from any thread and none waits for the camera; signals are emitted
-    from any thread. Only features that are watched are read again when the camera says that they changed,
-    so a panel of thousands costs what its open part costs.
+    Make it once the grabber is open, where its calls may be made: on the worker, or before anything else runs
+    there. All methods may be called from any thread and none waits for the camera; signals are emitted from
+    any thread. When the camera reports changes, only watched features are read again, so the cost of a panel
+    with thousands of features depends on its open part.
     """
 
     feature_changed = Signal(Feature)
@@ -114,7 +114,7 @@ class FeatureTreeModel:
             return tuple(self._features.values())
 
     def feature(self, name: str) -> Feature | None:
-        """The last known state, without asking the camera; None where it was never read."""
+        """Return the last known state without access to the camera; None if it was never read."""
         return self._features.get(name)
 
     def description(self, name: str) -> FeatureDescription | None:
@@ -151,9 +151,9 @@ class FeatureTreeModel:
     def write(self, name: str, value: FeatureValue) -> None:
         """Write at once, but at most 60 times a second a feature: the last value always, features in order.
 
-        The write goes to the instance that is shown, whatever others select meanwhile.
-        The camera's value afterwards follows as `feature_changed`. A refusal is reported by `failed`, and the
-        feature is read again, so that whoever shows it shows the truth.
+        The write goes to the instance that is shown, even if others select another one meanwhile. The
+        camera's value afterwards follows as `feature_changed`. A refusal is reported by `failed`, and the
+        feature is read again, so that views show its true value.
         """
         with self._lock:
             if self._closed:
@@ -219,7 +219,7 @@ class FeatureTreeModel:
         )
 
     def _shown_setting(self, name: str) -> SettingKey:
-        """The instance that is shown: with its selectors as they were asked to stand, else as last known."""
+        """Return the instance that is shown: with its selectors as requested, else as last known."""
         with self._lock:
             selected = []
             for selector in self._selectors.of(name):

@@ -58,7 +58,7 @@ class ValueHistory:
 
 
 def to_csv(histories: Mapping[str, ValueHistory]) -> str:
-    """One line a moment, one column a value; empty where a value was not read at that moment."""
+    """Return one line a moment, one column a value; empty where a value was not read at that moment."""
     rows: dict[float, dict[str, float]] = {}
     for name, history in histories.items():
         for moment, value in zip(*history.since(), strict=True):
@@ -90,7 +90,7 @@ class ValueWatch:
     """
 
     sampled = Signal(float, dict, dict)
-    """When it was read (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
+    """Time of reading (seconds since the epoch), values (dict[str, float], NaN for none), their units."""
 
     def __init__(self, period: float = PERIOD, time_of_day: Callable[[], float] = time.time) -> None:
         self._period = period
@@ -179,6 +179,6 @@ class ValueWatch:
 
 
 def as_number(feature: Feature) -> float:
-    """A feature's value on a plot; NaN where it has none."""
+    """Return a feature's value on a plot; NaN where it has none."""
     value = feature.value
     return float(value) if isinstance(value, int | float) else math.nan

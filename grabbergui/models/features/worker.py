@@ -27,11 +27,11 @@ class _Job:
 
 
 class FeatureWorker:
-    """Runs jobs one after the other, in the order they came, on a thread of its own.
+    """Runs jobs in their order on a thread of its own.
 
-    A call of a camera takes as long as the network does; here it holds up only the calls behind it.
-    `submit` and `close` may be called from any thread and `submit` never waits. A job must end by itself:
-    every grabber call has a timeout.
+    A call to a camera takes as long as the network; here it delays only the calls behind it. `submit` and
+    `close` may be called from any thread and `submit` never waits. A job must end by itself: every
+    grabber call has a timeout.
     """
 
     def __init__(self, name: str = "features") -> None:
@@ -74,9 +74,9 @@ class FeatureWorker:
             return any(job.due <= now for job in self._waiting.values())
 
     def close(self, timeout: float = 6.0) -> bool:
-        """Take no more jobs, finish those waiting, end the thread. Whether it ended within `timeout` seconds.
+        """Finish queued jobs and end the thread; return whether it ended within `timeout` seconds.
 
-        Delays are cut short. May be called twice; called by a job, it does not wait.
+        New jobs are refused, delays are cut short. May be called twice; called by a job, it does not wait.
         """
         with self._wakeup:
             self._closed = True
@@ -142,30 +142,30 @@ class WriteThrottle:
 
     def __init__(self, interval: float = 1 / 60) -> None:
         self.interval = interval
-        "Least time between two writes of one feature, seconds: a screen shows no more than 60 pictures."
+        "Shortest time between two writes of one feature in seconds: a screen shows 60 frames per second."
         self._sent: dict[str, float] = {}
         self._waiting: dict[str, float] = {}
 
     def ask(self, name: str, now: float) -> float:
-        """How long from now a write has to wait. It takes the place of one of the same name that waits."""
+        """Return the delay of a write in seconds. It replaces a waiting write of the same name."""
         earliest = self._sent.get(name, now - self.interval) + self.interval
         due = max(now, earliest, *self._waiting.values())
         self._waiting[name] = due
         return due - now
 
     def barrier(self, now: float) -> float:
-        """How long from now until every waiting write is due; what depends on them waits as long."""
+        """Return the delay in seconds until every waiting write is due, for jobs that depend on them."""
         return max(now, *self._waiting.values(), now) - now
 
     def sent(self, name: str, now: float) -> None:
-        """The write is on its way."""
+        """Record that the write was sent."""
         self._waiting.pop(name, None)
         self._sent[name] = now
 
     def waits(self, name: str) -> bool:
-        """Whether a write is still to be sent."""
+        """Return whether a write is still to be sent."""
         return name in self._waiting
 
     def waiting(self) -> tuple[str, ...]:
-        """Features with a write still to be sent."""
+        """Return the features with a write still to be sent."""
         return tuple(self._waiting)

@@ -46,7 +46,7 @@ class Histogram:
         return float(counts @ np.arange(counts.size)) / max(1, int(counts.sum()))
 
     def binned(self, channel: str, most: int = 256) -> NDArray[np.int64]:
-        """A channel's counts in at most so many bins of equal width (a power of two)."""
+        """Return a channel's counts in bins of equal width (a power of two), at most the given number."""
         counts = self.channels[channel]
         sums: NDArray[np.int64] = counts.reshape(min(most, counts.size), -1).sum(axis=1)
         return sums
@@ -69,7 +69,7 @@ class Histogram:
 
 
 def measure_histogram(frame: Frame) -> Histogram:
-    """The histogram of every pixel of a frame. Raises PixelFormatError."""
+    """Return the histogram of every pixel of a frame. Raises PixelFormatError."""
     raw, pixel_format = measurable(frame)
     depth = pixel_format.depth
     channels: dict[str, NDArray[np.int64]] = {}
@@ -147,9 +147,9 @@ class Line:
 def measure_profile(frame: Frame, line: Line, *, raw: bool = False) -> dict[str, NDArray[Any]]:
     """Values along the line by channel: the sensor's own of mono, 8-bit `R`, `G`, `B` of all else.
 
-    With `raw` they are the sensor's own of any format: components as they came, and of a Bayer pattern each
-    pixel's under the colour of its filter, with NaN where a pixel has another. Nearest pixels, nothing is
-    interpolated along the line. Raises PixelFormatError.
+    With `raw` they are the sensor's own values of any format: components unchanged, and for a Bayer pattern
+    each pixel's value under the colour of its filter, NaN under the others. Nearest pixels are used, without
+    interpolation along the line. Raises PixelFormatError.
     """
     line = line.clipped(frame.width, frame.height)
     x = np.rint(np.linspace(line.x0, line.x1, line.samples)).astype(int)

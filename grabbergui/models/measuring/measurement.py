@@ -27,7 +27,7 @@ HISTORY_MOST = 1200
 
 
 def sharpness(frame: Frame, region: Region | None = None) -> float:
-    """A score that is highest where the lens is in focus; for comparing pictures of one scene.
+    """Return a score that is highest where the lens is in focus; for comparing pictures of one scene.
 
     The variance of the Laplacian, over the square of the mean, in percent: a brighter picture of the same
     scene has about the same score. Raises PixelFormatError.

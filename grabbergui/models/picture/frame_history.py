@@ -55,7 +55,7 @@ class FrameHistory:
         self._sink.start()
 
     def detach(self, timeout: float = 0.0) -> bool:
-        """Take no more frames. Whether the thread ended within `timeout` seconds; may be asked again."""
+        """Stop; return whether the thread ended within `timeout` seconds. May be called again."""
         return self._sink is None or self._sink.stop(timeout)
 
     def add(self, frame: Frame) -> None:

@@ -45,12 +45,12 @@ class Orientation:
         return (height, width) if self.quarter_turns % 2 else (width, height)
 
     def to_view(self, region: Region, width: int, height: int) -> Region:
-        """Where a region of a frame of that size is seen."""
+        """Return the place in the view of a region of a frame of that size."""
         region = self._mirrored(region, width, height)
         return _rotated(region, width, height, self.quarter_turns)
 
     def to_frame(self, region: Region, width: int, height: int) -> Region:
-        """The region of a frame of that size that is seen there. Both sizes are the frame's."""
+        """Return the region of a frame of that size that is seen there. Both sizes are the frame's."""
         view_width, view_height = self.view_size(width, height)
         region = _rotated(region, view_width, view_height, -self.quarter_turns % 4)
         return self._mirrored(region, width, height)
@@ -111,7 +111,7 @@ def distorted_pixel(calibration: Calibration, x: int, y: int) -> tuple[int, int]
 def _maps(
     calibration: Calibration, region: Region, size: tuple[int, int], whole: tuple[int, int]
 ) -> tuple[Map, Map]:
-    """Where in the reduced frame each pixel of the view lies; computed again when the view moves."""
+    """Return each view pixel's place in the reduced frame; computed again when the view moves."""
     part = calibration.cut_out(region.x, region.y, region.width, region.height)
     seen = _scaled(part.matrix, (size[0] / region.width, size[1] / region.height))
     columns, lines = cv2.initUndistortRectifyMap(
@@ -125,7 +125,7 @@ def _maps(
 
 
 def _scaled(matrix: NDArray[np.float64], scale: tuple[float, float]) -> NDArray[np.float64]:
-    """A camera matrix for pictures of another size; half a pixel lies between an edge and a centre."""
+    """Return a camera matrix for pictures of another size; half a pixel lies between an edge and a centre."""
     scaled = matrix.copy()
     scaled[:2] *= np.array(scale)[:, None]
     scaled[:2, 2] += (np.array(scale) - 1) / 2

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Levels:
-    """Which of the sensor's values are shown as black and as white, as fractions of its range."""
+    """Sensor values shown as black and as white, as fractions of the sensor's range."""
 
     black: float = 0.0
     white: float = 1.0

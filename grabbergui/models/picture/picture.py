@@ -45,7 +45,7 @@ class Picture:
     label: str = ""
     "The component that is shown, one of `labels`."
     quantity: Quantity | None = None
-    "What the colours mean, where they mean something other than light."
+    "Meaning of the colours if they represent another quantity than light."
 
 
 class PictureModel:
@@ -81,17 +81,17 @@ class PictureModel:
         self._lock = threading.Lock()
         self._taken = threading.Event()
         self.received = 0
-        "Frames that came since the source was attached."
+        "Number of frames received since the source was attached."
         self.converted = 0
         "Pictures made of them since."
         self.mean: float | None = None
         "Of the 8-bit pixels of the last picture made; None where none was made."
         self.last_received: float | None = None
-        "`time.monotonic` of the last frame; None where none came yet."
+        "`time.monotonic` of the last frame; None before the first."
 
     @property
     def frame(self) -> Frame | None:
-        """The newest frame, whole and as the sensor sent it. It stays after the source is gone."""
+        """The newest frame, whole and as the sensor sent it. It remains after the source is closed."""
         return self._frame
 
     @property
@@ -107,7 +107,7 @@ class PictureModel:
 
     @property
     def problem(self) -> str:
-        """Why the newest frame cannot be shown; empty where it can."""
+        """Reason for which the newest frame cannot be shown; empty if it can."""
         return self._problem
 
     @property
@@ -135,9 +135,9 @@ class PictureModel:
         self._thread.start()
 
     def detach(self, timeout: float = 0.0) -> bool:
-        """Take no more frames; the last one stays.
+        """Stop taking frames; the last one stays.
 
-        Whether the thread ended within `timeout` seconds; may be asked again.
+        Returns whether the thread ended within `timeout` seconds. May be called again.
         """
         with self._lock:
             queue, self._queue = self._queue, None
@@ -157,7 +157,7 @@ class PictureModel:
 
     @property
     def settings(self) -> DisplaySettings:
-        """How the picture is looked at."""
+        """Part of the image that is shown, and its orientation."""
         return self._settings
 
     @settings.setter
@@ -218,7 +218,7 @@ class PictureModel:
             self._taken.wait(PAINT_WAIT)
 
     def _newest(self, queue: FrameQueue) -> Frame:
-        """The newest frame there is; the one shown before only where nothing else waits."""
+        """Return the newest frame available; the one shown before only if no other is queued."""
         newest = queue.get(FRAME_WAIT)
         arrived = int(newest is not self._frame)
         while True:

@@ -22,7 +22,7 @@ _FAR = 2.2
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """Where the cloud is looked at from; at first, from the camera."""
+    """Viewpoint on the cloud; initially the camera."""
 
     yaw: float = 0.0
     "Degrees to the right."

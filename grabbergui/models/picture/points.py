@@ -28,7 +28,7 @@ class PointCloudModel:
     ready = Signal()
     """Another image can be had from `image`."""
     failed = Signal(str)
-    """Why there are no points, as display text."""
+    """Reason for which there are no points, as display text."""
 
     def __init__(self, newest: Callable[[], Frame | None], scan: Callable[[], Scan3d]) -> None:
         self._newest, self._scan = newest, scan
@@ -50,7 +50,7 @@ class PointCloudModel:
             self._thread.start()
 
     def stop(self, timeout: float = 0.0) -> bool:
-        """Draw no more. Whether the thread ended within `timeout` seconds."""
+        """Stop drawing; return whether the thread ended within `timeout` seconds."""
         self._stopping.set()
         self._again.set()
         if self._thread is None:

@@ -45,7 +45,7 @@ ALL_LEVELS = Levels()
 
 
 class PolarisedView(Enum):
-    """What is shown of a polarised mosaic."""
+    """Quantity shown of a polarised mosaic."""
 
     MOSAIC = ""
     INTENSITY = "intensity"
@@ -55,7 +55,7 @@ class PolarisedView(Enum):
 
 @dataclass(frozen=True)
 class ColourScale:
-    """What the colours of an image mean."""
+    """Quantity and range that the colours of an image represent."""
 
     low: float
     "The value of the first colour; smaller ones have it, too."
@@ -78,7 +78,7 @@ class ColourScale:
         return tuple(float(step * count) for count in np.arange(first, last + 1))
 
     def text(self, value: float) -> str:
-        """A value as the scale is labelled: as many digits as tell its ticks apart."""
+        """Return a value as a label of the scale, with enough digits to distinguish its ticks."""
         step = _round_step((self.high - self.low) / 5)
         digits = max(0, -int(np.floor(np.log10(step) + 1e-9)))
         return f"{value:.{digits}f}"
@@ -175,7 +175,7 @@ def quantity_of(
 
 
 def is_mosaic(frame: Frame) -> bool:
-    """Whether a frame may be a polarised mosaic: unsigned grey of at least one cell. No format says so."""
+    """Return whether a frame may be a polarised mosaic: unsigned grey (no format marks one)."""
     pixel_format = frame.pixel_format
     grey = pixel_format.family is Family.MONO and pixel_format.kind == "u" and not pixel_format.is_coordinate
     return grey and 8 <= pixel_format.depth <= 16 and frame.width >= 2 and frame.height >= 2
@@ -269,7 +269,7 @@ def _hatch(rgb: NDArray[np.uint8], missing: NDArray[np.bool_]) -> None:
 
 @cache
 def _colours(name: str) -> NDArray[np.uint8]:
-    """The map's 256 colours, R G B, as applyColorMap takes them."""
+    """Return the map's 256 colours, R G B, as applyColorMap takes them."""
     ramp = np.arange(256, dtype=np.uint8).reshape(256, 1)
     found = cv2.applyColorMap(ramp, (COLOUR_MAPS | _CYCLE)[name])
     return np.ascontiguousarray(found[:, :, ::-1], np.uint8)

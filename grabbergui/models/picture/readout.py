@@ -34,7 +34,7 @@ def cursor_text(picture: Picture, pixel: tuple[int, int], settings: DisplaySetti
 
 
 def value_texts(picture: Picture, settings: DisplaySettings) -> dict[tuple[int, int], str]:
-    """The values of the region shown, by columns and lines of the view; one line a component.
+    """Return the values of the region shown, by columns and lines of the view; one line a component.
 
     Empty where the region is too large, is shown without its distortion, or the format cannot be read.
     """

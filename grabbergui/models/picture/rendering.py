@@ -37,11 +37,11 @@ BLACK = (70, 110, 255)
 
 
 def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
-    """Where a region is black and where it is saturated, 255 there and 0 elsewhere.
+    """Return masks of a region's black and saturated pixels, 255 there and 0 elsewhere.
 
-    Shape (region.height, region.width). A coloured pixel counts as saturated where any component is, as
-    black where all are; of YUV the luma counts, within its range. Signed values, coordinates, and others
-    without a white of their own are never clipped. Raises PixelFormatError.
+    Shape (region.height, region.width). A coloured pixel is saturated if any component is, black if all are;
+    for YUV the luma counts, within its range. Signed values, coordinates and other values without a white
+    level are never clipped. Raises PixelFormatError.
     """
     pixel_format = frame.pixel_format
     if pixel_format.needs_range or pixel_format.kind == "i":
@@ -61,7 +61,7 @@ def clipping_masks(frame: Frame, region: Region) -> tuple[Mask, Mask]:
 
 
 def with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> NDArray[np.uint8]:
-    """A picture, (height, width[, 3]) and perhaps reduced, with both masks painted over it, in R G B.
+    """Return a picture, (height, width[, 3]) and perhaps reduced, with both masks painted over it, in R G B.
 
     One pixel of the masks is enough to show, however much the picture is reduced.
     """
@@ -92,7 +92,7 @@ def _mask(values: NDArray[Any], low: int, high: int) -> Mask:
 
 
 def _reduced(mask: Mask, size: tuple[int, int]) -> Mask:
-    """A mask of (width, height), above zero wherever anything was.
+    """Return a mask of (width, height), above zero wherever anything was.
 
     Halving is several times cheaper than an exact area average, but loses one pixel among very many:
     every step makes it whole again.
@@ -116,7 +116,7 @@ class DisplaySettings:
     component: str = ""
     "The label of the component that is shown; empty for the frame's own image."
     scan: Scan3d = field(default_factory=Scan3d)
-    "What the camera reports of its coordinates."
+    "The camera's description of its coordinates."
     polarised: PolarisedView = PolarisedView.MOSAIC
     calibration: Calibration | None = None
     "Without whose distortion the picture is shown; None shows it as it is. Only for frames of its size."
@@ -138,7 +138,7 @@ def render(
     settings: DisplaySettings,
     quantity: Quantity | None = None,
 ) -> DisplayImage:
-    """The picture of a region of the view, in at most `size` screen pixels; see `pixels.for_display`.
+    """Return the picture of a region of the view, in at most `size` screen pixels; see `pixels.for_display`.
 
     Region and size are the view's, and so is the region that comes back. `quantity` is what
     `settings.quantity` gives for the frame, if the caller has it already. Raises PixelFormatError.
@@ -188,20 +188,20 @@ def _light(
 
 
 def _fitting(region: Region, size: tuple[int, int] | None) -> tuple[int, int]:
-    """Width and height of a region's picture: no more than `size`, nothing enlarged."""
+    """Return width and height of a region's image: at most `size`, never enlarged."""
     scale = min(1.0, size[0] / region.width, size[1] / region.height) if size else 1.0
     return max(1, round(region.width * scale)), max(1, round(region.height * scale))
 
 
 def _has_deep_levels(pixel_format: PixelFormat) -> bool:
-    """Whether levels choose among the sensor's own values, and not among the 8 bits that are shown."""
+    """Return whether levels choose among the sensor's own values, and not among the 8 bits that are shown."""
     if pixel_format.needs_range or pixel_format.kind != "u" or pixel_format.depth <= 8:
         return False
     return pixel_format.family in (Family.MONO, Family.BAYER)
 
 
 def _levelled(frame: Frame, levels: Levels) -> Frame:
-    """A frame of 8 bits that shows the levels of a deeper one, with all its gradations between them."""
+    """Return a frame of 8 bits that shows the levels of a deeper one, with full gradation between them."""
     pixel_format = frame.pixel_format
     if levels.neutral or not _has_deep_levels(pixel_format):
         return frame

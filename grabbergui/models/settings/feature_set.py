@@ -86,11 +86,11 @@ def capture(
     progress: Progress = lambda done, of: None,
     cancelled: threading.Event | None = None,
 ) -> FeatureSet:
-    """Every streamable setting as it stands, selectors stepped through and then put back.
+    """Return every streamable setting; selectors are stepped through and then restored.
 
-    Selectors are written where the grabber is open for control; for reading only, what they happen to
-    select is taken. A source that marks nothing as streamable gives all that can be read and written.
-    Raises TransportError; with `cancelled` set, what was read by then is returned.
+    Selectors are written if the grabber is open for control; with read-only access, only the present entries
+    are read. A source without streamable features returns all that can be read and written. Raises
+    TransportError; with `cancelled` set, returns the settings read until then.
     """
     selectors = grabber.selectors
     wanted = _wanted(selectors)
@@ -114,7 +114,7 @@ def capture(
 
 
 def every_instance(grabber: FrameGrabber, name: str) -> dict[SettingKey, FeatureValue]:
-    """Return a feature's value under each combination of its selectors, which end where they stood."""
+    """Return a feature's value under each combination of its selectors, which are restored."""
     path = grabber.selectors.of(name)
     with grabber.exclusive(path):
         keys = [SettingKey(name, selected) for selected in instances(grabber, path)[0]]
@@ -151,7 +151,7 @@ def _instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selecte
 def _value_of(
     grabber: FrameGrabber, key: SettingKey, left_out: list[str]
 ) -> Iterator[tuple[SettingKey, FeatureValue]]:
-    """Give what a feature stands at, where that is a setting."""
+    """Yield a feature's value if it is a setting."""
     try:
         feature = grabber.read_setting(key)
     except FeatureError as error:  # an entry that cannot be selected

@@ -1,9 +1,9 @@
-"""Settings as files: GenICam's persistence format, and YAML that people read.
+"""Settings as files: GenICam's persistence format, and human-readable YAML.
 
-The persistence format is what GenApi's feature bag writes, and with it pylon's `.pfs` and other viewers: a
-first line with a GUID, lines of comment, then `Name<TAB>Value` lines, a script that is written to a camera
-from top to bottom. A selector's line stands before the lines of what it selects.
-Enumerations are written by entry, booleans as 0 and 1.
+GenApi's feature bag writes the persistence format, and so do pylon (`.pfs`) and other viewers: a first line
+with a GUID, comment lines, then `Name<TAB>Value` lines, a script that is written to a camera from top to
+bottom. A selector's line precedes the lines of the features it selects. Enumerations are written by entry,
+booleans as 0 and 1.
 
 The YAML has one line a setting, `BalanceRatio[BalanceRatioSelector=Red]: 1.5`, so that versions compare well.
 """
@@ -85,10 +85,10 @@ def _replace(path: Path, text: str) -> None:
 def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
     """Read a set of either kind, which the content shows.
 
-    The persistence format does not say what a selector selects: `selectors_of` does, best from the camera
-    itself. Without it, what occurs more than once is taken for selected by what changed in between. A line
-    that makes no sense costs that line: `lost_lines` names it. Raises SettingsFileError,
-    MissingFileError, and UsageError for anything but a settings file.
+    The persistence format does not contain the features that a selector selects: `selectors_of` returns them,
+    best from the camera itself. Without it, a feature that occurs repeatedly is assumed to be selected by the
+    features that changed in between. An invalid line is skipped and named in `lost_lines`. Raises
+    SettingsFileError, MissingFileError, and UsageError for anything but a settings file.
     """
     try:
         with path.open("rb") as file:
@@ -109,7 +109,7 @@ def load(path: Path, selectors_of: SelectorsOf | None = None) -> FeatureSet:
 
 
 def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> FeatureSet:
-    """The set in a text of either kind; `where` names it in errors. Raises UsageError."""
+    """Return the set in a text of either kind; `where` names it in errors. Raises UsageError."""
     first, _, _ = text.partition("\n")
     if BAGGER_GUID in first:
         raise UsageError(
@@ -126,7 +126,7 @@ def parse(text: str, where: str, selectors_of: SelectorsOf | None = None) -> Fea
 
 # -- GenICam's persistence format ------------------------------------------------------------------
 def to_persistence(features: FeatureSet) -> str:
-    """The text of a set in GenICam's persistence format."""
+    """Return the text of a set in GenICam's persistence format."""
     lines = [
         f"# {BAG_GUID}",
         "# GenApi persistence file (version 3.5.0)",
@@ -135,7 +135,7 @@ def to_persistence(features: FeatureSet) -> str:
     selected: dict[str, str] = {}
     for key, value in features.settings.items():
         if "\n" in str(value) or "\r" in str(value):
-            continue  # the format has no way to say it; YAML does
+            continue  # the format cannot express it; YAML can
         for selector, entry in key.selected:
             if selected.get(selector) != entry:
                 lines.append(f"{selector}\t{entry}")
@@ -197,7 +197,7 @@ def _device_of(text: str) -> str:
 
 # -- YAML ------------------------------------------------------------------------------------------
 def to_yaml(features: FeatureSet) -> str:
-    """The text of a set as YAML 1.2 that YAML 1.1 reads alike."""
+    """Return the text of a set as YAML 1.2 that YAML 1.1 reads alike."""
     lines = [f"device: {json.dumps(features.device)}", "features:"]
     lines += [f"  {key}: {_to_scalar(value)}" for key, value in features.settings.items()]
     if len(lines) == 2:

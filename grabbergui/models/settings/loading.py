@@ -24,14 +24,14 @@ class Outcome(Enum):
 
     WRITTEN = "written"
     EQUAL = "equal"
-    "The camera stood there already; nothing was written."
+    "The camera already had this value; nothing was written."
     WOULD_WRITE = "would write"
-    "It differs, and the camera accepts it; only looking was asked for."
+    "It differs and the camera would accept it; this was a dry run."
     DEPENDS = "depends"
     "The camera does not accept it as it is set now; it may, once other settings of the set are written."
     REFUSED = "refused"
     DIFFERENT = "different"
-    "It was written, but the camera stands elsewhere: it rounded, or another setting moved it."
+    "It was written, but the camera has another value: it rounded, or another setting changed it."
     LEFT_ALONE = "left alone"
     "An automatic mode sets it, or its switch is off; writing it would undo that."
     UNKNOWN = "unknown"
@@ -59,7 +59,7 @@ class SettingReport:
     before: FeatureValue | None = None
     after: FeatureValue | None = None
     reason: str = ""
-    "Why it is not as requested, as display text."
+    "Reason for a difference from the request, as display text."
 
     def __str__(self) -> str:
         change = f"{format_value(self.before)} → {format_value(self.wanted)}"
@@ -77,22 +77,22 @@ class LoadReport:
     before: FeatureSet
     "The camera as it was; loading this rolls back."
     problem: str = ""
-    "Why loading was interrupted, or the stream could not be started again."
+    "Reason for an interruption, or for a stream that could not be restarted."
     lost_lines: tuple[str, ...] = ()
     "Lines of the file that make no sense, a sentence each."
 
     def count(self, *outcomes: Outcome) -> int:
-        """How many settings ended so."""
+        """Return the number of settings with one of these outcomes."""
         return sum(report.outcome in outcomes for report in self.settings)
 
     @property
     def settled(self) -> bool:
-        """Whether the camera is as the set wants it."""
+        """Whether the camera has all values of the set."""
         whole = not self.problem and not self.lost_lines
         return whole and all(report.outcome in SETTLED for report in self.settings)
 
     def lines(self) -> list[str]:
-        """All that was not equal, a line each, and the summary."""
+        """Return a line for each setting that was not equal, and the summary."""
         lines = [str(report) for report in self.settings if report.outcome is not Outcome.EQUAL]
         return [*self.lost_lines, *lines, *([self.problem] if self.problem else []), self.summary()]
 
@@ -112,11 +112,11 @@ def load_onto(
 ) -> LoadReport:
     """Set a camera as the set requires, and report the outcome for each setting.
 
-    Nothing that is equal is written; selectors end where they stood. A running stream is stopped while
-    anything is written and started again with the triggers as the set has them. With `dry_run` only
-    selectors are moved. With `cancelled` set, what was not written by then is reported so; rolling back takes
-    the rest back. When the camera goes away in between, the report says what was written until then. Raises
-    TransportError before anything is written, AccessDeniedError without control.
+    Equal values are not written; selectors are restored. A running stream is stopped while anything is
+    written and started again with the set's trigger modes. With `dry_run` only selectors are moved. With
+    `cancelled` set, the remaining settings are reported as cancelled; rolling back restores the others. If
+    the camera is lost meanwhile, the report contains everything written until then. Raises TransportError
+    before anything is written, AccessDeniedError without control.
     """
     cancelled = cancelled or threading.Event()
     before = capture(grabber, progress=_part(progress, 0.0, 0.5), cancelled=cancelled)
@@ -213,7 +213,7 @@ class _Loading:
         return [key for key, report in self._reports.items() if report.outcome in outcomes]
 
     def _compared(self, key: SettingKey, wanted: FeatureValue) -> tuple[Outcome, FeatureValue | None, str]:
-        self.grabber.feature(key.name)  # a camera without it says so
+        self.grabber.feature(key.name)  # raises if the camera lacks it
         try:
             feature = self.grabber.read_setting(key)
         except FeatureError as error:
@@ -237,13 +237,13 @@ class _Loading:
         return Outcome.WOULD_WRITE, feature.value, ""
 
     def _may_be_unlocked(self, feature: Feature) -> bool:
-        """Whether writing the feature stops what locks it: the stream, or its automatic mode."""
+        """Return whether writing the feature stops what locks it: the stream, or its automatic mode."""
         mode = self.grabber.feature(feature.auto) if feature.auto else None
         stops = self.grabber.streaming and self.grabber.pauses_for(feature.name)
         return stops or as_editable(feature, mode).access.writable
 
     def _held(self, key: SettingKey, feature: Feature) -> str:
-        """Why the set itself wants this one not to act by hand; empty where it does."""
+        """Return the mode or switch in the set that makes this value inactive; empty if it is active."""
         mode = self._of_set(feature.auto, key)
         if mode is not None and is_on(mode) and not same_value(mode, False):
             return translate("Settings", "{0} sets it").format(f"{feature.auto}={mode}")
@@ -274,7 +274,7 @@ def _replaced(
 
 
 def _doubted(feature: Feature, wanted: FeatureValue) -> Outcome:
-    """Whether a value that is not accepted now may be later: a range moves, a kind or an entry does not."""
+    """Return whether a refused value may be accepted later: ranges change, types and entries do not."""
     if feature.kind in (FeatureKind.INTEGER, FeatureKind.FLOAT):
         return Outcome.DEPENDS if is_number(wanted) else Outcome.REFUSED
     known = any(entry.name == str(wanted) for entry in feature.entries)
@@ -282,6 +282,6 @@ def _doubted(feature: Feature, wanted: FeatureValue) -> Outcome:
 
 
 def _part(progress: Progress, begin: float, end: float) -> Progress:
-    """The progress of a part of the work as progress of the whole."""
+    """Return the progress of a part of the work as progress of the whole."""
     span = end - begin
     return lambda done, of: progress(round(_THOUSAND * (begin + span * done / max(of, 1))), _THOUSAND)

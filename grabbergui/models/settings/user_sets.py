@@ -19,10 +19,10 @@ SELECTOR = "UserSetSelector"
 LOAD = "UserSetLoad"
 SAVE = "UserSetSave"
 STARTS_WITH = ("UserSetDefault", "UserSetDefaultSelector", "DefaultStartupSet")
-"Which set is loaded at power-on: SFNC 2's name, SFNC 1's, and an older one."
+"Feature for the set loaded at power-on: SFNC 2's name, SFNC 1's, and an older one."
 
 FACTORY = ("Default", "Factory")
-"How the names of sets begin that cannot be overwritten."
+"Prefixes of the names of sets that cannot be overwritten."
 
 
 @dataclass(frozen=True)
@@ -42,12 +42,12 @@ class UserSet:
 
 
 def has_user_sets(grabber: FrameGrabber) -> bool:
-    """Whether the camera keeps sets that can be loaded."""
+    """Return whether the camera keeps sets that can be loaded."""
     return grabber.has_feature(SELECTOR) and grabber.has_feature(LOAD)
 
 
 def user_sets(grabber: FrameGrabber) -> list[UserSet]:
-    """The camera's sets, in its order; the selector is moved and put back.
+    """Return the camera's sets in its order; the selector is moved and restored.
 
     While it streams a camera may refuse to save; then any set but the factory's is taken for savable.
     Raises FeatureError, TransportError.

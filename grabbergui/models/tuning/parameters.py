@@ -31,7 +31,7 @@ LEAST_STEP = 0.02
 
 
 class Law(Enum):
-    """How the measurement depends on a parameter."""
+    """Dependence of the measurement on a parameter."""
 
     PROPORTIONAL = "proportional"
     "An exposure time, a ratio."
@@ -89,9 +89,9 @@ class ParameterSearch:
         """
         slope = 1.0
         if self._last is not None:
-            gone, answered = light - self._last[0], self._last[1] - wanted
-            if abs(gone) > LEAST_STEP:
-                slope = min(max(answered / gone, FLATTEST), STEEPEST)
+            moved, achieved = light - self._last[0], self._last[1] - wanted
+            if abs(moved) > LEAST_STEP:
+                slope = min(max(achieved / moved, FLATTEST), STEEPEST)
         self._last = light, wanted
         return min(max(wanted / slope, -math.log(STRONGEST)), math.log(STRONGEST))
 

@@ -113,7 +113,7 @@ class TuningRun:
         self._frames = grabber.plain.open_queue(depth=2)
 
     def close(self) -> None:
-        """Take no more frames."""
+        """Stop taking frames."""
         self._frames.close()
 
     def call(self, job: Callable[[ChangeTrackingGrabber], T]) -> T:

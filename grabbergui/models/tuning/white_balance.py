@@ -53,7 +53,7 @@ def balance(run: TuningRun, region: Region | None) -> str:
 
 
 def _parameters(grabber: FrameGrabber) -> dict[str, TuningParameter]:
-    """The ratio of each channel to be turned."""
+    """Return the ratio of each channel to be turned."""
     name = Role.BALANCE_RATIO.find(grabber.has_feature)
     if name is None:
         raise FeatureNotFoundError(f"{grabber.info.title} has no balance ratios to set", "BalanceRatio")
