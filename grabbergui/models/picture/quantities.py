@@ -1,4 +1,4 @@
-"""Pixels that measure something other than light, in false colour with a scale: distances, polarisation."""
+"""Display of sensor values: levels, and false colours with a scale for distances and polarisation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,6 @@ from grabbergui.core.pfnc import Family, PixelFormat, by_name
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.region import Region
 from grabbergui.core.scan3d import Scan3d
-from grabbergui.models.picture.levels import Levels
 
 COLOUR_MAPS = {
     "Inferno": cv2.COLORMAP_INFERNO,
@@ -27,17 +26,30 @@ COLOUR_MAPS = {
     "Jet": cv2.COLORMAP_JET,
     "Bone": cv2.COLORMAP_BONE,
 }
-"""For pictures in grey, by the names people know."""
+"""Colour maps for grey images, by their usual names."""
 _CYCLE = {"Twilight": cv2.COLORMAP_TWILIGHT}
 """Begins and ends with the same colour, as an angle does."""
 NO_DATA = (72, 112)
-"""The two greys of the hatching where nothing was measured; no colour map has them side by side."""
+"""The two greys of the hatching for pixels without a measurement; no colour map has them side by side."""
 _HATCH = 4
-"""Screen pixels of a stripe."""
+"""Width of a stripe in screen pixels."""
 _SAMPLES = 20_000
-"""Pixels of an image that its range is estimated from."""
+"""Number of pixels from which an image's range is estimated."""
 _WITHOUT_OUTLIERS = (0.5, 99.5)
 """Percentiles."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Sensor values shown as black and as white, as fractions of the sensor's range."""
+
+    black: float = 0.0
+    white: float = 1.0
+
+    @property
+    def neutral(self) -> bool:
+        """Whether the whole range is shown."""
+        return self == Levels()
 
 
 NOTHING_KNOWN = Scan3d()
@@ -58,7 +70,7 @@ class ColourScale:
     """Quantity and range that the colours of an image represent."""
 
     low: float
-    "The value of the first colour; smaller ones have it, too."
+    "The value of the first colour, which smaller values have too."
     high: float
     unit: str
     "`mm`, `px`, `°`, or none."

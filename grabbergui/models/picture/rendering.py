@@ -18,8 +18,8 @@ from grabbergui.core.pixels import DisplayImage, for_display
 from grabbergui.core.region import Region
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.picture.geometry import Orientation, undistorted
-from grabbergui.models.picture.levels import Levels
 from grabbergui.models.picture.quantities import (
+    Levels,
     PolarisedView,
     Quantity,
     coloured,

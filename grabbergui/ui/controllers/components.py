@@ -10,9 +10,8 @@ from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.connection import Connection
 from grabbergui.models.open_source import OpenSource
 from grabbergui.models.picture.coordinate_watch import CoordinateWatch
-from grabbergui.models.picture.levels import Levels
 from grabbergui.models.picture.picture import PictureModel
-from grabbergui.models.picture.quantities import PolarisedView
+from grabbergui.models.picture.quantities import Levels, PolarisedView
 from grabbergui.ui.bridge import Bridge
 from grabbergui.ui.views.bases import ComponentActions, ComponentView
 from grabbergui.ui.views.measuring_panels import HistogramPanel

@@ -13,8 +13,8 @@ from grabbergui.models.gallery import GalleryModel
 from grabbergui.models.messages import CurrentMessages
 from grabbergui.models.open_source import LinkState, OpenSource
 from grabbergui.models.picture.geometry import Orientation
-from grabbergui.models.picture.levels import Levels
 from grabbergui.models.picture.picture import Picture, PictureModel
+from grabbergui.models.picture.quantities import Levels
 from grabbergui.models.picture.readout import cursor_text, value_texts
 from grabbergui.models.picture.rendering import with_levels
 from grabbergui.recording.snapshot import SnapshotWriter

@@ -6,8 +6,7 @@ import pytest
 from frames import frame_of
 from grabbergui.core.region import Region
 from grabbergui.core.scan3d import Coordinate, Scan3d
-from grabbergui.models.picture.levels import Levels
-from grabbergui.models.picture.quantities import NO_DATA, ColourScale, PolarisedView, quantity_of
+from grabbergui.models.picture.quantities import NO_DATA, ColourScale, Levels, PolarisedView, quantity_of
 from grabbergui.models.picture.rendering import DisplaySettings, render
 
 TENTHS = Scan3d(True, (Coordinate(), Coordinate(), Coordinate(0.1, 0.0, 0.0)))

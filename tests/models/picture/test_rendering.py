@@ -5,8 +5,7 @@ from frames import frame_of
 from grabbergui.core.pixels import for_display
 from grabbergui.core.region import Region
 from grabbergui.models.picture.geometry import Orientation
-from grabbergui.models.picture.levels import Levels
-from grabbergui.models.picture.quantities import COLOUR_MAPS
+from grabbergui.models.picture.quantities import COLOUR_MAPS, Levels
 from grabbergui.models.picture.rendering import (
     BLACK,
     SATURATED,
