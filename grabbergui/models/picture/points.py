@@ -1,32 +1,105 @@
-"""The point cloud of the newest frame, drawn on a thread of its own while its window is open."""
+"""Point clouds as images: the viewpoint, the drawing, and a thread that draws the newest frame's points."""
 
 from __future__ import annotations
 
 import logging
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
 from psygnal import Signal
 
 from grabbergui.core.errors import GrabberError
 from grabbergui.core.frame import Frame
 from grabbergui.core.pixels import DisplayImage
 from grabbergui.core.point_cloud import PointCloud
+from grabbergui.core.region import Region
 from grabbergui.core.scan3d import Scan3d
 from grabbergui.models.error_text import error_text
-from grabbergui.models.picture.point_view import Viewpoint, draw
+from grabbergui.models.picture.quantities import ColourScale
 
 log = logging.getLogger(__name__)
 
 PERIOD = 0.1
-"Seconds between two looks for another frame."
+"Seconds between two checks for another frame."
+MOST_POINTS = 150_000
+"Largest number of points drawn; of a larger cloud every second, third … point is shown."
+BACKGROUND = 34
+"Grey behind the points."
+_FAR = 2.2
+"Distance of the eye from the centre of the cloud, in radii of the cloud."
+
+
+@dataclass(frozen=True)
+class Viewpoint:
+    """Viewpoint on the cloud; initially the camera."""
+
+    yaw: float = 0.0
+    "Degrees to the right."
+    pitch: float = 0.0
+    "Degrees up."
+    zoom: float = 1.0
+
+    def turned(self, right: float, up: float) -> Viewpoint:
+        """Return the viewpoint rotated by degrees, up to ±89° of pitch."""
+        return replace(self, yaw=(self.yaw + right) % 360, pitch=min(max(self.pitch + up, -89.0), 89.0))
+
+    def zoomed(self, factor: float) -> Viewpoint:
+        """Return the viewpoint closer (`factor` above 1) or farther."""
+        return replace(self, zoom=min(max(self.zoom * factor, 0.1), 20.0))
+
+    def rotation(self) -> NDArray[np.float32]:
+        """Return the rotation from the camera's axes to the view's, (3, 3)."""
+        yaw, pitch = np.radians([self.yaw, self.pitch])
+        around_y = [[np.cos(yaw), 0, np.sin(yaw)], [0, 1, 0], [-np.sin(yaw), 0, np.cos(yaw)]]
+        around_x = [[1, 0, 0], [0, np.cos(pitch), -np.sin(pitch)], [0, np.sin(pitch), np.cos(pitch)]]
+        return (np.array(around_x) @ np.array(around_y)).astype(np.float32)
+
+
+def draw(cloud: PointCloud, view: Viewpoint, size: tuple[int, int]) -> DisplayImage:
+    """Draw the points on (width, height) pixels, in their own colours or by their z.
+
+    The median of the cloud is at the centre of the image. Any thread.
+    """
+    width, height = size
+    picture = np.full((height * width, 3), BACKGROUND, np.uint8)
+    every = max(1, -(-len(cloud.points) // MOST_POINTS))
+    points = cloud.points[::every]
+    if len(points):
+        middle = np.median(points, axis=0)
+        apart = points - middle
+        radius = max(float(np.percentile(np.abs(apart), 98)), 1e-6)
+        seen = apart @ view.rotation().T / np.float32(radius)
+        depth = seen[:, 2] + np.float32(_FAR)
+        ahead = depth > 0.05
+        factor = np.float32(min(width, height) * 0.5 * _FAR * 0.8 * view.zoom) / np.where(ahead, depth, 1)
+        column = (seen[:, 0] * factor + width / 2).astype(np.int64)
+        line = (seen[:, 1] * factor + height / 2).astype(np.int64)
+        shown = ahead & (column >= 0) & (column < width) & (line >= 0) & (line < height)
+        # Farthest first: of several points on a pixel the last one remains.
+        order = np.flatnonzero(shown)[np.argsort(-depth[shown], kind="stable")]
+        picture[line[order] * width + column[order]] = _colours(cloud, points, every)[order]
+    return DisplayImage(picture.reshape(height, width, 3), Region(0, 0, width, height))
+
+
+def _colours(cloud: PointCloud, points: NDArray[np.float32], every: int) -> NDArray[np.uint8]:
+    if cloud.colours is not None:
+        return cloud.colours[::every]
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    place = np.clip((points[:, 2] - low) / max(high - low, 1e-6) * 255, 0, 255).astype(np.uint8)
+    return np.asarray(ColourScale(low, high, "", "Turbo").colours[place], np.uint8)
 
 
 class PointCloudModel:
-    """Draws the points of what `newest` gives. Any thread may call; signals come from its own."""
+    """Draws the points of the frame that `newest` returns.
+
+    Any thread may call; signals come from the model's own thread, which runs from `start` to `stop`.
+    """
 
     ready = Signal()
-    """Another image can be had from `image`."""
+    """`image` is new."""
     failed = Signal(str)
     """Reason for which there are no points, as display text."""
 
@@ -38,12 +111,12 @@ class PointCloudModel:
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.image: DisplayImage | None = None
-        "Drawn last."
+        "The latest drawing."
 
     def start(self, size: tuple[int, int]) -> None:
-        """Draw from now on, on (width, height) pixels, as seen from the camera."""
+        """Start to draw on (width, height) pixels, with the viewpoint of the camera."""
         self._viewpoint, self._size = Viewpoint(), size
-        if self._thread is None or self._stopping.is_set():  # one that ends draws no more
+        if self._thread is None or self._stopping.is_set():  # a stopping thread draws no more
             self._stopping = threading.Event()
             stopping = self._stopping
             self._thread = threading.Thread(target=self._run, args=(stopping,), name="points", daemon=True)
@@ -59,17 +132,17 @@ class PointCloudModel:
         return not self._thread.is_alive()
 
     def turn(self, right: float, up: float) -> None:
-        """Look from farther right or up, in degrees."""
+        """Move the viewpoint right and up by degrees."""
         self._viewpoint = self._viewpoint.turned(right, up)
         self._again.set()
 
     def zoom(self, factor: float) -> None:
-        """Look from nearer (above 1) or farther."""
+        """Move the viewpoint closer (`factor` above 1) or farther."""
         self._viewpoint = self._viewpoint.zoomed(factor)
         self._again.set()
 
     def resize(self, width: int, height: int) -> None:
-        """Draw on so many pixels."""
+        """Set the size of the drawing in pixels."""
         self._size = (width, height)
         self._again.set()
 

@@ -7,7 +7,7 @@ from PyQt5.QtGui import QColor, QHideEvent, QMouseEvent, QPainter, QPaintEvent, 
 from PyQt5.QtWidgets import QDialog, QVBoxLayout, QWidget
 
 from grabbergui.core.pixels import DisplayImage
-from grabbergui.models.picture.point_view import BACKGROUND
+from grabbergui.models.picture.points import BACKGROUND
 from grabbergui.ui.widgets.picture_items import as_qimage
 
 _DEGREES_PER_PIXEL = 0.4

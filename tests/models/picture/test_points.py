@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grabbergui.core.point_cloud import PointCloud
-from grabbergui.models.picture.point_view import BACKGROUND, Viewpoint, draw
+from grabbergui.models.picture.points import BACKGROUND, Viewpoint, draw
 
 
 def drawn(points, colours, view=None):
