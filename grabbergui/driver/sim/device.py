@@ -21,11 +21,10 @@ from grabbergui.driver.device import DataLayout, Device, StreamRequest
 from grabbergui.driver.gige.gvcp_messages import Event as Message
 from grabbergui.driver.h264 import H264Stream
 from grabbergui.driver.payload_contents import Contents, PayloadReader
-from grabbergui.driver.sim.contents import FILE_NAME, pieces
+from grabbergui.driver.sim.contents import CHUNK_FEATURE, FILE_NAME, pieces
 from grabbergui.driver.sim.description import camera_xml
 from grabbergui.driver.sim.memory import Refusal, RegisterRefusedError
 from grabbergui.driver.sim.model import CameraModel, FramePlan
-from grabbergui.driver.sim.payload import CHUNK_FEATURE
 from grabbergui.driver.sim.registers import EVENT_ID_BASE, Event
 
 log = logging.getLogger(__name__)

@@ -8,9 +8,9 @@ from genicam import genapi
 
 from grabbergui.driver.gige.gvcp_messages import Event
 from grabbergui.driver.sim import registers as reg
+from grabbergui.driver.sim.contents import append_chunks, chunk_bytes
 from grabbergui.driver.sim.gige import registers as gev
 from grabbergui.driver.sim.model import CameraModel
-from grabbergui.driver.sim.payload import append_chunks, chunk_bytes
 
 
 class Port(genapi.AbstractPort):
