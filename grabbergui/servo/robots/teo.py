@@ -1,22 +1,84 @@
-"""TEO's head and right arm with the trunk fixed, and where its camera sits.
+"""TEO's kinematic model: head and right arm with the trunk fixed, from classic Denavit–Hartenberg tables.
 
-The base lies in the trunk: x forward, y left, z up. Tables as teo-configuration-files has them
-(fixedTrunk-head, fixedTrunk-rightArm); the head's limits are those of the older table.
+The base lies in the trunk: x forward, y left, z up. The tables are those of teo-configuration-files
+(fixedTrunk-head, fixedTrunk-rightArm), with the head's limits from the older table.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from grabbergui.calibration.geometry import Pose, pose, rotation_from_vector
 from grabbergui.servo.collision import Capsule, CapsuleBody
-from grabbergui.servo.robots.dh_chain import DhChain, Joint
+from grabbergui.servo.kinematics import Chain
 from grabbergui.servo.robots.robot import KinematicModel
 
+
+@dataclass(frozen=True)
+class Joint:
+    """A row of the table: a link and the joint that moves it, in degrees and metres."""
+
+    name: str
+    offset: float
+    d: float
+    a: float
+    alpha: float
+    low: float
+    high: float
+    fastest: float
+    "Degrees per second."
+
+    def frame(self, angle: float) -> Pose:
+        """Return the pose of the link's end in its start's frame, with the joint at `angle` radians."""
+        theta, twist = angle + math.radians(self.offset), math.radians(self.alpha)
+        ct, st, ca, sa = math.cos(theta), math.sin(theta), math.cos(twist), math.sin(twist)
+        return np.array(
+            [
+                [ct, -st * ca, st * sa, self.a * ct],
+                [st, ct * ca, -ct * sa, self.a * st],
+                [0.0, sa, ca, self.d],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+
+
+class DhChain(Chain):
+    """A chain of joints from a Denavit–Hartenberg table between two fixed transforms."""
+
+    def __init__(self, name: str, base: Pose, joints: Sequence[Joint], tool: Pose) -> None:
+        super().__init__(
+            name,
+            [joint.name for joint in joints],
+            np.radians([joint.low for joint in joints]),
+            np.radians([joint.high for joint in joints]),
+            np.radians([joint.fastest for joint in joints]),
+        )
+        self.base, self.joints, self.tool = base, tuple(joints), tool
+
+    @override
+    def frames(self, angles: ArrayLike) -> list[Pose]:
+        """Return the base, each link's end and the tool; z of a frame is the axis of the next joint."""
+        poses = [self.base]
+        for joint, angle in zip(self.joints, self.checked(angles), strict=True):
+            poses.append(poses[-1] @ joint.frame(float(angle)))
+        return [*poses, poses[-1] @ self.tool]
+
+    @override
+    def jacobian(self, angles: ArrayLike) -> NDArray[np.float64]:
+        frames = np.array(self.frames(angles))
+        joints, tip = frames[: len(self.joints)], frames[-1, :3, 3]
+        axes = joints[:, :3, 2]
+        return np.hstack((np.cross(axes, tip - joints[:, :3, 3]), axes)).T
+
+
 FASTEST = 50.0
-"Degrees per second of every joint."
+"Largest speed of every joint in degrees per second."
 
 HEAD = DhChain(
     "TEO's head",
@@ -43,20 +105,20 @@ RIGHT_ARM = DhChain(
 )
 
 CAMERA_PITCH = 20.0
-"Degrees by which the camera looks further down than the head."
+"Degrees by which the camera is tilted down against the head."
 
 CAMERA_ON_HEAD: Pose = pose(
     rotation_from_vector((0.0, math.radians(CAMERA_PITCH), 0.0)) @ [[0, 0, 1], [-1, 0, 0], [0, -1, 0]],
     (0.07, 0.0, 0.06),
 )
-"The camera's optical frame (z forward, x right, y down) as seen from the head's (x forward, z up)."
+"The camera's optical frame (z forward, x right, y down) in the head's frame (x forward, z up)."
 
 HOME = np.radians([-20.0, -5.0, 0.0, -80.0, 0.0, 20.0])
-"The hand before the model, the elbow bent."
+"Home pose: the hand in front of the trunk, the elbow bent."
 
 BODY = CapsuleBody(
     RIGHT_ARM,
-    # From the shoulder's three joints, which share a place, along the upper arm, the forearm and the hand.
+    # From the shoulder, whose three joints share an origin, along upper arm, forearm and hand.
     radii=(0.06, 0.06, 0.06, 0.06, 0.05, 0.05, 0.05),
     fixed=(
         Capsule("the trunk", np.array([0.0, 0.0, -0.35]), np.array([0.0, 0.0, 0.42]), 0.16),
@@ -64,6 +126,6 @@ BODY = CapsuleBody(
     ),
     guarded_from=2,
 )
-"Rough shapes of our own around the links, as the tables have none; the other arm is taken to hang down."
+"Approximate shapes around the links, as the tables have none; the left arm is assumed to hang down."
 
 MODEL = KinematicModel("TEO", HEAD, RIGHT_ARM, CAMERA_ON_HEAD, HOME, stands=pose(), body=BODY)
