@@ -30,7 +30,7 @@ def test_a_feature_of_an_older_name_is_set_and_stays(aravis_camera, capsys):
     assert capsys.readouterr().out.splitlines()[-2:] == ["GainRaw = 5", "GainAuto = Off"]
 
 
-def test_out_of_range_is_told_with_the_range(aravis_camera, capsys):
+def test_an_error_out_of_range_names_the_range(aravis_camera, capsys):
     assert main(["set", "gige:", "GainRaw=11"]) == 1
 
     assert "GainRaw=11: out of range; allowed is 0 … 10" in capsys.readouterr().err

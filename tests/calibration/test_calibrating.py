@@ -139,7 +139,7 @@ def test_the_nearer_edge_is_reported(kind, yaw, slant):
     assert abs(turned.slant_y) > 2 * abs(turned.slant_x)
 
 
-def test_what_is_missing_is_told_until_nothing_is():
+def test_missing_views_are_reported_until_there_are_none():
     coverage, hints = Coverage(), []
     view = CHARUCO.find(picture(texture("charuco"), at(0.3, 0, 0)))
     everywhere = np.stack(np.meshgrid(np.linspace(1, 638, 40), np.linspace(1, 478, 40)), axis=-1).reshape(

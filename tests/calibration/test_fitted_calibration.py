@@ -60,7 +60,7 @@ def test_one_of_another_region_is_refused():
         fitted(WHOLE, (1224, 1024), (0, 0), (2448, 2048))
 
 
-def test_what_cannot_be_told_is_warned_of_once(caplog):
+def test_an_unknown_crop_is_warned_of_once(caplog):
     calibrations = FittedCalibration(camera(2448, 2048))
     calibrations.calibration = WHOLE
 

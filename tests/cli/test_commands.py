@@ -38,7 +38,7 @@ def test_list_names_the_simulated_camera(capsys):
     assert camera["serial"]
 
 
-def test_list_for_people_has_a_heading_and_aligned_columns(capsys):
+def test_the_human_readable_list_has_a_heading_and_aligned_columns(capsys):
     code, out, _ = run(capsys, "list", "--timeout", "0.2")
 
     heading, *rows = out.splitlines()
@@ -57,7 +57,7 @@ def test_features_as_json_have_values_and_ranges(capsys):
     assert "Mono8" in features["PixelFormat"]["entries"]
 
 
-def test_features_for_people_are_indented_below_their_category(capsys):
+def test_human_readable_features_are_indented_below_their_category(capsys):
     code, out, _ = run(capsys, "features", SMALL)
 
     assert code == 0

@@ -20,14 +20,14 @@ def test_the_events_of_a_camera_are_listed(capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().out.split() == ["FrameStart", "ExposureEnd", "FrameTriggerMissed", "Test"]
 
 
-def test_what_is_told_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_reported_events_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["events", SMALL, "ExposureEnd", "FrameStart", "--start", "-n", "4", "--json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {line["event"] for line in lines} == {"ExposureEnd", "FrameStart"} and len(lines) == 4
     assert lines[0]["values"]["EventFrameStartFrameID"] == 1
 
 
-def test_the_selector_stands_where_it_stood(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_selector_is_restored(monkeypatch: pytest.MonkeyPatch) -> None:
     selected = []
     camera = sources.create(SMALL)
 

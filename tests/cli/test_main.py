@@ -30,7 +30,7 @@ def run(*arguments, **keywords):
         ("zzz", "grabbergui --help"),
     ],
 )
-def test_a_word_that_is_no_command_is_told_what_was_perhaps_meant(word, meant, capsys):
+def test_an_unknown_command_is_answered_with_a_suggestion(word, meant, capsys):
     assert main([word]) == 2
     assert f"`{meant}`" in capsys.readouterr().err
 
@@ -148,7 +148,7 @@ def test_a_reader_that_has_had_enough_is_no_fault():
 
 
 @pytest.mark.skipif(not Path("/dev/full").is_char_device(), reason="there is no /dev/full")
-def test_a_full_disk_is_told_in_a_line():
+def test_a_full_disk_is_reported_in_one_line():
     with Path("/dev/full").open("w") as full:
         done = run("list", stdout=full)
     assert done.returncode == 1

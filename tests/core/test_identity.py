@@ -50,6 +50,6 @@ def test_a_name_of_several_cameras_is_refused_and_one_listed_twice_is_one():
         require_one("7", [CAMERA, twin])
 
 
-def test_a_description_has_everything_that_tells_a_camera_from_others():
+def test_a_description_identifies_a_camera():
     assert describe(CAMERA) == "Acme One ('left', serial 7, 00:30:53:0a:0b:0c)"
     assert describe(DeviceInfo("gige:10.0.0.7")) == "gige:10.0.0.7"

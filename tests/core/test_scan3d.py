@@ -91,7 +91,7 @@ def test_points_that_cannot_be_computed_are_refused_with_advice(scan, name, mess
         scan.points(frame_of(np.ones((2, 2), np.uint16), name))
 
 
-def test_each_coordinate_is_read_under_its_selector_which_then_stands_where_it_stood():
+def test_each_coordinate_is_read_under_its_selector_which_is_restored():
     selector = Feature(
         name="Scan3dCoordinateSelector",
         kind=FeatureKind.ENUMERATION,

@@ -72,7 +72,7 @@ def test_the_udev_rule_is_installed_once(tmp_path):
     assert only(usb.udev_rule(folder)).level is Level.GOOD
 
 
-def test_who_may_not_install_it_is_told_how(tmp_path, monkeypatch):
+def test_without_permission_to_install_the_command_is_shown(tmp_path, monkeypatch):
     def refuse(*_: object, **__: object) -> int:
         raise PermissionError(13, "Permission denied")
 

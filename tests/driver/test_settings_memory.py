@@ -167,7 +167,7 @@ def test_a_set_that_was_loaded_is_loaded_again_and_what_came_before_it_is_not_se
     assert sim.camera.feature("ExposureTime").value == 5000.0
 
 
-def test_what_cannot_be_set_again_is_said(sim, monkeypatch):
+def test_settings_that_cannot_be_restored_are_reported(sim, monkeypatch):
     sim.camera.write_feature("Gain", 6.0)
     really = sim.camera.write_setting
 
@@ -181,7 +181,7 @@ def test_what_cannot_be_set_again_is_said(sim, monkeypatch):
     assert sim.camera.unlike_before == ("Gain=6: the camera answered: busy",)
 
 
-def test_a_value_that_comes_out_other_than_it_was_is_said(sim):
+def test_a_value_restored_differently_is_reported(sim):
     sim.camera.write_feature("Gain", 6.0)
     sim.camera._writes().memory.note(SettingKey("Gain"), 6.004)
     assert power_cycle(sim) == "but not as before: Gain is 6 instead of 6.004"

@@ -124,7 +124,7 @@ def test_features_are_there_when_it_says_opened(bench):
     assert seen == [(bench.source, "Root")]
 
 
-def test_what_a_source_notices_is_passed_on_until_it_is_let_go(bench):
+def test_reports_of_a_source_are_passed_on_until_it_is_closed(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     bench.source.noticed.emit("pictures are 320×240 now")
@@ -147,7 +147,7 @@ def test_connecting_does_not_wait_and_can_be_given_up(bench):
     assert bench.source.calls in (["open", "close"], [])
 
 
-def test_why_it_cannot_be_opened_is_told_and_it_is_closed(bench):
+def test_a_failure_to_open_is_reported_and_the_source_is_closed(bench):
     bench.source.problem = AccessDeniedError("another application holds the camera")
     bench.link.connect_to("sim:")
     bench.until(S.CLOSED)
@@ -199,7 +199,7 @@ def test_losses_are_one_line_until_it_is_back_with_a_count(bench):
     assert len(bench.failures) == 2
 
 
-def test_settings_that_did_not_come_back_are_said_until_they_are_dismissed(bench):
+def test_settings_that_were_not_restored_are_shown_until_dismissed(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     lose(bench)
@@ -218,7 +218,7 @@ def test_settings_that_did_not_come_back_are_said_until_they_are_dismissed(bench
     assert "set as before" in bench.said()[0], "and so is its end"
 
 
-def test_what_fails_because_it_is_lost_is_not_said_beside_the_loss(bench):
+def test_failures_caused_by_a_loss_are_not_shown_in_addition(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     features = bench.link.source.features
@@ -233,7 +233,7 @@ def test_what_fails_because_it_is_lost_is_not_said_beside_the_loss(bench):
     assert len(bench.said()) == 1 and "Back after" in bench.said()[0]
 
 
-def test_a_refused_write_is_said_of_its_own_camera_alone(bench):
+def test_a_refused_write_is_shown_for_its_own_camera_only(bench):
     bench.link.connect_to("sim:")
     bench.until(S.STREAMING)
     first = bench.link.source
@@ -247,7 +247,7 @@ def test_a_refused_write_is_said_of_its_own_camera_alone(bench):
     assert bench.said() == []
 
 
-def test_what_could_not_be_opened_is_said_until_the_next_attempt(bench):
+def test_a_failure_to_open_is_shown_until_the_next_attempt(bench):
     bench.source.problem = SourceNotFoundError("no camera answers")
     bench.link.connect_to("sim:")
     bench.until(S.CLOSED)
@@ -335,7 +335,7 @@ def test_where_reading_is_refused_too_the_first_refusal_is_reported(bench):
     assert bench.failures == ["another application at 10.0.0.5 controls it; close it there"]
 
 
-def test_a_wrong_address_leaves_what_is_at_hand_untouched(bench):
+def test_a_wrong_address_leaves_the_current_source_untouched(bench):
     bench.others["sim:gone"] = gone = Source()
     gone.problem = SourceNotFoundError("no camera answers there")
     bench.link.connect_to("sim:")
@@ -352,7 +352,7 @@ def test_a_wrong_address_leaves_what_is_at_hand_untouched(bench):
     until(lambda: "close" in gone.calls, "letting go of it")
 
 
-def test_what_is_at_hand_goes_on_until_the_next_one_is_open(bench):
+def test_the_current_source_continues_until_the_next_one_is_open(bench):
     first, slow = bench.open_slowly_instead()
     until(lambda: slow.calls, "opening")
     assert bench.link.source is first and bench.source.streaming and bench.link.pending is not None
@@ -446,13 +446,13 @@ def pair(bench):
     return Pair(bench)
 
 
-def test_a_source_opened_beside_leaves_the_other_at_hand(bench, pair):
+def test_a_source_opened_in_the_background_leaves_the_other_current(bench, pair):
     assert bench.link.source is pair.first and pair.beside.state is S.STREAMING
     assert bench.source.streaming and pair.other.streaming
     assert bench.states == [], "nothing happened to the one at hand"
 
 
-def test_what_is_brought_forward_is_told_as_though_it_had_just_been_opened(bench, pair):
+def test_a_source_made_current_is_announced_like_a_newly_opened_one(bench, pair):
     bench.link.make_current(pair.beside)
     assert pair.told == [("closing", pair.first), ("opened", pair.beside)]
     assert bench.states == [S.OPENING, S.STREAMING]
@@ -469,13 +469,13 @@ def test_closing_one_leaves_the_other(bench, pair):
     assert bench.link.sources == (pair.first,)
 
 
-def test_with_the_one_at_hand_closed_the_other_takes_its_place(bench, pair):
+def test_when_the_current_source_is_closed_the_other_becomes_current(bench, pair):
     bench.link.disconnect()
     assert pair.told[:2] == [("closing", pair.first), ("ending", pair.first)]
     assert bench.link.source is pair.beside and bench.states == [S.CLOSED, S.OPENING, S.STREAMING]
 
 
-def test_another_source_takes_the_place_of_the_one_at_hand_only(bench, pair):
+def test_another_source_replaces_only_the_current_one(bench, pair):
     bench.others["sim:scene"] = third = Source()
     bench.link.connect_to("sim:scene")
     until(lambda: third.streaming, "the start")
@@ -490,7 +490,7 @@ def test_what_is_open_already_is_not_opened_beside(bench, pair):
     assert len(bench.link.sources) == 2
 
 
-def test_a_source_beside_that_cannot_be_opened_is_told_and_gone(bench, pair):
+def test_a_background_source_that_fails_to_open_is_reported_and_removed(bench, pair):
     bench.others["sim:scene"] = broken = Source()
     broken.problem = TransportError("no such camera")
     bench.link.open_additional("sim:scene")

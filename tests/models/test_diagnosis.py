@@ -19,7 +19,7 @@ RUNNING = Observation(
 )  # fmt: skip
 
 
-def test_nothing_is_said_while_all_is_well_or_too_early():
+def test_there_is_no_diagnosis_while_all_is_well_or_too_early():
     assert diagnose(RUNNING) is None
     assert diagnose(replace(SILENT, seconds=0.5, silent=0.5)) is None
 

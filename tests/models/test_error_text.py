@@ -53,7 +53,7 @@ def test_as_written_a_feature_is_worded_as_everywhere_else(feature):
     assert access_text(feature) == feature.access_problem()
 
 
-def test_units_are_written_as_people_write_them():
+def test_units_are_written_in_their_usual_form():
     exposure = Feature(name="ExposureTime", kind=FeatureKind.FLOAT, access=AccessMode.READ_WRITE,
                        minimum=10.0, maximum=1e6, unit="us")  # fmt: skip
     assert range_text(exposure) == "10 … 1000000 µs"
@@ -98,7 +98,7 @@ def test_a_lost_or_held_source_in_another_language(foreign):
     assert held_text(AccessDeniedError("x")) == "<another application controls it>"
 
 
-def test_every_known_sentence_is_still_said_by_a_driver():
+def test_every_known_sentence_is_still_used_by_a_driver():
     root = Path(grabbergui.__file__).parent
     files = [path for room in ("driver", "net", "core") for path in (root / room).rglob("*.py")]
     said = re.sub(r'"\s*\n\s*f?"', "", "\n".join(path.read_text("utf-8") for path in files))

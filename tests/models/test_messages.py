@@ -96,7 +96,7 @@ def test_a_cause_that_was_dismissed_stays_silent_until_it_has_gone(stage):
     assert stage.texts(stage.one) == ["waits for a trigger"]
 
 
-def test_a_failure_that_was_dismissed_is_said_when_it_happens_again(stage):
+def test_a_dismissed_failure_is_shown_when_it_happens_again(stage):
     stage.model.error("refused")
     stage.model.dismiss(stage.model.shown(None)[0])
     stage.model.error("refused")

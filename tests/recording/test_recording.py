@@ -208,7 +208,7 @@ def test_it_ends_once_so_many_bytes_are_written(camera, tmp_path):
     assert 10_000 <= progress.size < 10_000 + frame and progress.reason == ""
 
 
-def test_it_ends_when_told_and_when_the_source_goes(camera, tmp_path):
+def test_it_ends_on_request_and_with_the_source(camera, tmp_path):
     told = Recorder(camera, create_writer(RecordingKind.MCAP, tmp_path / "a.mcap", INFO))
     left = Recorder(camera, create_writer(RecordingKind.PNG, tmp_path / "b", INFO))
     told.start()

@@ -90,7 +90,7 @@ def test_a_folder_that_cannot_be_written_is_reported(tmp_path):
         save(random_frame("Mono8"), blocked, INFO)
 
 
-def test_the_writer_saves_beside_and_tells(tmp_path):
+def test_the_writer_saves_in_the_background_and_reports(tmp_path):
     writer, saved, failed = SnapshotWriter(), [], []
     writer.saved.connect(saved.append)
     writer.failed.connect(failed.append)

@@ -352,7 +352,7 @@ def test_the_watchdog_stops_a_robot_that_hears_nothing_more():
     assert not gate.expire(2.0)
 
 
-def test_a_robot_that_takes_no_commands_is_told_to_stop():
+def test_a_robot_that_accepts_no_commands_is_stopped():
     robot = RecordingRobot()
     gate = CommandGate(robot, Config())
     robot.deaf = True

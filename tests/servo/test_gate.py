@@ -135,7 +135,7 @@ def test_nothing_to_move_is_a_rest(bench):
     assert bench.guardian.stops == 0
 
 
-def test_a_head_that_steps_goes_on_while_nothing_is_said(stepping):
+def test_a_stepping_head_continues_without_new_commands(stepping):
     assert stepping.send(head_step=[0.01, 0])
     assert stepping.send()
     assert [kind for kind, _ in stepping.robot.moves] == ["step"]

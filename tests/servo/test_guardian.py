@@ -201,7 +201,7 @@ def test_it_ends_when_its_program_has_done(link):
     assert not running(pid)
 
 
-def test_nothing_moves_after_it_was_let_go(link):
+def test_nothing_moves_after_release(link):
     link.await_ready()
     link.close()
     assert link.beat(lambda: True).for_good
@@ -320,7 +320,7 @@ def test_a_program_whose_guardian_is_stops_the_robot_first(simulated, server, nu
 
 
 @pytest.mark.parametrize("dialect", Dialect)
-def test_what_teo_is_to_be_told_survives_being_text(names, dialect):
+def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
     """Channels are declared as text; the bytes must be those that the robot is told otherwise."""
     ports = TeoPorts(SimRobot(teo.MODEL), names, dialect=dialect)
     ports.open()

@@ -69,7 +69,7 @@ def test_an_hour_at_rest_is_passed_at_once_and_nothing_is_moved_by_it(monkeypatc
     assert np.allclose(robot.camera_at(1800.0), robot.camera_at(now[0]), atol=1e-6)
 
 
-def test_a_motion_goes_on_as_long_as_it_was_told_to_however_late_it_is_asked_for():
+def test_a_motion_does_not_depend_on_how_often_it_is_sampled():
     now = [0.0]
     asked, unasked = SimRobot(teo.MODEL, lambda: now[0]), SimRobot(teo.MODEL, lambda: now[0])
     for robot in (asked, unasked):
@@ -98,7 +98,7 @@ def camera():
     camera.close()
 
 
-def test_an_unforeseen_error_in_detection_is_told_and_the_robot_rests(camera):
+def test_an_unexpected_error_in_detection_is_reported_and_the_robot_rests(camera):
     class Broken:
         def detect(self, grey):
             raise ZeroDivisionError("corners")

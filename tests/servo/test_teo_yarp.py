@@ -149,7 +149,7 @@ def test_readings_arrive_as_they_are(robot, simulated):
     until(lambda: time.monotonic() - robot.state().time < 0.1)
 
 
-def test_a_robot_that_tells_no_angles_of_its_arm_will_do(names, simulated, monkeypatch):
+def test_a_robot_that_does_not_report_arm_angles_is_accepted(names, simulated, monkeypatch):
     monkeypatch.setattr(teo_yarp, "ARM_BOARD", "/anotherArm")
     client = TeoOverYarp(names)
     client.open()
@@ -161,7 +161,7 @@ def test_a_robot_that_tells_no_angles_of_its_arm_will_do(names, simulated, monke
         client.close()
 
 
-def test_head_and_hand_move_as_told_and_stop(robot, simulated):
+def test_head_and_hand_follow_commands_and_stop(robot, simulated):
     start = simulated.state().hand
 
     def moved():
@@ -271,7 +271,7 @@ def test_a_robot_that_is_gone_is_noticed_and_a_stop_does_not_hang(names):
     client.close()
 
 
-def test_a_robot_that_is_not_there_is_said_not_to_be(names):
+def test_a_missing_robot_is_reported(names):
     client = TeoOverYarp(names, "/nobody")
     with pytest.raises(SourceNotFoundError, match="/nobody/head"):
         client.open()

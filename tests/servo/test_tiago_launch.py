@@ -83,7 +83,7 @@ def test_what_it_starts_are_commands_that_we_have(described):
     assert commands == ["simulate-tiago", "serve", "servo"]
 
 
-def test_both_ends_are_told_the_same_topic(described):
+def test_both_ends_get_the_same_topic(described):
     def arm_topic(process):
         words = process.named["cmd"]
         return words[words.index("--arm-topic") + 1].given

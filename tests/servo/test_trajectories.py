@@ -94,13 +94,13 @@ def test_a_drive_that_lags_is_as_fast_as_it_is_commanded():
     assert (angles[-1] - angles[499]) / 0.5 == pytest.approx(0.4, rel=0.02)
 
 
-def test_it_comes_to_rest_within_the_horizon_when_nothing_more_is_said():
+def test_without_further_commands_it_rests_within_the_horizon():
     angles = lagging(2.0, lambda now: 0.4 if now < 0.5 else None)
     assert angles[-1] == pytest.approx(0.4 * (0.5 - 0.02 + 0.2), abs=0.01)
     assert abs(angles[-1] - angles[-100]) < 1e-4
 
 
-def test_a_joint_that_is_told_to_rest_holds_its_reference():
+def test_a_joint_commanded_to_rest_holds_its_reference():
     angles = lagging(1.5, lambda now: 0.4 if now < 0.5 else 0.0)
     assert angles[-1] == pytest.approx(0.2, abs=0.01)
 

@@ -64,7 +64,7 @@ def test_every_command_is_proposed_with_its_meaning(completer):
         ("get sim", "words"),
     ],
 )
-def test_the_shell_is_told_how_to_go_on(completer, typed, directive):
+def test_the_shell_gets_a_directive(completer, typed, directive):
     assert completer.answer(typed.split(" ")).directive == directive
 
 

@@ -133,7 +133,7 @@ def test_what_nobody_caught_is_shown_and_the_window_goes_on(tmp_path):
     assert "internal error: RuntimeError: a fault" in done.stdout
 
 
-def test_offscreen_nothing_is_said_on_stderr(tmp_path):
+def test_offscreen_nothing_is_written_to_stderr(tmp_path):
     environment = {**os.environ, "HOME": str(tmp_path)}
     environment.pop("QT_QPA_PLATFORM", None)
     environment.pop("XDG_RUNTIME_DIR", None)

@@ -264,7 +264,7 @@ def test_a_damaged_picture_is_no_reason_to_end(stand, views):
     stand.until(lambda: stand.dialog.progress.value() == 1)
 
 
-def test_a_picture_in_an_unknown_format_is_told_and_costs_no_view(stand, views):
+def test_an_image_in_an_unknown_format_is_reported_and_costs_no_view(stand, views):
     stand.click(stand.dialog.nextButton)
     stand.put(views[0], times=3)
     stand.until(lambda: stand.dialog.progress.value() == 1)
@@ -287,7 +287,7 @@ def test_begin_again_forgets(stand, views):
     assert stand.model.pictures == []
 
 
-def test_that_no_pictures_come_is_said(stand, monkeypatch):
+def test_missing_images_are_reported(stand, monkeypatch):
     monkeypatch.setattr(calibrating, "SILENCE", 0.05)
     stand.until(lambda: "no pictures" in stand.dialog.verdictLabel.text())
 
@@ -311,7 +311,7 @@ def test_the_board_is_printed(stand, tmp_path, monkeypatch, suffix):
     assert "A4 at 100 %" in stand.dialog.messages.messages[0]
 
 
-def test_what_cannot_be_written_is_said(stand, tmp_path):
+def test_a_file_that_cannot_be_written_is_reported(stand, tmp_path):
     stand.controller.print_to(tmp_path / "no" / "where.pdf")
     assert "could not be saved" in stand.dialog.messages.messages[0]
 
@@ -343,7 +343,7 @@ def chooser(qtbot):
         made.calibrating.reject()
 
 
-def test_it_is_said_that_there_is_none(chooser):
+def test_a_missing_calibration_is_reported(chooser):
     assert chooser.parent().titleLabel.text() == "Left eye is not calibrated"
     chooser.parent().cancelButton.click()
     assert chooser.choice is None

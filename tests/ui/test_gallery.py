@@ -28,7 +28,7 @@ def two_cameras(desk):
     return desk.window.gallery.tiles
 
 
-def test_a_second_camera_opens_in_a_tile_and_the_first_stays_at_hand(window_desk):
+def test_a_second_camera_opens_in_a_tile_and_the_first_stays_current(window_desk):
     first, second = two_cameras(window_desk)
     assert str(window_desk.program.connection.source.uri) == GREY
     assert window_desk.window.gallery.isVisible()
@@ -62,7 +62,7 @@ def test_the_tile_clicked_is_the_camera_that_is_tuned(window_desk):
     assert grey.feature("Gain").value == 0 and grey.streaming
 
 
-def test_values_changed_meanwhile_are_shown_when_it_comes_back_to_hand(window_desk):
+def test_values_changed_meanwhile_are_shown_when_it_becomes_current_again(window_desk):
     _, second = two_cameras(window_desk)
     rows = window_desk.window.favourites.rows
     grey = window_desk.grabber
@@ -107,7 +107,7 @@ def test_a_tile_closed_takes_its_camera_threads_and_memory_with_it(window_desk):
     window_desk.until(released)
 
 
-def test_the_camera_at_hand_closed_leaves_the_other_at_hand(window_desk):
+def test_closing_the_current_camera_makes_the_other_current(window_desk):
     two_cameras(window_desk)
     window_desk.program.connection.disconnect()
     window_desk.until(lambda: "colour" in window_desk.window.windowTitle())

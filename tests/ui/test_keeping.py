@@ -100,7 +100,7 @@ def test_a_file_of_settings_is_dropped_onto_the_window(desk, tmp_path):
     desk.until(lambda: desk.grabber.feature("ExposureTime").value == pytest.approx(1234, rel=1e-2))
 
 
-def test_what_is_no_file_of_settings_is_said(desk, tmp_path):
+def test_a_file_without_settings_is_reported(desk, tmp_path):
     (tmp_path / "diary.txt").write_text("dear diary\n")
     desk.program.settings_files.load(tmp_path / "diary.txt")
     desk.until(lambda: any("diary.txt" in text for text in desk.errors))
@@ -207,7 +207,7 @@ def test_loading_shows_how_far_it_is_and_can_be_cancelled(desk, tmp_path, monkey
     assert not desk.window.picture.tasks.isVisible()
 
 
-def test_closing_the_camera_ends_what_is_under_way(desk, tmp_path, monkeypatch):
+def test_closing_the_camera_ends_work_in_progress(desk, tmp_path, monkeypatch):
     read = desk.grabber.feature
 
     def slowly(name):

@@ -70,7 +70,7 @@ def test_nothing_is_squeezed_or_covered_in_a_low_window_with_tiles(window_desk):
 @pytest.mark.parametrize(
     ("width", "shown"), [(400, "Acme One 40012345"), (110, "One 40012345"), (75, "40012345")]
 )
-def test_a_name_is_shortened_by_whole_words_to_what_tells_cameras_apart(qtbot, width, shown):
+def test_a_name_is_shortened_by_whole_words_to_its_distinctive_part(qtbot, width, shown):
     label = ElidedLabel()
     qtbot.addWidget(label)
     info = DeviceInfo("gige:1", vendor="Acme", model="One", serial="40012345")
@@ -121,7 +121,7 @@ def test_while_a_figure_is_shown_the_message_beside_it_is_whole(strip, qtbot):
         assert label.width() >= needed or strip.lossLabel.isHidden(), width
 
 
-def test_a_note_stands_in_the_middle_and_says_what_it_is_by_its_colour(qtbot):
+def test_a_note_is_centred_and_its_colour_shows_its_severity(qtbot):
     view = PictureView()
     qtbot.addWidget(view)
     view.resize(640, 480)
@@ -156,7 +156,7 @@ def test_at_first_the_window_is_large_but_never_larger_than_the_screen(window_de
     assert (window.width(), window.height()) == taken
 
 
-def test_work_under_way_on_something_with_a_long_name_takes_no_more_room_than_there_is(qtbot):
+def test_work_in_progress_with_a_long_name_fits_the_space(qtbot):
     stack = TaskStack()
     qtbot.addWidget(stack)
     row = stack.begin("Connecting")

@@ -123,7 +123,7 @@ def test_sources_found_are_listed_and_a_refresh_keeps_the_selection(window_desk)
     assert asked.args == ["gige:2"]
 
 
-def test_twenty_times_connected_and_let_go_leaves_no_thread(window_desk):
+def test_connecting_and_closing_twenty_times_leaves_no_thread(window_desk):
     before = threading.active_count()
     for _ in range(20):
         window_desk.connect()
@@ -193,7 +193,7 @@ def luminance(colour):
      ("good", "raised"), ("busy", "raised"), ("bad", "bad_back"), ("text", "bad_back"), ("text", "info_back"),
      ("on_accent", "accent")],
 )  # fmt: skip
-def test_text_stands_out_from_what_is_behind_it(colours, ink, ground):
+def test_text_contrasts_with_its_background(colours, ink, ground):
     bright, dim = sorted(
         (luminance(getattr(colours, ink)), luminance(getattr(colours, ground))), reverse=True
     )
@@ -316,7 +316,7 @@ class Unreachable(ScriptedGrabber):
         raise SourceNotFoundError("no camera answers at 10.0.0.9; check power, cable and address")
 
 
-def test_a_wrong_address_is_told_while_the_camera_at_hand_goes_on(window_desk):
+def test_a_wrong_address_is_reported_while_the_current_camera_continues(window_desk):
     window, link = window_desk.window, window_desk.program.connection
     window_desk.connect("sim:")
     window_desk.watch()

@@ -81,7 +81,7 @@ def test_it_can_be_cancelled_and_leaves_everything_as_it_was(desk, monkeypatch):
     assert not desk.window.picture.tasks.isVisible()
 
 
-def test_what_hinders_it_is_said(desk):
+def test_a_region_that_is_too_dark_is_reported(desk):
     desk.window.actionBalanceRegion.trigger()
     before = value(desk, "BalanceRatio")
     draw(desk, (50, 50), (250, 200))

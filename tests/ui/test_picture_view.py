@@ -118,7 +118,7 @@ def test_zoom_has_bounds(view):
     assert view.canvas.zoom > 0.05
 
 
-def test_painted_is_told_once_for_each_picture(view, qtbot):
+def test_painted_is_emitted_once_for_each_image(view, qtbot):
     told = []
     view.painted.connect(lambda: told.append(1))
     for number in range(1, 4):

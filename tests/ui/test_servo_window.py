@@ -117,7 +117,7 @@ def test_a_picture_keeps_its_colours_and_what_lies_over_it(window, qtbot):
     assert line.red() < 120
 
 
-def test_curves_are_shown_in_the_units_people_use(window):
+def test_curves_are_shown_in_usual_units(window):
     curves = np.zeros((3, 9))
     curves[:, 0] = (-2, -1, 0)
     curves[:, 1], curves[:, 2] = (0.2, 0.1, np.nan), np.radians((10, 5, np.nan))

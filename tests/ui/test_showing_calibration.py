@@ -38,7 +38,7 @@ def test_a_calibration_is_loaded_shown_and_put_away(desk, tmp_path):
     assert shown(desk) is not None
 
 
-def test_a_calibration_of_another_crop_is_refused_and_said(desk, tmp_path):
+def test_a_calibration_of_another_crop_is_refused_with_a_message(desk, tmp_path):
     camera_info.save(barrel(width=640), tmp_path / "wide.yaml")
     desk.program.calibration.load(tmp_path / "wide.yaml")
     assert shown(desk) is None and not desk.window.actionShowCalibration.isChecked()

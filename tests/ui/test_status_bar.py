@@ -41,7 +41,7 @@ def return_(desk):
     desk.grabber.connection_changed.emit(ConnectionState.OPEN, "set as before")
 
 
-def test_a_camera_that_is_lost_is_said_to_be_lost_everywhere_and_that_ends_with_its_return(desk):
+def test_a_lost_camera_is_shown_as_lost_everywhere_until_it_returns(desk):
     window, gain = desk.window, desk.window.favourites.rows
     desk.until(lambda: gain.rows("Gain") and gain.rows("Gain")[0].editor is not None)
     row = gain.rows("Gain")[0]
@@ -150,7 +150,7 @@ def test_the_note_of_a_trigger_that_was_closed_stays_closed(desk):
     assert not desk.errors
 
 
-def test_what_happened_to_one_camera_is_not_said_of_another(desk):
+def test_events_of_one_camera_are_not_attributed_to_another(desk):
     desk.program.connection.source.features.write("ExposureTime", -5.0)
     desk.until(lambda: desk.errors)
     desk.connect("sim:colour?width=320&height=240")
@@ -165,7 +165,7 @@ def test_a_notice_goes_by_itself(desk):
     desk.until(lambda: not desk.errors)
 
 
-def test_nothing_is_said_of_nothing_beside_a_camera_that_is_opening(window_desk):
+def test_no_empty_state_is_shown_while_a_camera_is_opening(window_desk):
     said = []
     note = window_desk.window.picture.note
     show = window_desk.window.picture.setNote
@@ -187,7 +187,7 @@ def test_figures_of_one_camera_are_not_shown_of_the_next(desk):
     assert "Nothing is connected" in desk.window.picture.note.summaryLabel.text()
 
 
-def test_a_dark_picture_is_not_covered_by_what_is_said_of_it(desk):
+def test_a_dark_image_is_not_covered_by_its_message(desk):
     desk.grabber.write_feature("ExposureTime", desk.grabber.feature("ExposureTime").minimum)
     desk.until(lambda: any("black" in text for text in desk.errors))
     assert not desk.window.picture.note.isVisible()

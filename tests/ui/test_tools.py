@@ -222,7 +222,7 @@ def test_while_a_region_is_drawn_all_else_steps_back(desk):
     desk.until(lambda: light(100, 100) == before[0])
 
 
-def test_the_size_told_counts_every_pixel_that_is_touched():
+def test_the_reported_size_counts_every_touched_pixel():
     assert size_text(QRectF(10.2, 20.0, 5.0, 3.0)) == "6 × 3"
 
 
@@ -266,7 +266,7 @@ def test_paused_one_steps_back_through_the_last_frames_and_live_goes_on(desk):
     assert not window.picture.pauseBar.isVisible() and not window.actionPause.isChecked()
 
 
-def test_the_view_is_turned_and_the_cursor_still_tells_the_frames_pixel(desk):
+def test_in_a_rotated_view_the_cursor_reports_the_frames_pixel(desk):
     window = desk.window
     window.actionStop.trigger()
     desk.until(lambda: desk.program.connection.state is LinkState.OPEN)

@@ -92,7 +92,7 @@ def test_a_dragged_slider_is_undone_in_one_press(desk):
     desk.until(lambda: not desk.window.actionUndo.isEnabled())
 
 
-def test_an_undo_the_camera_refuses_is_said(desk, monkeypatch):
+def test_an_undo_refused_by_the_camera_is_reported(desk, monkeypatch):
     type_value(desk, "Gain", "6")
     desk.until(desk.window.actionUndo.isEnabled)
 

@@ -233,7 +233,7 @@ def test_options_are_refused() -> None:
         sources.create("aravis:?packet_size=9000")
 
 
-def test_a_machine_without_the_library_is_told_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_library_the_message_names_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(library, "_places", lambda: iter(["libaravis-of-no-machine.so"]))
     library.load.cache_clear()
     try:

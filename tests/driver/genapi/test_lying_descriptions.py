@@ -141,7 +141,7 @@ def test_an_odd_feature_is_sound_and_leaves_the_others_alone(nodes):
         ("text of another encoding", "Küche"),
     ],
 )
-def test_what_stands_there_wrongly_can_be_set_right(lie, value):
+def test_wrong_values_can_be_corrected(lie, value):
     node_map = opened(LIES[lie])
     node_map.write("Odd", node_map.feature("Odd").validated(value))
     assert node_map.feature("Odd").value == value

@@ -246,7 +246,7 @@ def test_what_is_no_description_is_refused(xml):
         CameraNodeMap(XmlDevice(xml), xml, lambda names: None)
 
 
-def test_an_invalidated_feature_is_read_anew_from_the_register_below_it(memory, nodes):
+def test_an_invalidated_feature_is_read_again_from_its_register(memory, nodes):
     assert nodes.feature("Width").value == 640
     memory.word(0, 320)
     assert nodes.feature("Width").value == 640, "from the cache"

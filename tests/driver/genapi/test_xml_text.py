@@ -24,7 +24,7 @@ BODY = b'<RegisterDescription ModelName="M"><Port Name="Device"/></RegisterDescr
         b"junk <" + b'<?xml version="1.0"?>' + BODY + b"\0trailing",
     ],
 )
-def test_what_stands_around_the_description_is_cut_off(dump):
+def test_text_around_the_description_is_cut_off(dump):
     text = clean_xml(dump)
 
     assert text.startswith(("<?xml", "<RegisterDescription"))

@@ -196,7 +196,7 @@ def test_refused_registers_and_a_closed_camera_say_so(grabber):
         device.read(0, 4)
 
 
-def test_what_a_producer_does_not_offer_is_told_in_its_own_words():
+def test_a_missing_function_is_reported_in_the_producers_words():
     with pytest.raises(DeviceStatusError, match="Read-only device access not implemented"):
         sources.create(f"gentl:{VIKY}").open(Access.MONITOR)
     assert not producer.Producer._open
@@ -219,7 +219,7 @@ def test_a_producer_need_not_say_whether_frames_are_complete(grabber, monkeypatc
         assert queue.get(PATIENCE).complete
 
 
-def test_a_camera_that_goes_away_while_streaming_is_told_of_once(grabber, monkeypatch, caplog):
+def test_a_camera_lost_while_streaming_is_reported_once(grabber, monkeypatch, caplog):
     def gone(manager, timeout):
         raise stream.gentl.IoException("Message from the source: unplugged) (ID: -1010)")
 

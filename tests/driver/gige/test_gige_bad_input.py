@@ -61,7 +61,7 @@ def lie_about_payload(camera: GigeCamera, size: int | None) -> None:
 
 
 # -- payload -----------------------------------------------------------------------------------------
-def test_pictures_larger_than_was_said_are_refused_and_the_camera_stays_usable(
+def test_images_larger_than_announced_are_refused_and_the_camera_stays_usable(
     simulated: GigeCamera, grabber: FrameGrabber, caplog: pytest.LogCaptureFixture
 ) -> None:
     lie_about_payload(simulated, 1000)
@@ -175,7 +175,7 @@ def test_answers_of_others_to_our_commands_are_not_taken(
         ("", "URL registers are empty"),
     ],
 )
-def test_a_description_that_cannot_be_had_is_told_in_one_line(
+def test_an_unavailable_description_is_reported_in_one_line(
     url: str, says: str, simulated: GigeCamera, grabber: FrameGrabber
 ) -> None:
     memory = simulated.control.memory

@@ -123,7 +123,7 @@ def test_a_camera_reads_only_regular_files_below_that_folder(
         fetched(Path("/dev/zero"))
 
 
-def test_plain_and_zipped_are_told_apart_by_content() -> None:
+def test_plain_and_zipped_are_distinguished_by_content() -> None:
     assert unpack(XML + bytes(3)) == XML
     assert unpack(zipped(XML) + bytes(2)) == XML
     with pytest.raises(RemoteProtocolError, match=r"no \.xml"):

@@ -51,7 +51,7 @@ def test_a_run_is_of_one_block_and_one_kind(extended: bool) -> None:
     assert bounds(packets[:1]) == [(0, 1)] and bounds(packets[:3]) == [(0, 3)]
 
 
-def test_extended_headers_are_marked_by_a_flag_and_blocks_told_by_64_bits() -> None:
+def test_extended_headers_are_marked_by_a_flag_and_have_64_bit_block_ids() -> None:
     def header(block_id: int, flags: int = 0) -> bytes:
         return PacketHeader(PacketFormat.PAYLOAD, block_id, 4, 0, True, flags).encode()
 

@@ -58,7 +58,7 @@ def opened(stack: ExitStack, uri: str, access: Access = Access.CONTROL) -> Frame
         ("", "1GB/s", 0.0),
     ],
 )
-def test_a_pause_is_told_or_follows_from_the_bandwidth(
+def test_a_pause_is_given_or_follows_from_the_bandwidth(
     delay: str, bandwidth: str, pause: float | None
 ) -> None:
     assert PacketDelayPolicy.parse(delay, bandwidth).pause(1500, GIGABIT) == pytest.approx(pause)

@@ -54,7 +54,7 @@ def drain(source: BatchSource, bench: Bench) -> list:  # type: ignore[type-arg]
 
 
 @pytest.mark.parametrize("extended", [False, True])
-def test_stretches_of_packets_go_to_the_sockets_in_turn(port: Port, extended: bool) -> None:
+def test_stretches_of_packets_alternate_between_the_sockets(port: Port, extended: bool) -> None:
     stretch = 1 << stretch_bits(buffer_bytes(port.receiver), 1400)
     more = widen(port.receiver, WANTED, 1400)
     assert len(more) == MEMBERS - 1

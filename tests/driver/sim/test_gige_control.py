@@ -88,7 +88,7 @@ def controlled(device):
 # -- who the camera is ---------------------------------------------------------------------------
 
 
-def test_discovery_tells_the_first_registers(device):
+def test_discovery_answers_with_the_first_registers(device):
     (out,) = device.channel.receive(encode_discovery(), OTHER, 0.0)
     ack = Ack.decode(out.datagram)
     identity = Identity.decode(ack.payload)

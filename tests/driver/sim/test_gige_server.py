@@ -192,7 +192,7 @@ def test_packets_that_did_not_leave_yet_are_not_sent_early(stage):
     assert (early.status, early.packet_id) == (Status.PACKET_NOT_YET_AVAILABLE, 10)
 
 
-def test_whoever_asks_is_told_when_a_frame_has_left(stage):
+def test_the_callback_reports_sent_frames(stage):
     sent = []
     _, host = stage(on_sent=sent.append)
     host.start()

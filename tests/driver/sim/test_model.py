@@ -352,7 +352,7 @@ def test_chunks_follow_the_picture(make_bench):
     assert tail == expected
 
 
-def test_events_are_told_when_they_are_on(make_bench):
+def test_enabled_events_are_reported(make_bench):
     bench = make_bench(SMALL)
     heard = []
     bench.model.on_event = lambda *event: heard.append(event)

@@ -109,7 +109,7 @@ def test_a_file_that_is_written_in_place_is_incomplete_after_a_power_cut(operati
         camera.close()
 
 
-def test_an_incomplete_default_user_set_gives_way_to_the_factorys():
+def test_an_incomplete_default_user_set_is_replaced_by_the_factorys():
     store = FileStore()
     camera = switched_on(store)
     whole = read_file(camera, "UserSet1")

@@ -102,7 +102,7 @@ def test_frames_that_end_early_are_complete_and_lower(plug_in) -> None:
     assert all(frame.complete and frame.height == 16 for frame in frames)
 
 
-def test_unplugging_while_streaming_is_told_once_and_the_camera_comes_back(plug_in) -> None:
+def test_unplugging_while_streaming_is_reported_once_and_the_camera_returns(plug_in) -> None:
     simulated, device = plug_in(U3vFaults(unplug_after_frames=10))
     camera = Camera(device)
     states: list[ConnectionState] = []

@@ -87,7 +87,7 @@ def test_without_permission_the_camera_is_listed_with_the_cure() -> None:
         U3vDevice(backend=bus).open(Access.CONTROL)
 
 
-def test_a_second_host_is_told_that_the_camera_is_in_use(plug_in) -> None:
+def test_a_second_host_learns_that_the_camera_is_in_use(plug_in) -> None:
     _, device = plug_in()
     device.open(Access.CONTROL)
     second = U3vDevice(backend=device._backend)

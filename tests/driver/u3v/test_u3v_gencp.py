@@ -136,5 +136,5 @@ def test_what_does_not_fit_is_our_own_error() -> None:
         (0xC001, "0xC001 (unknown vendor status)"),
     ],
 )
-def test_a_status_is_told_in_words(status: int, text: str) -> None:
+def test_a_status_has_display_text(status: int, text: str) -> None:
     assert gencp.status_text(status) == text

@@ -77,7 +77,7 @@ def test_aravis_streams_without_a_failure(with_aravis: dict[str, Any], mode: str
     assert counters["n_ignored_bytes"] == 0
 
 
-def test_unplugging_is_told_once(seen: dict[str, Any]) -> None:
+def test_unplugging_is_reported_once(seen: dict[str, Any]) -> None:
     unplugged = seen["vhci"]["unplugged"]
     assert len(unplugged["told"]) == 1
     assert "unplugged" in unplugged["told"][0]

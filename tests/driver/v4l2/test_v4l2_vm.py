@@ -38,7 +38,7 @@ def test_v4l2_ctl_and_we_see_the_same_values(seen: dict[str, Any]) -> None:
     assert "320/180" in seen["format by v4l2-ctl"] and "5.000" in seen["format by v4l2-ctl"]
 
 
-def test_a_second_program_is_told_that_it_is_busy(seen: dict[str, Any]) -> None:
+def test_a_second_program_learns_that_it_is_busy(seen: dict[str, Any]) -> None:
     assert seen["another program"].startswith("AccessDeniedError: /dev/video0: another program streams")
 
 

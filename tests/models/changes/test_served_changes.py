@@ -41,7 +41,7 @@ def noted(source, *wanted):
         time.sleep(0.005)
 
 
-def test_on_a_served_camera_the_log_tells_the_operator_from_the_network(served):
+def test_on_a_served_camera_the_log_distinguishes_operator_and_network(served):
     camera, source = served
     told = threading.Event()
     source.features.feature_changed.connect(lambda feature: told.set())

@@ -148,7 +148,7 @@ def test_values_of_read_only_rows():
     assert value_text(command) == "–"
 
 
-def test_a_tooltip_tells_why_what_and_how():
+def test_a_tooltip_has_reason_help_and_range():
     locked = Feature(
         name="Width",
         kind=FeatureKind.INTEGER,

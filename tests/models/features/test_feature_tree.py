@@ -76,7 +76,7 @@ def test_favourites_are_what_this_camera_has(stage):
     )
 
 
-def test_requested_features_are_read_on_the_worker_and_told_even_if_unchanged(stage):
+def test_requested_features_are_read_on_the_worker_and_reported_even_if_unchanged(stage):
     s = stage(number("A"), number("B"))
     s.model.request(["A", "B"])
     s.model.request(["A"])
@@ -254,7 +254,7 @@ def test_what_the_camera_made_of_the_value_is_reported(stage):
     assert s.values("Gain") == [3]
 
 
-def test_a_held_feature_waits_and_is_told_on_release(stage):
+def test_a_held_feature_waits_and_is_reported_on_release(stage):
     s = stage(number("Gain"))
     s.model.watch(["Gain"])
     s.settle()
@@ -303,7 +303,7 @@ def test_a_timeout_keeps_the_last_known_value(stage):
     assert [str(error) for error in s.errors] == ["no answer"]
 
 
-def test_a_lost_device_is_told_once(stage):
+def test_a_lost_device_is_reported_once(stage):
     features = [number(f"F{n}") for n in range(50)]
     s = stage(*features)
     s.grabber.failures = {feature.name: DeviceLostError("gone") for feature in features}

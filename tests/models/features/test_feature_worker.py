@@ -122,7 +122,7 @@ def test_a_job_may_close_its_worker(worker):
     assert answers == [False]
 
 
-def test_closing_tells_when_a_job_does_not_end(worker, gate):
+def test_closing_reports_a_job_that_does_not_end(worker, gate):
     assert not worker.close(0.01)
     assert worker.alive
     gate.set()

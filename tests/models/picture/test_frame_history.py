@@ -50,7 +50,7 @@ def test_paused_it_stays_as_it_is():
     assert ids(history) == [1, 3]
 
 
-def test_it_follows_a_grabber_and_begins_anew_with_the_next():
+def test_it_follows_a_grabber_and_starts_again_with_the_next():
     history, grabber = FrameHistory(), ScriptedGrabber()
     history.attach(grabber)
     grabber._fanout.put(picture(7))

@@ -81,7 +81,7 @@ def test_a_standing_picture_follows_the_view(stream, picture):
     assert picture.received == 1, "looking elsewhere is no new frame"
 
 
-def test_a_format_that_cannot_be_shown_is_told_once_and_the_frame_is_kept(stream, picture):
+def test_an_unsupported_format_is_reported_once_and_the_frame_is_kept(stream, picture):
     problems = []
     picture.failed.connect(problems.append)
     strange = pfnc.by_code(0x81090001)

@@ -94,7 +94,7 @@ def test_a_wrong_order_is_mended_by_further_passes(camera):
     assert camera.feature("OffsetX").value == 200
 
 
-def test_each_setting_tells_what_became_of_it(camera):
+def test_each_setting_has_an_outcome(camera):
     settings = {
         SettingKey("ExposureTime"): 2000.0,
         SettingKey("Gain"): 1e9,
@@ -142,7 +142,7 @@ def test_progress_grows_up_to_the_whole(camera):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.71])
-def test_cancelled_at_any_moment_it_tells_so_and_can_be_rolled_back(camera, share):
+def test_cancelled_at_any_moment_it_reports_that_and_can_be_rolled_back(camera, share):
     before = capture(camera)
     cancelled = threading.Event()
     wanted = FeatureSet({SettingKey("Gain"): 3.0, SettingKey("Width"): 128, red(): 2.0})
@@ -205,7 +205,7 @@ def test_for_reading_only_what_is_selected_is_taken():
         grabber.close()
 
 
-def test_a_file_alone_tells_instances_apart(camera):
+def test_a_file_alone_distinguishes_instances(camera):
     saved = capture(camera)
     text = files.to_persistence(saved)
     other = files.to_persistence(FeatureSet({**saved.settings, red(): 2.5}))

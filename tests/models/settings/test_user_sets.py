@@ -30,7 +30,7 @@ def value(grabber, name):
     return grabber.plain.feature(name).value
 
 
-def test_the_sets_are_told_and_the_selector_stays(grabber):
+def test_the_sets_are_listed_and_the_selector_stays(grabber):
     grabber.write_feature("UserSetSelector", "UserSet2")
     found = user_sets.user_sets(grabber)
     assert [(s.name, s.savable, s.startable, s.starts) for s in found] == [

@@ -28,7 +28,7 @@ def test_the_time_grows_up_to_the_frame_rates_room_and_gain_does_the_rest(stage)
     assert s.value("GainRaw") == 0, "gain is lowered before the time is shortened"
 
 
-def test_what_cannot_be_reached_is_said_and_the_nearest_is_kept(stage):
+def test_an_unreachable_target_is_reported_and_the_nearest_value_kept(stage):
     s = stage(light=0.001, gain=False)
     assert "As bright as it gets" in s.run(on(REGION, expose))
     assert s.value("ExposureTimeRaw") == 33_320

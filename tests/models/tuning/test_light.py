@@ -21,7 +21,7 @@ def test_light_is_measured_in_the_region_alone(name, dtype, white):
 
 
 @pytest.mark.parametrize("order", ["RG", "GR", "GB", "BG"])
-def test_the_colours_of_a_mosaic_are_told_apart_wherever_the_region_begins(order):
+def test_the_colours_of_a_mosaic_are_separated_for_every_origin_of_the_region(order):
     planes = {"R": 200, "G": 100, "B": 50}
     second = {"RG": "GB", "BG": "GR", "GR": "BG", "GB": "RG"}[order]
     pixels = np.empty((20, 20), np.uint8)

@@ -29,7 +29,7 @@ def test_a_refusal_on_the_way_restores_everything(stage):
     assert s.journal.next_text(Direction.UNDO) == ""
 
 
-def test_what_could_not_be_restored_is_said(stage):
+def test_values_that_were_not_restored_are_reported(stage):
     s = stage(light=0.01)
 
     def refuse(name, value):

@@ -24,7 +24,7 @@ def test_white_balance_makes_grey_grey_without_any_automatic(stage):
     assert s.grabber.ratios == {"Red": 1.0, "Green": 1.0, "Blue": 1.0}
 
 
-def test_a_lamp_beyond_the_ratios_is_said(stage):
+def test_a_lamp_beyond_the_ratios_is_reported(stage):
     s = stage(lamp=(0.1, 1.0, 1.0))
     s.run(on(REGION, expose))
     assert "As grey as it gets" in s.run(on(REGION, balance))

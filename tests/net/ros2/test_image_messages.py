@@ -76,7 +76,7 @@ def test_no_message_does_more_harm_than_being_refused(width, height, encoding, s
     assert frame.raw().shape[:2] == (height, width)
 
 
-def test_nothing_is_said_of_pictures_that_go_on():
+def test_continuous_images_cause_no_report():
     continuity = Continuity()
 
     assert [continuity.remarks(frame_of(image(), number)) for number in range(3)] == [{}, {}, {}]
@@ -100,7 +100,7 @@ def test_a_clock_that_jumps():
     assert continuity.remarks(frame_of(image(stamp=601.0), 3)) == {}
 
 
-def test_a_foreign_clock_is_told_once():
+def test_a_foreign_clock_is_reported_once():
     continuity = Continuity()
     ahead = time.time() + 3600
 

@@ -138,7 +138,7 @@ def test_arrays_are_edited_as_text(driver, opened, before, text, after, shown):
         remote.write_feature("list", "[{}]")
 
 
-def test_what_the_driver_changes_is_told_with_its_new_range(driver, opened):
+def test_changes_by_the_driver_are_reported_with_their_new_range(driver, opened):
     driver.node.declare_parameter("gain", 2, ParameterDescriptor(integer_range=[IntegerRange(to_value=9)]))
     remote = opened("ros2:/other")
     told = queue.Queue()
@@ -250,7 +250,7 @@ def test_the_publishers_quality_of_service_is_shown(driver, opened, notices):
     assert said(notices, "/other/image_raw comes from /other_driver (reliable, volatile)")()
 
 
-def test_a_publisher_that_cannot_be_reliable_is_told_and_shown_all_the_same(opened, notices, drive):
+def test_a_publisher_that_cannot_be_reliable_is_reported_and_shown(opened, notices, drive):
     drive(reliability=ReliabilityPolicy.BEST_EFFORT)
     remote = opened("ros2:/other?qos=reliable")
     frames = remote.open_queue()
@@ -306,7 +306,7 @@ def test_a_changed_size_is_reported(driver, opened, notices):
     until(lambda: frames.get(PATIENCE).width == 2)
 
 
-def test_a_clock_that_jumps_back_is_told_and_times_of_arrival_are_used(driver, opened, notices):
+def test_a_clock_that_jumps_back_is_reported_and_arrival_times_are_used(driver, opened, notices):
     remote = opened("ros2:/other")
     frames = remote.open_queue()
     remote.start()

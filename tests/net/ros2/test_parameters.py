@@ -209,7 +209,7 @@ def test_a_camera_that_is_gone_has_no_features(domain):
         assert "not open" in parameters.set_together(Gain=1.0).reason
 
 
-def test_changes_are_told_as_events(server, parameters, camera):
+def test_changes_are_reported_as_events(server, parameters, camera):
     events = parameters.subscribe(ParameterEvent, "/parameter_events", 10)
     until(lambda: parameters.node.count_publishers("/parameter_events") >= 2)
 

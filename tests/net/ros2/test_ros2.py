@@ -50,7 +50,7 @@ def test_nothing_is_published_while_nobody_listens(server, camera):
     assert server.published == 0
 
 
-def test_who_asks_for_more_than_is_offered_is_told_of(serve, probe, caplog):
+def test_an_incompatible_qos_request_is_logged(serve, probe, caplog):
     serve("/cam", qos="sensor_data")
     probe.subscribe(Image, "/cam/image", quality_of_service("reliable"))
 

@@ -108,7 +108,7 @@ def test_every_range_of_a_camera_fits_on_a_slider_and_every_type_is_its_values(d
     assert sum(bool(d.floating_point_range or d.integer_range) for d in described) > 15
 
 
-def test_a_range_that_fits_no_slider_is_told_in_words(scripted):
+def test_a_range_that_fits_no_slider_is_given_in_the_description(scripted):
     _, probe = scripted(
         integer("Throughput", 0, 2**32),
         integer("Offset", -(2**63), 2**63 - 1, 0),
@@ -156,7 +156,7 @@ def test_entries_are_in_the_description_which_is_all_that_is_shown(scripted):
     assert probe.describe("GainAuto")[0].description == "GainAuto; one of Off, Once"
 
 
-def test_what_vanishes_is_told_as_deleted_and_what_comes_back_as_changed(scripted, events_of):
+def test_vanished_parameters_are_reported_as_deleted_and_returned_ones_as_changed(scripted, events_of):
     """A change to no value at all ends rqt_reconfigure."""
     grabber, probe = scripted(integer("Marker", 0, 9), number("Ratio", 0.0, 4.0))
     events = events_of(probe, grabber)
@@ -187,7 +187,7 @@ def test_a_number_that_ends_viewers_is_not_reported(scripted, events_of, feature
     assert parameter_value_to_python(probe.values("Big")[0]) == 7
 
 
-def test_what_was_refused_is_told_as_it_is(scripted, events_of):
+def test_refused_parameters_are_reported_with_their_value(scripted, events_of):
     """Viewers go on showing what they asked for, unless they are told."""
     grabber, probe = scripted(integer("Marker", 0, 9), number("Gain", 0.0, 24.0, 6.0))
     events = events_of(probe, grabber)

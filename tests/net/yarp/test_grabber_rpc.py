@@ -47,7 +47,7 @@ def test_transcripts_are_there() -> None:
 
 
 @pytest.mark.parametrize("exchange", recorded(LEGACY))
-def test_our_3x_server_would_have_said_the_same(exchange: Exchange) -> None:
+def test_our_3x_server_gives_the_same_answers(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if not isinstance(Bottle.decode(exchange.request)[0], Vocab):
         return  # 3.x does not know thrift's words, where we answer for 4.0
@@ -66,7 +66,7 @@ def test_our_3x_server_would_have_said_the_same(exchange: Exchange) -> None:
 
 
 @pytest.mark.parametrize("exchange", recorded(THRIFT))
-def test_our_40_server_would_have_said_the_same(exchange: Exchange) -> None:
+def test_our_40_server_gives_the_same_answers(exchange: Exchange) -> None:
     call = decode_request(exchange.request)
     if not exchange.reply:
         return  # requests that a real 4.0 leaves without an answer

@@ -155,7 +155,7 @@ def test_resolution_and_mirror(wire: Wire, grabber: FrameGrabber) -> None:
     assert grabber.feature("ReverseX").value is True
 
 
-def test_as_people_type_it(wire: Wire, grabber: FrameGrabber) -> None:
+def test_typed_requests_are_answered(wire: Wire, grabber: FrameGrabber) -> None:
     gain = grabber.feature("Gain")
     assert wire.typed("fgc has feat 8") == "[fgc] [has] [feat] 1952540006 1"
     assert wire.typed("fgc set feat 8 5") == "[fgc] [set] 1"

@@ -315,7 +315,7 @@ def test_no_name_server_means_no_port(names):
 
 
 @pytest.mark.parametrize("address", ["300.1.1.1", "192.0.2.1"])
-def test_an_address_that_is_none_of_ours_is_told_in_words(address):
+def test_an_address_of_another_computer_is_refused_with_a_message(address):
     with pytest.raises(TransportError) as caught:
         OutputPort("/out", bind=address).open()
 

@@ -76,7 +76,7 @@ def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
     assert [each for each in refused if not each.startswith("it ended")] == []
 
 
-def test_the_hand_moves_as_fast_as_it_is_told_and_rests_when_nothing_more_is_said(fake, robot):
+def test_the_hand_moves_at_the_commanded_speed_and_rests_without_commands(fake, robot):
     def speed():
         began, start = time.monotonic(), fake.robot.state().hand[0, 3]
         while time.monotonic() - began < 0.6:

@@ -41,7 +41,7 @@ def test_readings_arrive_as_they_are(robot, simulated):
     until(lambda: time.monotonic() - robot.state().time < 0.1)
 
 
-def test_head_and_hand_move_as_told_and_stop(robot, simulated):
+def test_head_and_hand_follow_commands_and_stop(robot, simulated):
     start = simulated.robot.state().hand
 
     def moved():
@@ -73,7 +73,7 @@ def test_the_head_moves_as_fast_as_it_is_commanded(robot):
     until(as_commanded)
 
 
-def test_a_head_that_is_told_nothing_more_rests_by_itself(robot, simulated):
+def test_a_head_without_further_commands_rests(robot, simulated):
     for watch in attempts(1.5):
         until(lambda: robot.move_head(np.array([0.4, 0.0])) or simulated.robot.speed > 0.1)
         with watch:
@@ -231,6 +231,6 @@ def test_the_commands_reach_the_marker_in_two_processes(domain, tmp_path, capsys
     assert simulation.returncode == 0
 
 
-def test_a_camera_that_tells_no_calibration_is_named(domain):
+def test_a_camera_without_a_calibration_is_named(domain):
     with pytest.raises(SourceNotFoundError, match="nobody publishes /nobody/camera_info"):
         receive_camera_info("/nobody", timeout=0.2)[0]

@@ -133,7 +133,7 @@ def test_a_robot_that_is_gone_takes_no_command_and_a_stop_does_not_hang(robot, s
             robot.stop()
 
 
-def test_a_robot_that_is_not_there_is_said_not_to_be(domain, model):
+def test_a_missing_robot_is_reported(domain, model):
     with pytest.raises(SourceNotFoundError, match="nobody tells of TIAGo's joints at /joint_states"):
         TiagoOverRos2(model, timeout=0.3).open()
 
@@ -145,7 +145,7 @@ def test_a_robot_that_is_not_there_is_said_not_to_be(domain, model):
         ((*tiago.HEAD_JOINTS, *tiago.ARM_JOINTS), "nobody listens to"),
     ],
 )
-def test_half_a_robot_is_told_from_a_whole_one(listener, model, joints, complaint):
+def test_an_incomplete_robot_is_reported(listener, model, joints, complaint):
     states = listener.node.create_publisher(JointState, "/joint_states", 5)
     message = JointState(name=list(joints), position=[0.1] * len(joints))
     listener.node.create_timer(0.02, lambda: states.publish(message))

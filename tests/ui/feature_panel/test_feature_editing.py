@@ -40,7 +40,7 @@ def test_while_dragged_nothing_from_outside_moves_the_slider(desk):
     assert d.grabber.writes == []
 
 
-def test_a_refused_write_is_told_and_the_widget_shows_the_truth(desk):
+def test_a_refused_write_is_reported_and_the_widget_shows_the_true_value(desk):
     d = desk()
     d.row("Gain")
     d.grabber.refusals["Gain"] = GrabberError("Gain=9: the camera answered: busy")

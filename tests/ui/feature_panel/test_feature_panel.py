@@ -66,7 +66,7 @@ def test_rows_stand_in_the_cameras_order(desk):
     assert rows == [f.name for f in camera_features() if f.category == "AcquisitionControl"]
 
 
-def test_a_selected_feature_stands_below_its_selector(desk):
+def test_a_selected_feature_is_shown_below_its_selector(desk):
     d = desk()
     selector, selected = d.row("TriggerSelector"), d.row("TriggerMode")
     names = [row.findChild(QLabel) for row in (selected, selector)]
@@ -141,7 +141,7 @@ def test_another_camera_replaces_the_first(desk):
     assert worker.close()
 
 
-def test_a_camera_that_changes_its_tree_is_shown_anew(desk):
+def test_a_changed_feature_tree_is_shown_again(desk):
     d = desk()
     d.filled()
     gamma = feature("Gamma", K.FLOAT, 1.0, "Fresh", minimum=0.1, maximum=4.0)
