@@ -140,7 +140,7 @@ class CalibratingModel:
         self._view = region, size
 
     def choose(self, settings: BoardSettings) -> None:
-        """Another board; views of the one before are forgotten. Raises UsageError for one that cannot be."""
+        """Choose a board and discard the views of the previous one. Raises UsageError for an invalid one."""
         board = settings.board()
         self.settings = settings
 

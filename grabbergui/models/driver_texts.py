@@ -75,5 +75,5 @@ def _patterns() -> tuple[tuple[str, re.Pattern[str]], ...]:
 
 
 def _number(part: str) -> str:
-    """Figures get the user's decimal point; names and addresses stay."""
+    """Write numbers with the user's decimal point; names and addresses stay."""
     return localized(part) if re.fullmatch(r"[-+]?\d+\.\d+", part) else part

@@ -29,7 +29,7 @@ def translate(context: str, text: str) -> str:
 
 
 def localized(text: str) -> str:
-    """Numbers in a text with the decimal point of the user's language: `0,5` in Spanish. Any thread."""
+    """Write numbers in a text with the user's decimal point: `0,5` in Spanish. Any thread."""
     return text if _decimal_point == "." else _POINT.sub(_decimal_point, text)
 
 

@@ -86,7 +86,7 @@ class PlaybackModel:
         self._source.worker.submit(partial(self._step, steps), failed=self.failed.emit)
 
     def set_speed(self, speed: float) -> None:
-        """Play so many times as fast as it was recorded."""
+        """Set the speed as a multiple of the recorded one."""
         self._set("speed", speed)
 
     def set_loop(self, loop: bool) -> None:

@@ -49,7 +49,7 @@ class Tuning:
 
     @classmethod
     def of(cls, config: Config) -> Tuning:
-        """As a configuration has it."""
+        """Return the tuning of a configuration."""
         head, arm = config.head, config.arm
         return cls(
             head.gain, head.fastest, arm.gain, arm.fastest * 1e3, config.loop.rate, 1e2 * config.loop.speed
@@ -188,7 +188,7 @@ class ServoModel:
             return list(self._entries)
 
     def curves(self) -> NDArray[np.float64]:
-        """(n, 9), the newest last: seconds before now, error in m and rad, twist in m/s and rad/s."""
+        """Return (n, 9), newest last: seconds before now, error in m and rad, twist in m/s and rad/s."""
         with self._lock:
             length = len(self._rows)
             rows = np.roll(self._rows, -(self._count % length), axis=0)[max(length - self._count, 0) :]

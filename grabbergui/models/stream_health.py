@@ -65,7 +65,7 @@ class HealthMeter:
 
 
 def _gone(statistics: StreamStatistics) -> int:
-    """Frames that did not come, or not whole."""
+    """Return the number of lost and incomplete frames."""
     return statistics.lost + statistics.incomplete + statistics.underruns
 
 

@@ -40,12 +40,12 @@ _Built = TypeVar("_Built", Category, EnumEntry, Feature, FeatureDescription)
 
 
 def dumps(result: object) -> str:
-    """Plain data, or any of the dataclasses named above, as JSON."""
+    """Encode plain data, or any of the dataclasses named above, as JSON."""
     return json.dumps(result, default=_plain, separators=(",", ":"))
 
 
 def loads(text: str) -> Any:
-    """Plain data out of JSON."""
+    """Decode JSON to plain data."""
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -173,7 +173,7 @@ class NumberedFeatures:
         self._write(self._feature(number), value)
 
     def values(self, number: int) -> tuple[float, float]:
-        """White balance: red and blue. Any other feature: its least and greatest value.
+        """Return red and blue for white balance, the smallest and largest value for other features.
 
         Raises FeatureAccessError where a feature has no range, and for all but white balance where values
         are normalised: clients take a range for the sign of a camera's own units.

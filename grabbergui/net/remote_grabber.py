@@ -188,7 +188,7 @@ class RemoteGrabber(FrameGrabber, Generic[StreamType]):
         return feature
 
     def _forget_seen(self, names: frozenset[str]) -> None:
-        """Somebody else changed these, so that they may well have another value afterwards."""
+        """Forget the last known values of features that others changed."""
         for key in [key for key in self._seen if key.name in names]:
             del self._seen[key]
 

@@ -172,7 +172,7 @@ class TreeService:
         # Verb: how many arguments, and what it does.
 
     def perform(self, verb: str, *arguments: str) -> object:
-        """Carry out a verb; the result is for `feature_json.dumps`. Raises GrabberError."""
+        """Execute a verb; the result is for `feature_json.dumps`. Raises GrabberError."""
         if verb not in self._verbs:
             known = ", ".join(self._verbs)
             raise UsageError(f"'{verb}' is no verb, use one of {known}")

@@ -99,7 +99,7 @@ def balance(values: NDArray[Any], settings: FrameSettings) -> tuple[float, float
 
 
 def _planes(values: NDArray[Any], settings: FrameSettings) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Red, green and blue of some of the pixels."""
+    """Return red, green and blue of a sample of the pixels."""
     if settings.pixel_format.family is not Family.BAYER:
         sample = values[::8, ::8]
         return sample[:, :, 0], sample[:, :, 1], sample[:, :, 2]

@@ -69,7 +69,7 @@ class Register:
         return self.address + self.length
 
     def decode(self, data: bytes) -> RegisterValue:
-        """Bytes of the register to its value."""
+        """Decode the register's bytes to its value."""
         if self.kind is Kind.STRING:
             return data.split(b"\0", 1)[0].decode("utf-8", "replace")
         value: int | float = struct.unpack(f">{self.kind.value}", data)[0]
@@ -112,7 +112,7 @@ class RegisterMemory:
 
     # -- the device's own side -------------------------------------------------------------------
     def add_block(self, address: int, content: bytes) -> None:
-        """Bytes that can only be read, such as the zipped XML; zeros follow them up to a multiple of 4."""
+        """Add read-only bytes, such as the zipped XML, padded with zeros to a multiple of 4."""
         self._blocks.append((address, content + bytes(-len(content) % 4)))
 
     def add_buffer(self, address: int, length: int) -> bytearray:
@@ -156,7 +156,7 @@ class RegisterMemory:
 
     # -- access by a host ------------------------------------------------------------------------
     def read(self, address: int, length: int) -> bytes:
-        """Any range that begins in a register or block; gaps between registers read as zeros."""
+        """Read a range that begins in a register or block; gaps between registers read as zeros."""
         for start, content in self._blocks:
             if start <= address < start + len(content):
                 return bytes(content[address - start : address - start + length]).ljust(length, b"\0")
@@ -172,7 +172,7 @@ class RegisterMemory:
         return bytes(data)
 
     def write(self, address: int, data: bytes) -> None:
-        """One or several whole registers, or part of a buffer; a string may be cut short."""
+        """Write one or several whole registers, or part of a buffer; a string may be shorter."""
         for start, content in self._blocks:
             if isinstance(content, bytearray) and start <= address <= start + len(content) - len(data):
                 content[address - start : address - start + len(data)] = data

@@ -331,7 +331,7 @@ class CameraModel:
             thermometer.set_streaming(False, self._clock())
 
     def _listening(self, source: TriggerSource) -> list[int]:
-        """Indices of the triggers that wait for a source."""
+        """Return the indices of the triggers that wait for a source."""
         return [
             which
             for which, register in enumerate(reg.TRIGGER_SOURCE)

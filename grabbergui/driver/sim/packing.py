@@ -75,7 +75,7 @@ def pack_colour(rgb: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -> Non
 
 
 def _fitted(values: NDArray[Any], pixel_format: PixelFormat) -> NDArray[Any]:
-    """Values of the sensor's depth in the depth and kind of the format."""
+    """Convert values of the sensor's depth to the depth and type of the format."""
     depth, measured = pixel_format.depth, sensor_depth(pixel_format)
     if pixel_format.kind == "f":
         share = values.astype(np.float64) / ((1 << measured) - 1)
@@ -144,7 +144,7 @@ def _sparse(rgb: NDArray[Any], order: str) -> NDArray[Any]:
 
 
 def _pack_yuv(rgb: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -> None:
-    """Y'CbCr in the range and with the matrix of its standard; a group has its first pixel's chroma."""
+    """Pack Y'CbCr in its standard's range and matrix; a group has its first pixel's chroma."""
     depth, order, subsampling = pixel_format.depth, pixel_format.order, pixel_format.subsampling
     height, width = rgb.shape[:2]
     share = rgb.astype(np.float32) / ((1 << depth) - 1)
@@ -180,7 +180,7 @@ def _pack_yuv(rgb: NDArray[Any], pixel_format: PixelFormat, out: Bytes) -> None:
 
 
 def _pack_yuv422(rgb: NDArray[np.uint8], order: str, out: NDArray[np.uint8]) -> None:
-    """Y'CbCr of BT.601 over the full range; a chroma sample is the mean of two pixels."""
+    """Pack Y'CbCr of BT.601 over the full range; a chroma sample is the mean of two pixels."""
     ycc: NDArray[Any] = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
     luma, chroma = (0, 1) if order == "YUYV" else (1, 0)
     out[:, :, luma] = ycc[:, :, 0]
@@ -204,7 +204,7 @@ def _fill(packer: Any, values: NDArray[np.uint16], group: int, out: Bytes) -> No
 
 
 def pack_10p(groups: NDArray[np.uint16], out: Bytes) -> None:
-    """(n, 4) values to (n, 5) bytes: one stream of bits, pixel 0 in the lowest."""
+    """Pack (n, 4) values into (n, 5) bytes: one stream of bits, pixel 0 in the lowest."""
     p0, p1, p2, p3 = groups.T
     out[:, 0] = p0 & 0xFF
     out[:, 1] = (p1 & 0x3F) << 2 | p0 >> 8
@@ -214,7 +214,7 @@ def pack_10p(groups: NDArray[np.uint16], out: Bytes) -> None:
 
 
 def pack_12p(groups: NDArray[np.uint16], out: Bytes) -> None:
-    """(n, 2) values to (n, 3) bytes: one stream of bits, pixel 0 in the lowest."""
+    """Pack (n, 2) values into (n, 3) bytes: one stream of bits, pixel 0 in the lowest."""
     p0, p1 = groups.T
     out[:, 0] = p0 & 0xFF
     out[:, 1] = (p1 & 0x0F) << 4 | p0 >> 8

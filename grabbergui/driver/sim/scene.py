@@ -116,7 +116,7 @@ _SPAN = (2640, 2240)
 
 
 def _gradient(height: int, width: int) -> NDArray[np.float32]:
-    """Grey from dark to bright along the diagonal, with a soft spot of light."""
+    """Return grey from dark to bright along the diagonal, with a soft spot of light."""
     x = (np.arange(width, dtype=np.float32) - width / 2) / _SPAN[0] + 0.5
     y = (np.arange(height, dtype=np.float32)[:, None] - height / 2) / _SPAN[1] + 0.5
     spot_x, spot_y = np.exp(-(((x - 0.66) / 0.22) ** 2)), np.exp(-(((y - 0.36) / 0.22) ** 2))
@@ -128,7 +128,7 @@ def _gradient(height: int, width: int) -> NDArray[np.float32]:
 
 
 def _grid(grey: NDArray[np.float32]) -> None:
-    """Lines every 128 pixels, one of them through the middle."""
+    """Draw lines every 128 pixels, one of them through the centre."""
     height, width = grey.shape
     grey[height // 2 % 128 :: 128] *= 0.86
     grey[:, width // 2 % 128 :: 128] *= 0.86
@@ -147,14 +147,14 @@ def _siemens_star(grey: NDArray[np.float32], centre: tuple[int, int], radius: in
 
 
 def _steps(grey: NDArray[np.float32], corner: tuple[int, int], size: int, count: int) -> None:
-    """Neutral patches from black to beyond white."""
+    """Draw neutral patches from black to beyond white."""
     x, y = corner
     for index, value in enumerate(np.linspace(0.02, 1.1, count)):
         grey[y : y + size, x + index * size : x + (index + 1) * size] = value
 
 
 def _line_pairs(grey: NDArray[np.float32], corner: tuple[int, int]) -> None:
-    """Vertical lines of 1 to 6 pixels."""
+    """Draw vertical lines of 1 to 6 pixels."""
     x, y = corner
     for width in range(1, 7):
         columns = (np.arange(72) // width) % 2

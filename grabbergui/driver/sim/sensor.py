@@ -229,7 +229,7 @@ class _Noise:
         self._position = 0
 
     def at(self, amplification: float, deep: bool, frame_id: int) -> _Noise:
-        """Ready for one frame."""
+        """Prepare the noise of one frame."""
         # In steps of a tenth, so that auto gain does not scale a million numbers for every frame.
         step = round(amplification * 10)
         if (step, deep) != self._key:
@@ -239,7 +239,7 @@ class _Noise:
         return self
 
     def next(self, shape: tuple[int, ...]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Noise for the next strip: to add, to take away."""
+        """Return the noise of the next strip: values to add and to subtract."""
         count = int(np.prod(shape))
         start = self._position % (_NOISE_VALUES - count)
         self._position += 982_451_653 % _NOISE_VALUES
@@ -259,7 +259,7 @@ _BARS = np.array(
 def draw_pattern(
     pattern: TestPattern, width: int, height: int, frame_id: int, pixel_format: PixelFormat
 ) -> NDArray[Any]:
-    """Values of the format's depth: (height, width) for mono and Bayer, (height, width, 3) for colour."""
+    """Return values of the format's depth, (height, width) for mono and Bayer, else (height, width, 3)."""
     colour, depth = pixel_format.family in COLOURED, sensor_depth(pixel_format)
     if pattern is TestPattern.COLOR_BAR:
         rgb = _bars(width, height)

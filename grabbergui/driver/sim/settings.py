@@ -178,7 +178,7 @@ def active_chunks(memory: RegisterMemory) -> tuple[Chunk, ...]:
 
 
 def fastest_rate(memory: RegisterMemory) -> float:
-    """Frames per second that exposure, readout and link allow; the XML has the same formula."""
+    """Return the frame rate (Hz) that exposure, readout and link allow; the XML has the same formula."""
     exposed = memory.number(reg.EXPOSURE_TIME) + reg.EXPOSURE_OVERHEAD_US
     lines = memory.integer(reg.HEIGHT) * memory.integer(reg.BINNING_VERTICAL)
     slowest = max(exposed, lines * reg.LINE_TIME_US + reg.FRAME_OVERHEAD_US)

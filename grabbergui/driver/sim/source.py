@@ -106,7 +106,7 @@ _REGISTERS: dict[str, tuple[Register, Callable[[str], RegisterValue]]] = {
 
 
 def _upper(camel: str) -> str:
-    """`GreyHorizontalRamp` to `GREY_HORIZONTAL_RAMP`."""
+    """Convert `GreyHorizontalRamp` to `GREY_HORIZONTAL_RAMP`."""
     return "".join(f"_{letter}" if letter.isupper() else letter for letter in camel).strip("_").upper()
 
 

@@ -174,7 +174,7 @@ class Thermometer:
         self._load = 1.0 if streaming else 0.0
 
     def read(self, now: int) -> float:
-        """Degrees Celsius."""
+        """Return the temperature in degrees Celsius."""
         return round(_AMBIENT + self._now(now), 2)
 
     def _now(self, now: int) -> float:

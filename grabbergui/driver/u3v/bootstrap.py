@@ -115,7 +115,7 @@ class Eirm:
 
 
 def string(data: bytes) -> str:
-    """Text of a string register; bytes that are no UTF-8 are replaced."""
+    """Decode a string register; bytes that are no UTF-8 are replaced."""
     return data.split(b"\0", 1)[0].decode("utf-8", "replace").strip()
 
 

@@ -36,7 +36,7 @@ _looked_at: set[tuple[int, int]] = set()
 
 
 def default_backend() -> Any | None:
-    """Pyusb's libusb backend, with the system's libusb or the one of `libusb-package`; None without both."""
+    """Return pyusb's backend for the system's libusb or that of `libusb-package`; None without both."""
     with _lock:
         if not _kept:
             backend = usb.backend.libusb1.get_backend()
@@ -216,7 +216,7 @@ def _extra(interface: Any) -> bytes:
 
 
 def _identify(device: Any, described: DeviceInfoDescriptor | None) -> tuple[DeviceInfo, str]:
-    """Names and GUID, from the device's strings or, where we may not ask it, from the system."""
+    """Return names and GUID, from the device's strings or, without access to it, from the system."""
     place = f"{device.bus}-{'.'.join(map(str, device.port_numbers or (device.address,)))}"
     d = described or DeviceInfoDescriptor(0, 0, 0)
     note = ""

@@ -121,7 +121,7 @@ _RESERVED_AND_VALUE = struct.Struct("<HH")
 
 
 def read_memory(address: int, length: int) -> bytes:
-    """Data of a READMEM command. Raises LocalProtocolError for values that do not fit."""
+    """Encode the data of a READMEM command. Raises LocalProtocolError for values that do not fit."""
     try:
         return _READ.pack(address, 0, length)
     except struct.error as error:
@@ -129,7 +129,7 @@ def read_memory(address: int, length: int) -> bytes:
 
 
 def parse_read_memory(data: bytes) -> tuple[int, int]:
-    """Address and byte count of a READMEM command's data. Raises RemoteProtocolError."""
+    """Decode a READMEM command's data to address and byte count. Raises RemoteProtocolError."""
     if len(data) != _READ.size:
         raise RemoteProtocolError(f"READMEM has {len(data)} bytes of data, not {_READ.size}")
     address, _, length = _READ.unpack(data)
@@ -137,7 +137,7 @@ def parse_read_memory(data: bytes) -> tuple[int, int]:
 
 
 def write_memory(address: int, data: bytes) -> bytes:
-    """Data of a WRITEMEM command. Raises LocalProtocolError for an address that does not fit."""
+    """Encode the data of a WRITEMEM command. Raises LocalProtocolError for an address that does not fit."""
     try:
         return _ADDRESS.pack(address) + data
     except struct.error as error:
@@ -145,14 +145,14 @@ def write_memory(address: int, data: bytes) -> bytes:
 
 
 def parse_write_memory(data: bytes) -> tuple[int, bytes]:
-    """Address and bytes of a WRITEMEM command's data. Raises RemoteProtocolError."""
+    """Decode a WRITEMEM command's data to address and bytes. Raises RemoteProtocolError."""
     if len(data) <= _ADDRESS.size:
         raise RemoteProtocolError(f"WRITEMEM has {len(data)} bytes of data, nothing to write")
     return _ADDRESS.unpack_from(data)[0], data[_ADDRESS.size :]
 
 
 def reserved_and_value(value: int) -> bytes:
-    """Data of a WRITEMEM acknowledge (bytes written) or a PENDING acknowledge (milliseconds)."""
+    """Encode the data of a WRITEMEM acknowledge (bytes written) or a PENDING acknowledge (milliseconds)."""
     return _RESERVED_AND_VALUE.pack(0, value)
 
 

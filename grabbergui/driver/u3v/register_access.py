@@ -52,7 +52,7 @@ class RegisterAccess:
         self._longest_acknowledge = min(acknowledge, LONGEST_TRANSFER)
 
     def read(self, address: int, length: int) -> bytes:
-        """Exactly `length` bytes. Raises DeviceStatusError, AckTimeoutError, DeviceLostError."""
+        """Read exactly `length` bytes. Raises DeviceStatusError, AckTimeoutError, DeviceLostError."""
         step = self._longest_acknowledge - HEADER_SIZE
         data = bytearray()
         with self._lock:

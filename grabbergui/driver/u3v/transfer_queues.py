@@ -139,7 +139,7 @@ class SynchronousQueue(TransferQueue):
         self._handle.clear_halt(self._stream.endpoint_in)
 
     def wake(self) -> None:
-        """A read cannot be cut short; it ends by its timeout."""
+        """Do nothing: a synchronous read ends only by its timeout."""
 
     def close(self) -> None:
         """Release the stream interface."""

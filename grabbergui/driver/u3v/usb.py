@@ -123,7 +123,7 @@ class UsbHandle:
                 self._backend.close_device(handle)
 
     def write(self, endpoint: int, interface: int, data: bytes, timeout: float) -> None:
-        """One bulk transfer out. Raises UsbTimeoutError, EndpointHaltedError, DeviceLostError."""
+        """Write one bulk transfer. Raises UsbTimeoutError, EndpointHaltedError, DeviceLostError."""
         with translated(self.name):
             sent = self._backend.bulk_write(
                 self._handle, endpoint, interface, array("B", data), _milliseconds(timeout)

@@ -135,7 +135,7 @@ class UndoHistory:
     def note(
         self, changes: Iterable[Change], step: Step | None, now: float, since: float | None = None
     ) -> Step:
-        """Something was changed: a part of `step`, or of the step before it where it goes on.
+        """Record a change as part of `step`, or of the previous step that it continues.
 
         A single control goes on while it is held, which it is `since` then, or for a moment longer, as long
         as nothing else is changed in between. Returns the step it became part of.
@@ -176,5 +176,5 @@ class UndoHistory:
 
 
 def goes_on(last: float, now: float, since: float | None) -> bool:
-    """Whether a write now goes on from the one before it: soon after it, or while the same hand holds it."""
+    """Return whether a write continues the previous one: soon after it, or within one interaction."""
     return now - last < PAUSE or (since is not None and last >= since)

@@ -105,7 +105,7 @@ class ChangeJournal:
         self.steps_changed.emit()
 
     def ran(self, name: str) -> None:
-        """The operator ran a command, which cannot be undone."""
+        """Record a command of the operator, which cannot be undone."""
         with self._lock:
             self._history.interrupt()
             self._going_on.pop(Origin.OPERATOR, None)
@@ -113,7 +113,7 @@ class ChangeJournal:
         self.noted.emit(change)
 
     def saw(self, key: SettingKey, before: FeatureValue, after: FeatureValue, origin: Origin) -> None:
-        """Somebody else changed a setting."""
+        """Record a change by somebody else."""
         with self._lock:
             change = self._enter(key, before, after, origin, self._clock(), None)
         self.noted.emit(change)

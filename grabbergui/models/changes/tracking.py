@@ -84,7 +84,7 @@ class ChangeTrackingGrabber(SharedGrabber):
         self.journal.ran(key.name)
 
     def watch(self, feature: Feature) -> None:
-        """A feature was read: note what was not changed here. On the same thread.
+        """Compare a feature that was read and record changes by others. On the same thread.
 
         Read-only features, such as a temperature, are left out unless an automatic mode locks them.
         """

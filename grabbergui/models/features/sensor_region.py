@@ -64,7 +64,7 @@ def apply_full(grabber: FrameGrabber) -> Region:
 
 
 def fitted(start: int, length: int, size: Feature, offset: Feature) -> tuple[int, int]:
-    """New size and offset along one axis, for `length` pixels that begin `start` pixels into the frame.
+    """Return size and offset along one axis for `length` pixels that begin `start` pixels into the frame.
 
     The size is on its increment and not less than its minimum; the offset is moved down to its increment
     and so far that the region stays within the current one.

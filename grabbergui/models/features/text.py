@@ -92,7 +92,7 @@ def in_unit(number: float, unit: str, shown_in: str) -> float:
 
 
 def _power_between(unit: str, larger: str) -> int:
-    """By which power of ten a unit is larger than another of its family; 0 for units of no family."""
+    """Return the power of ten between two units of a family; 0 for units of no family."""
     return next((p[larger] - p[unit] for p in _POWERS if unit in p and larger in p), 0)
 
 

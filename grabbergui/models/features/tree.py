@@ -127,7 +127,7 @@ class FeatureTreeModel:
         self._want(names, always=True)
 
     def watch(self, names: Iterable[str]) -> None:
-        """From now on follow these features, and their automatic modes, and no others.
+        """Follow only these features and their automatic modes from now on.
 
         Those not known yet, or changed since they were last watched, are read.
         """

@@ -44,7 +44,7 @@ class ValueHistory:
         self._begin = max(self._begin, self._end - self._most)
 
     def since(self, moment: float = -np.inf) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times and values (n,) from a moment on. Views: valid until the next `add`."""
+        """Return times and values (n,) since a moment. Views: valid until the next `add`."""
         times, values = self._samples[:, self._begin : self._end]
         first = int(np.searchsorted(times, moment))
         return times[first:], values[first:]
@@ -125,7 +125,7 @@ class ValueWatch:
             self._begin_anew()
 
     def want(self, wanted: bool) -> None:
-        """Whether somebody looks."""
+        """Set whether values are wanted."""
         with self._lock:
             if wanted != self._wanted:
                 self._wanted = wanted

@@ -41,7 +41,7 @@ class Histogram:
         return self._fraction(-1)
 
     def mean(self, channel: str) -> float:
-        """Mean value of a channel; 0 where it has no sample."""
+        """Return the mean value of a channel; 0 without samples."""
         counts = self.channels[channel]
         return float(counts @ np.arange(counts.size)) / max(1, int(counts.sum()))
 
@@ -52,7 +52,7 @@ class Histogram:
         return sums
 
     def levels(self, share: float = LEFT_OUT) -> tuple[float, float]:
-        """Black and white, as fractions of the range, between which all but `share` at either end lie.
+        """Return black and white as fractions of the range; `share` of the samples lies beyond each.
 
         Over all channels, and with the same levels for each, so that no colour cast comes of it.
         """
@@ -96,7 +96,7 @@ def measurable(frame: Frame, region: Region | None = None) -> tuple[NDArray[Any]
 
 
 def planes(raw: NDArray[Any], pixel_format: PixelFormat) -> Iterator[tuple[str, NDArray[Any]]]:
-    """The samples of each channel (`grey`, `Y`, or `R`, `G`, `B`, green of Bayer twice), without a copy.
+    """Yield each channel's samples (`grey`, `Y`, or `R`, `G`, `B`, green of Bayer twice), without a copy.
 
     `raw` is as `Frame.raw` gives it, or a part of it that begins on an even line and column.
     """
@@ -138,14 +138,14 @@ class Line:
         return max(abs(self.x1 - self.x0), abs(self.y1 - self.y0)) + 1
 
     def clipped(self, width: int, height: int) -> Line:
-        """Both ends moved into a frame of that size."""
+        """Return the line with both ends moved into a frame of that size."""
         x0, x1 = (min(max(x, 0), width - 1) for x in (self.x0, self.x1))
         y0, y1 = (min(max(y, 0), height - 1) for y in (self.y0, self.y1))
         return Line(x0, y0, x1, y1)
 
 
 def measure_profile(frame: Frame, line: Line, *, raw: bool = False) -> dict[str, NDArray[Any]]:
-    """Values along the line by channel: the sensor's own of mono, 8-bit `R`, `G`, `B` of all else.
+    """Return values along the line by channel: the sensor's own of mono, 8-bit `R`, `G`, `B` of all else.
 
     With `raw` they are the sensor's own values of any format: components unchanged, and for a Bayer pattern
     each pixel's value under the colour of its filter, NaN under the others. Nearest pixels are used, without
@@ -186,6 +186,6 @@ def _raw(frame: Frame, x: NDArray[Any], y: NDArray[Any]) -> dict[str, NDArray[An
 
 
 def _parted(values: NDArray[Any], place: NDArray[Any], names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Values by name: that of their place among `names`."""
+    """Return the values by name, given by their place in `names`."""
     kinds = np.array(names)[place]
     return {name: np.where(kinds == name, values, np.nan) for name in sorted(set(names), key="RGBUV".find)}

@@ -31,7 +31,7 @@ class Orientation:
         return self == Orientation()
 
     def turned(self, quarters: int) -> Orientation:
-        """Turned further, clockwise."""
+        """Return the orientation rotated clockwise."""
         return replace(self, quarter_turns=(self.quarter_turns + quarters) % 4)
 
     def mirrored(self, *, x: bool = False, y: bool = False) -> Orientation:
@@ -41,7 +41,7 @@ class Orientation:
         return replace(self, mirrored_x=self.mirrored_x ^ x, mirrored_y=self.mirrored_y ^ y)
 
     def view_size(self, width: int, height: int) -> tuple[int, int]:
-        """Of a frame of that size. It works the other way round as well."""
+        """Return the view's size for a frame of that size, and vice versa."""
         return (height, width) if self.quarter_turns % 2 else (width, height)
 
     def to_view(self, region: Region, width: int, height: int) -> Region:
@@ -56,7 +56,7 @@ class Orientation:
         return self._mirrored(region, width, height)
 
     def pixel(self, x: int, y: int, width: int, height: int) -> tuple[int, int]:
-        """Column and line of the frame's pixel that is seen there."""
+        """Return column and line of the frame's pixel at a place in the view."""
         region = self.to_frame(Region(x, y, 1, 1), width, height)
         return region.x, region.y
 

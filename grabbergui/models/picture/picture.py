@@ -198,7 +198,7 @@ class PictureModel:
         return picture
 
     def painted(self) -> None:
-        """A picture has reached the screen."""
+        """Record that an image has reached the screen."""
         self._painted.add()
 
     # -- display thread ----------------------------------------------------------------------------

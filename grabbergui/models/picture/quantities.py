@@ -215,7 +215,7 @@ def _same(values: NDArray[Any]) -> NDArray[np.float32]:
 def _measured_range(
     raw: NDArray[Any], convert: Callable[[NDArray[Any]], NDArray[np.float32]]
 ) -> tuple[float, float]:
-    """From the smallest to the largest value without a few outliers, rounded outwards; of a sample."""
+    """Return the range of a sample of the values without a few outliers, rounded outwards."""
     every = max(1, round((raw.shape[0] * raw.shape[1] / _SAMPLES) ** 0.5))
     sample = convert(raw[::every, ::every])
     found = sample[np.isfinite(sample)]
@@ -256,7 +256,7 @@ def _round_step(least: float) -> float:
 
 
 def _left_out(samples: NDArray[Any], width: int, height: int) -> NDArray[Any]:
-    """Reduce samples to so many columns and lines by leaving the others out."""
+    """Reduce samples to a number of columns and lines by omitting the others."""
     if samples.dtype in (np.uint8, np.uint16, np.float32):
         return np.asarray(cv2.resize(samples, (width, height), interpolation=cv2.INTER_NEAREST))
     lines, columns = samples.shape[:2]

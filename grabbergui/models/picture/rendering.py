@@ -74,7 +74,7 @@ def with_clipping(pixels: NDArray[np.uint8], black: Mask, saturated: Mask) -> ND
 
 
 def _largest(pixel_format: PixelFormat, lines: NDArray[Any]) -> NDArray[Any]:
-    """Of each pixel the largest component, which must be 0 for black; of YUV the luma."""
+    """Return each pixel's largest component, which must be 0 for black; for YUV the luma."""
     family, order = pixel_format.family, pixel_format.raw_order
     if family is Family.YUV:
         return np.ascontiguousarray(lines[:, :, order.index("Y")])
@@ -222,7 +222,7 @@ def _stretch(levels: Levels) -> NDArray[np.uint8]:
 
 
 def with_levels(settings: DisplaySettings, black: float, white: float) -> DisplaySettings:
-    """Other levels, kept within the range and apart from each other."""
+    """Return the settings with other levels, kept within the range and apart from each other."""
     black = min(max(black, 0.0), 0.999)
     white = min(max(white, black + 0.001), 1.0)
     return replace(settings, levels=Levels(black, white))

@@ -42,7 +42,7 @@ class FeatureSet:
         return len(self.settings)
 
     def only(self, keys: Collection[SettingKey] | None) -> FeatureSet:
-        """Of these settings alone; None leaves all of them."""
+        """Return the set reduced to these settings; None keeps all."""
         if keys is None:
             return self
         settings = {key: value for key, value in self.settings.items() if key in keys}
@@ -131,7 +131,7 @@ def _wanted(selectors: Selectors) -> list[str]:
 
 
 def _grouped(names: Sequence[str], selectors: Selectors) -> list[tuple[tuple[str, ...], list[str]]]:
-    """Features by what selects them, so that each selector is stepped through once."""
+    """Group features by their selectors, so that each selector is stepped through once."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for name in names:
         groups.setdefault(selectors.of(name), []).append(name)

@@ -174,7 +174,7 @@ def _from_script(steps: list[tuple[str, str]], device: str, selectors_of: Select
 
 
 def _guessed_selectors(steps: Iterable[tuple[str, str]]) -> SelectorsOf:
-    """For each feature the selectors (by SFNC they are named so) that moved between its occurrences."""
+    """Return each feature's selectors (by their SFNC names) that moved between its occurrences."""
     standing: dict[str, str] = {}
     seen: dict[str, dict[str, str]] = {}
     moved: dict[str, tuple[str, ...]] = {}

@@ -51,7 +51,7 @@ def expose(run: TuningRun, region: Region | None, target: float = TARGET) -> str
 
 
 def _parameters(grabber: FrameGrabber) -> list[TuningParameter]:
-    """Exposure time and gain, as far as the camera has them."""
+    """Return exposure time and gain, as far as the camera has them."""
     found: list[TuningParameter | None] = []
     if (name := Role.EXPOSURE.find(grabber.has_feature)) is not None:
         found.append(

@@ -102,7 +102,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
 
     @override
     def calibration(self) -> Calibration | None:
-        """From the topic's camera_info, while streaming."""
+        """Return the calibration from the topic's camera_info, while streaming."""
         stream = self._stream
         return stream.calibration() if stream is not None else None
 
@@ -177,7 +177,7 @@ class Ros2Grabber(RemoteGrabber[ImageStream]):
         )
 
     def _come_back(self) -> None:
-        """Join what publishes now. Raises OtherCameraError if that is another camera."""
+        """Reconnect to the present publisher. Raises OtherCameraError if that is another camera."""
         with self._lock:
             old, self._link = self._opened(), self._find(DISCOVERY_TIMEOUT)
             old.leave()

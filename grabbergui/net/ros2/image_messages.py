@@ -44,7 +44,7 @@ _FORMATS = {
 
 
 def encoding_of(pixel_format: PixelFormat) -> str:
-    """ROS's name for what `pixels_of` gives. Raises PixelFormatError where there is none."""
+    """Return ROS's encoding of the result of `pixels_of`. Raises PixelFormatError if there is none."""
     if pixel_format.convertible:
         name = _raw_encoding(pixel_format)
         if name:
@@ -69,7 +69,7 @@ def pixels_of(frame: Frame) -> NDArray[Any]:
 
 
 def _raw_encoding(pixel_format: PixelFormat) -> str:
-    """ROS's name for what `Frame.raw` gives, or nothing."""
+    """Return ROS's encoding of `Frame.raw`, or an empty text."""
     family, bits = pixel_format.family, 8 * pixel_format.sample_bytes
     if pixel_format.is_coordinate or (family is Family.MONO and (pixel_format.kind != "u" or bits > 16)):
         kind = pixel_format.kind.upper().replace("I", "S")

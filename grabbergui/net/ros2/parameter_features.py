@@ -194,7 +194,7 @@ def choices(descriptor: Any) -> dict[str, FeatureValue]:
 
 
 def _menu(text: str) -> dict[str, FeatureValue]:
-    """`0: Disabled, 1: 50 Hz`; a label has a letter, which a ratio or a time of day has not."""
+    """Parse `0: Disabled, 1: 50 Hz`; a label has a letter, unlike a ratio or a time of day."""
     entries = [(match["label"].strip(" \"'`"), int(match["number"])) for match in _MENU_ENTRY.finditer(text)]
     labels, numbers = {label for label, _ in entries}, {number for _, number in entries}
     sound = len(labels) == len(numbers) == len(entries)
@@ -202,7 +202,7 @@ def _menu(text: str) -> dict[str, FeatureValue]:
 
 
 def _list(text: str, from_word: Callable[[str], FeatureValue] | None) -> dict[str, FeatureValue]:
-    """`one of [off, auto]`, `Valid values: 50, 60`."""
+    """Parse `one of [off, auto]`, `Valid values: 50, 60`."""
     match = _CHOICES.search(text)
     if not match or from_word is None:
         return {}
@@ -215,7 +215,7 @@ def _list(text: str, from_word: Callable[[str], FeatureValue] | None) -> dict[st
 
 
 def _tree(descriptions: list[FeatureDescription]) -> Category:
-    """Parameters in the categories that the dots in their names make."""
+    """Return the parameters in categories given by the dots in their names."""
     branches: dict[str, list[FeatureDescription]] = {}
     for description in descriptions:
         branches.setdefault(description.category, []).append(description)

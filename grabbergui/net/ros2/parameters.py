@@ -82,7 +82,7 @@ class ParameterEvents:
 
 
 def _is_publishable(value: FeatureValue) -> bool:
-    """Not a timestamp, for one: it would end every rqt_reconfigure that shows this node."""
+    """Return whether rqt_reconfigure can show a value; others, such as timestamps, would crash it."""
     if isinstance(value, float):
         return math.isfinite(value)
     return not isinstance(value, int) or value in SLIDER
@@ -128,7 +128,7 @@ class FeatureParameters:
 
     # -- what there is -------------------------------------------------------------------------------
     def _list(self, request: Any, answer: Any) -> Any:
-        """Names of features have no dots: each prefix is a whole name. Hidden features are left out."""
+        """List all but hidden parameters; feature names have no dots, so each prefix is a whole name."""
         answer.result = self._node.list_parameters(list(request.prefixes), request.depth)
         wanted = frozenset(request.prefixes)
         try:
@@ -274,7 +274,7 @@ class FeatureParameters:
                 log.warning("parameter %s could not be put back: %s", name, error)
 
     def _apply_overrides(self) -> None:
-        """A parameter file's values are written in the file's order, like an operator's."""
+        """Write a parameter file's values in the file's order, like an operator's."""
         for name, parameter in getattr(self._node, "_parameter_overrides", {}).items():
             if self._node.has_parameter(name) or name.startswith(_QOS_OVERRIDES):
                 continue  # rclpy has seen to it

@@ -92,7 +92,7 @@ class Ros2GrabberServer:
         return {"published": self.published, "dropped": self._pictures.dropped}
 
     def start(self) -> None:
-        """Be on the network; start the stream if it is off."""
+        """Join the network; start the stream if it is off."""
         try:
             self._parameters.start()
             if not self._grabber.streaming:
@@ -128,7 +128,7 @@ class Ros2GrabberServer:
 
     # -- calibration ---------------------------------------------------------------------------------
     def _declare(self, frame_id: str) -> None:
-        """The two parameters that ROS's camera drivers share. Raises UsageError for a value of another type.
+        """Declare the two parameters that ROS's camera drivers share. Raises UsageError for a wrong type.
 
         The URL is fixed at the start: otherwise any client could have any file overwritten.
         """

@@ -142,7 +142,7 @@ def _as_callback(action: Callable[[Any, Any], None]) -> Callable[[Any, Any], Any
 
 
 def _number(request: Any) -> int:
-    """YARP's number in a request without a name. Raises UsageError where it names nothing either."""
+    """Return YARP's number in a request without a name. Raises UsageError without either."""
     if request.feature < 0:
         raise UsageError("which feature? Give GenICam's name in `name`, or YARP's number in `feature`")
     return int(request.feature)

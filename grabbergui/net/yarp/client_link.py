@@ -79,7 +79,7 @@ class GrabberLink:
         return _merged(info, DeviceInfo(info.uri, model=model))
 
     def ask(self, operation: Operation, *arguments: Value) -> Reply:
-        """Perform an operation on the server; an answer that makes no sense is a failure."""
+        """Perform an operation on the server; an invalid answer is a failure."""
         if self._deaf:
             return Reply(status=Status.NOT_IMPLEMENTED)
         call = Call(operation, arguments, self.dialect)
@@ -128,7 +128,7 @@ class GrabberLink:
 
 
 def _request_port(name: str, names: NameClient) -> str:
-    """NAME/rpc, or the image port itself, which answers the same requests."""
+    """Return NAME/rpc, or the image port itself, which answers the same requests."""
     try:
         names.query(f"{name}/rpc")
         return f"{name}/rpc"

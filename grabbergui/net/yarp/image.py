@@ -122,7 +122,7 @@ def encode_header(code: str, width: int, height: int, row_bytes: int) -> bytes:
 
 
 def encode(pixels: NDArray[Any], code: str) -> tuple[bytes, memoryview]:
-    """Header and pixels of an array of shape (height, width) or (height, width, channels).
+    """Encode an array (height, width) or (height, width, channels) as header and pixels.
 
     The pixels are not copied when the rows are contiguous and as long as YARP wants them (a multiple of
     8 bytes); otherwise once, into padded rows. Raises LocalProtocolError.

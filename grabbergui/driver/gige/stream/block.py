@@ -244,7 +244,7 @@ class Block:
             raise RemoteProtocolError(f"a packet with {length} bytes of payload, {stride} are a full one")
 
     def _without_padding(self, offset: int, body: memoryview) -> memoryview:
-        """Some cameras pad the last packet to the size of the others, beyond the end of the payload."""
+        """Cut the padding that some cameras add to the last packet, beyond the end of the payload."""
         room = self.layout.payload_size - offset
         if not 0 < room < len(body):
             return body
@@ -343,7 +343,7 @@ class Block:
         )
 
     def packet_period(self, now: float) -> float:
-        """Mean seconds from packet to packet."""
+        """Return the mean time between packets in seconds."""
         return (now - self.first_packet_at) / max(self.highest, 1)
 
     # -- result ----------------------------------------------------------------------------------
@@ -395,7 +395,7 @@ class Block:
         self.extent = end
 
     def _blank_gaps(self, payload: NDArray[np.uint8]) -> int:
-        """Zero what packets with positions left out; return how many bytes these are."""
+        """Zero the gaps between packets with positions; return their number of bytes."""
         at = blanked = 0
         for first, last in sorted((first, last) for _, first, last in self._pieces):
             if first > at:
@@ -406,7 +406,7 @@ class Block:
         return blanked + max(len(payload) - at, 0)
 
     def _blank_missing(self, payload: NDArray[np.uint8]) -> int:
-        """Zero the packets that did not arrive; return how many bytes these are."""
+        """Zero the missing packets; return their number of bytes."""
         stride = self.layout.stride
         packets = -(-len(payload) // stride)
         received = np.zeros(packets + 1, np.uint8)

@@ -141,7 +141,7 @@ class ControlChannel:
             act()
 
     def after_ack(self, act: Callable[[], None]) -> None:
-        """Have something done once the acknowledge of the present command was sent."""
+        """Schedule an action for after the acknowledge of the present command."""
         self._after.append(act)
 
     def poll(self, now: float) -> list[Outgoing]:

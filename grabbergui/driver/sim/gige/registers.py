@@ -223,7 +223,7 @@ def description() -> bytes:
 
 
 def make_bootstrap(model: CameraModel, address: str, netmask: str, mac: bytes) -> RegisterMemory:
-    """Bootstrap registers of a camera at an address; strings are the model's own."""
+    """Make the bootstrap registers of a camera at an address; strings are the model's own."""
     archive = xml_archive()
     url = f"Local:{XML_NAME}.zip;{XML_ADDRESS:x};{len(archive):x}"
     strings = {

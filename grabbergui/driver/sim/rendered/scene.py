@@ -52,13 +52,13 @@ def _about(axis: str, degrees: float) -> Matrix:
 
 
 def sensor_pinhole() -> Matrix:
-    """(3, 3): the whole sensor's camera matrix, in pixels, without binning."""
+    """Return the whole sensor's camera matrix (3, 3) in pixels, without binning."""
     middle_x, middle_y = (SENSOR_WIDTH - 1) / 2, (SENSOR_HEIGHT - 1) / 2
     return np.array([[FOCAL_LENGTH, 0, middle_x], [0, FOCAL_LENGTH, middle_y], [0, 0, 1.0]])
 
 
 def pinhole(settings: FrameSettings) -> Matrix:
-    """(3, 3): the camera matrix of a frame, after binning, mirroring and cutting out its region."""
+    """Return the camera matrix (3, 3) of a frame, after binning, mirroring and cropping."""
     matrix = sensor_pinhole()
     for row, binning, size, mirrored, offset in (
         (0, settings.optics.binning_horizontal, SENSOR_WIDTH, settings.optics.reverse_x, settings.offset_x),
@@ -175,7 +175,7 @@ def _shift(x: float, y: float, z: float) -> Matrix:
 
 
 def _room() -> list[Panel]:
-    """Floor, ceiling and four walls, 5.2 m long, 5 m wide, 2.7 m high around the robot."""
+    """Return floor, ceiling and four walls, 5.2 m long, 5 m wide, 2.7 m high around the robot."""
     front, back, side, floor, ceiling = 3.2, -2.0, 2.5, -0.95, 1.75
     middle_x, middle_z, high, long = (front + back) / 2, (floor + ceiling) / 2, ceiling - floor, front - back
     wall = world.plaster((0.52, 0.54, 0.50), 1)
@@ -222,7 +222,7 @@ class Hold:
     roll: float = 0.0
 
     def towards(self, other: Hold, part: float) -> Hold:
-        """On the way to another."""
+        """Return the pose on the way to another."""
         smooth = part * part * (3 - 2 * part)
         return Hold(*(a + (b - a) * smooth for a, b in zip(astuple(self), astuple(other), strict=True)))
 

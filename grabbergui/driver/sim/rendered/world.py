@@ -74,7 +74,7 @@ def printed(drawing: NDArray[np.uint8], border: int) -> Texture:
 
 @cache
 def torso(size: int = 128) -> Texture:
-    """Shoulders in a pullover, cut out."""
+    """Return shoulders in a pullover, cut out."""
     drawing = _Drawing(size, (0.16, 0.25, 0.42))
     rows, columns = drawing.y, drawing.x
     wide = 40 + 84 * np.clip((rows - 4) / 70, 0, 1) ** 0.5
@@ -123,7 +123,7 @@ class _Drawing:
         self.rgb = np.tile(np.array(ground, np.float32), (size, size, 1))
 
     def blob(self, x: float, y: float, wide: float, high: float, soft: float = 0.08) -> NDArray[np.float32]:
-        """Opacity of an ellipse, its edge `soft` of its radius wide."""
+        """Return the opacity of an ellipse whose edge is `soft` times its radius wide."""
         radius = np.hypot((self.x - x) / wide, (self.y - y) / high)
         opacity: NDArray[np.float32] = np.clip((1 - radius) / soft + 0.5, 0, 1).astype(np.float32)
         return opacity
@@ -172,7 +172,7 @@ _pyramids: dict[int, tuple[Texture, list[NDArray[np.uint16]]]] = {}
 
 
 def _pyramid(texture: Texture) -> list[NDArray[np.uint16]]:
-    """Radiance and opacity (65535 is solid) of a texture at full size, half size, quarter size and so on."""
+    """Return a texture's radiance and opacity (65535 is solid) at full size, half size and so on."""
     held = _pyramids.get(id(texture))
     if held is None or held[0] is not texture:
         scale = np.array([UNIT * answer for answer in ILLUMINANT] + [65535.0], np.float32)
@@ -224,7 +224,7 @@ def draw(panel: Panel, out: NDArray[np.uint16], view: Matrix, pinhole: Matrix) -
 
 
 def _to_camera(panel: Panel, view: Matrix, texture: NDArray[np.uint16]) -> Matrix:
-    """(3, 3): a texel's column and row, 1 → the point in the camera's coordinates."""
+    """Return the matrix (3, 3) from a texel (column, row, 1) to the camera's coordinates."""
     rows, columns = texture.shape[:2]
     step_x, step_y = panel.width / columns, panel.height / rows
     flat = np.array(

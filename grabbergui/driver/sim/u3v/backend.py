@@ -120,11 +120,11 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
             del self._claimed[intf]
 
     def get_configuration(self, dev_handle: object) -> int:
-        """Configured by the system when it was plugged in."""
+        """Return the configuration that the system set when the camera was plugged in."""
         return 1
 
     def is_kernel_driver_active(self, dev_handle: object, intf: int) -> bool:
-        """No kernel has a driver for it."""
+        """Return False: no kernel has a driver for it."""
         return False
 
     # -- transfers -------------------------------------------------------------------------------
@@ -175,7 +175,7 @@ class SimulatedBus(usb.backend.IBackend):  # type: ignore[misc]  # the library h
         return length
 
     def clear_halt(self, dev_handle: object, ep: int) -> None:
-        """CLEAR_FEATURE of the endpoint."""
+        """Clear the endpoint's halt (CLEAR_FEATURE)."""
         self._require_plugged()
         self.camera.control_request(0x02, 1, 0, ep)
 
@@ -207,7 +207,7 @@ def _address_of(part: memoryview) -> Any:
 
 
 def _interfaces(dev: SimulatedU3vDevice) -> list[tuple[SimpleNamespace, list[SimpleNamespace]]]:
-    """Interfaces with their endpoints, parsed from the configuration as libusb does."""
+    """Return the interfaces with their endpoints, parsed from the configuration as libusb does."""
     interfaces: list[tuple[SimpleNamespace, list[SimpleNamespace]]] = []
     latest: SimpleNamespace | None = None
     for descriptor in split(dev.descriptors.configuration()):

@@ -105,7 +105,7 @@ class Descriptors:
         return struct.pack("<BBHBBBBB", 9, CONFIGURATION, 9 + len(body), 3, 1, 0, 0xC0, 112) + body
 
     def bos(self) -> bytes:
-        """Binary object store: a SuperSpeed device must have one."""
+        """Return the binary object store, which a SuperSpeed device must have."""
         extension = struct.pack("<BBBI", 7, 16, 2, 0)
         super_speed = struct.pack("<BBBBHBBH", 10, 16, 3, 0, 0x0008, 3, 10, 0x07FF)
         body = extension + super_speed

@@ -200,7 +200,7 @@ class SimulatedU3vDevice:
 
     # -- control channel -------------------------------------------------------------------------
     def command(self, transfer: bytes) -> None:
-        """A transfer on the control OUT endpoint; its acknowledge goes into the IN pipe."""
+        """Execute a transfer on the control OUT endpoint; its acknowledge goes into the IN pipe."""
         if not transfer:
             return
         with self._lock:

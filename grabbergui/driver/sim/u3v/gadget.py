@@ -112,7 +112,7 @@ class _Files:
         return buffer.raw[:length]
 
     def write(self, descriptor: int, data: bytes | memoryview) -> None:
-        """One transfer. Raises OSError."""
+        """Write one transfer. Raises OSError."""
         view = memoryview(data)
         if view.readonly:
             self._checked(self._libc.write(descriptor, bytes(view), len(view)))
@@ -269,7 +269,7 @@ class Gadget:
 
     # -- endpoints -------------------------------------------------------------------------------
     def _serve_setup(self, descriptor: int) -> None:
-        """Endpoint 0: the host's coming and going; requests that the kernel leaves to us are stalled."""
+        """Serve endpoint 0: connection events of the host; requests that the kernel does not serve stall."""
         while not self._stopping:
             try:
                 events = self._files.read(descriptor, _EVENT.size * 4)

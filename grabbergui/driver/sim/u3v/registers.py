@@ -82,7 +82,7 @@ class U3vRegisters:
         )
 
     def read(self, address: int, length: int) -> bytes:
-        """Any range within one map. Raises RegisterRefusedError."""
+        """Read a range within one map. Raises RegisterRefusedError."""
         maps = (
             (0, self._abrm),
             (SBRM, self._sbrm),
@@ -100,7 +100,7 @@ class U3vRegisters:
         return self.model.read(address, length)
 
     def write(self, address: int, data: bytes) -> None:
-        """One whole register, or a string's beginning. Raises RegisterRefusedError."""
+        """Write one whole register, or the beginning of a string. Raises RegisterRefusedError."""
         if address >= BOOTSTRAP_END:
             self.model.write(address, data)
         elif Abrm.USER_DEFINED_NAME <= address < Abrm.USER_DEFINED_NAME + STRING_SIZE:

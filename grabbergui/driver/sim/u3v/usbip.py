@@ -109,7 +109,7 @@ class UsbIpConnection:
                 endpoint.thread.join()
 
     def close(self) -> None:
-        """Hang up: to the host, the camera is unplugged. May be called twice, from any thread."""
+        """Close the connection: the host sees the camera unplugged. May be called twice, from any thread."""
         self._closed = True
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)

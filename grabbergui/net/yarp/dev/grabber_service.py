@@ -92,7 +92,7 @@ class GrabberService:
         return encode_reply(call, self.perform(call))
 
     def perform(self, call: Call) -> Reply:
-        """Carry out a call of YARP's interfaces; a failure is a reply as well."""
+        """Execute a call of YARP's interfaces; a failure is a reply as well."""
         try:
             return Reply(self._actions[call.operation](*call.arguments))
         except GrabberError as error:

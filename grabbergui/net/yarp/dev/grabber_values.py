@@ -154,7 +154,7 @@ def _flag(item: Item | None) -> bool:
 
 
 def _vertices(items: Sequence[Item]) -> Vertices:
-    """From pairs, as 4.0 sends them, or from one flat list, as 3.x does."""
+    """Decode vertices from pairs (4.0) or from one flat list (3.x)."""
     flat: list[Item] = []
     for item in items[: 2 * MAX_VERTICES + 1]:
         flat += item if isinstance(item, list) else [item]

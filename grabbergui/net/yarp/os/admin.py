@@ -110,7 +110,7 @@ class PortCommands:
         return Bottle([Vocab("fail"), "send [help] for list of valid commands"])
 
     def line(self, command: str) -> list[str]:
-        """Carry out a command of one line in text mode; return the lines of its answer."""
+        """Execute a command line of text mode; return the lines of its answer."""
         port, name = self._port, command[1:]
         match command[:1]:
             case "*":

@@ -195,7 +195,7 @@ class Input:
 
     # -- messages --------------------------------------------------------------------------------
     def _handle(self, message: Message, link: Link) -> bool:
-        """Act on a message, reply and acknowledge; whether the connection goes on."""
+        """Handle a message, reply and acknowledge; return whether the connection continues."""
         answer = self._answer(message)
         if message.code == "q" and self._carrier.text:
             return False
@@ -208,7 +208,7 @@ class Input:
         return message.code not in ("q", "r")
 
     def _answer(self, message: Message) -> list[Event]:
-        """Carry a message out and return its reply, in a list that is empty without one."""
+        """Execute a message and return its reply, in a list that is empty without one."""
         if message.code != "r":  # a reversed connection keeps its age until it carries a message
             self.received += 1
             self._active = time.monotonic()

@@ -54,7 +54,7 @@ def _comment(envelope: str) -> bytes:
 
 
 def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
-    """Image header, pixels (rgb or mono) and envelope of one picture. Raises RemoteProtocolError."""
+    """Decode an image to its header, pixels (rgb or mono) and envelope. Raises RemoteProtocolError."""
     data = np.frombuffer(jpeg, np.uint8)
     pixels = picture_files.decode(data)
     if pixels.dtype != np.uint8:

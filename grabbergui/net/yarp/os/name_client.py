@@ -168,7 +168,7 @@ class NameClient:
         self.ask(f"announce {check_port_name(name)}")
 
     def ask(self, command: str) -> Lines:
-        """Any command; the lines of the answer, without the one that ends it."""
+        """Send a command; return the lines of the answer without the last, which ends it."""
         try:
             sock = sockets.connect(self.server.address, TIMEOUT, self.key)
         except ResourceExhaustedError:

@@ -85,7 +85,7 @@ def _read(message: Message) -> Bottle:
 
 
 def encode_reply(reply: Reply) -> list[Buffer]:
-    """Its binary form in pieces."""
+    """Return a reply's binary form in pieces."""
     if reply is None:
         return []
     if isinstance(reply, Bottle):
@@ -98,7 +98,7 @@ def encode_reply(reply: Reply) -> list[Buffer]:
 
 
 def reply_text(reply: Reply) -> str:
-    """Its text, for the carriers that speak in lines."""
+    """Return a reply's text for carriers in text mode."""
     if isinstance(reply, Bottle):
         return reply.to_text()
     if isinstance(reply, str):

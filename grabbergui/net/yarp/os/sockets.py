@@ -69,7 +69,7 @@ NO_MORE_THREADS = "this program has as many threads as it may (`ulimit -u`, syst
 def connect(
     address: tuple[str, int], timeout: float = CONNECT_TIMEOUT, key: bytes | None = None
 ) -> socket.socket:
-    """Dial a port, authentication included. Raises TransportError, AccessDeniedError."""
+    """Connect to a port and authenticate. Raises TransportError, AccessDeniedError."""
     host, port = address
     try:
         sock = socket.create_connection(address, timeout)
@@ -107,7 +107,7 @@ def reason(error: OSError) -> str:
 
 
 def prepare(sock: socket.socket) -> None:
-    """Small messages leave at once, large ones find room, dead peers are noticed in the end."""
+    """Set the options: no delay, large buffers, detection of dead peers."""
     sock.settimeout(None)
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -116,7 +116,7 @@ def prepare(sock: socket.socket) -> None:
 
 
 def set_deadline(sock: socket.socket, seconds: float | None, *, sending: bool = True) -> None:
-    """Timeout in seconds of one read or write; None waits forever."""
+    """Set the timeout in seconds of one read or write; None waits forever."""
     seconds = seconds or 0.0
     if sys.platform == "win32":
         value = struct.pack("@L", round(seconds * 1000))
@@ -227,7 +227,7 @@ def peer_address(sock: socket.socket) -> str:
 
 
 def local_address_towards(host: str, port: int) -> str:
-    """Our address as seen from there; sends nothing. Raises TransportError."""
+    """Return our address as seen from another; sends nothing. Raises TransportError."""
     try:
         family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)[0]
         with socket.socket(family, socket.SOCK_DGRAM) as probe:
