@@ -118,7 +118,7 @@ def test_a_board_that_fits_no_paper_and_a_file_of_another_kind_are_refused(tmp_p
 
 @pytest.mark.parametrize("board", [CHARUCO, CHESSBOARD], ids=["charuco", "chessboard"])
 @pytest.mark.parametrize("side", [1, 4])
-def test_corners_are_found_to_a_fraction_of_a_pixel_in_large_pictures_too(board, side):
+def test_corners_are_found_to_a_fraction_of_a_pixel_in_large_images_too(board, side):
     width, height = 720 * side, 540 * side
     assert (width * height > SEARCH_PIXELS) == (side == 4)
     page = cv2.copyMakeBorder(drawn(board, 16_000), 400, 400, 400, 400, cv2.BORDER_CONSTANT, value=255)

@@ -75,7 +75,7 @@ def test_a_view_is_kept_once_and_the_same_again_is_not():
     assert collector.missing() == "at the top left"
 
 
-def test_pictures_without_a_board_are_no_views():
+def test_images_without_a_board_are_no_views():
     collector = Collector(CHARUCO)
     assert not collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
     assert not collector.add(picture(texture("charuco"), at(2.5, 0, 0)))
@@ -100,7 +100,7 @@ def test_a_view_that_fits_badly_is_left_out():
         collector.solve(used=[0, 1, 2, 2])
 
 
-def test_pictures_of_another_size_are_refused():
+def test_images_of_another_size_are_refused():
     collector = Collector(CHARUCO)
     collector.add(np.zeros((HEIGHT, WIDTH), np.uint8))
     with pytest.raises(UsageError, match="begin again"):
@@ -227,7 +227,7 @@ def test_the_command_needs_a_source_or_something_to_print():
         chosen.run(chosen)
 
 
-def test_the_command_has_a_window_that_takes_a_picture_of_itself(tmp_path, qapp):
+def test_the_command_has_a_window_that_takes_an_image_of_itself(tmp_path, qapp):
     file = tmp_path / "window.png"
     chosen = options("sim:board", "--screenshot", str(file), "--seconds", "2")
     assert chosen.run(chosen) == 0

@@ -123,7 +123,7 @@ def test_a_field_of_view_gives_a_pinhole():
         Calibration.from_field_of_view(640, 480, 200)
 
 
-def test_a_binned_picture_has_the_same_directions():
+def test_a_binned_image_has_the_same_directions():
     """A pixel's edges, not its centre, are what binning keeps."""
     full = Calibration(1280, 960, np.array([[900.0, 0, 611.3], [0, 910, 470.1], [0, 0, 1]]), np.zeros(5))
     half = full.scaled_to(640, 480)

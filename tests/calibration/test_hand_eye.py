@@ -51,7 +51,7 @@ def test_derivatives_are_those_of_the_residuals(kind):
     assert problem.by_readings(view, of.truth) == pytest.approx(readings, abs=1e-4)
 
 
-def test_readings_that_are_noisy_make_it_less_sure_and_it_says_so():
+def test_readings_that_are_noisy_make_it_less_sure_and_it_reports_it():
     of = scenes.scene("eye in hand")
     result = solve(of.arrangement, scenes.views(of, count=20, reading=0.2), scenes.CAMERA)
     assert 0.1 <= np.degrees(result.reading_spread) <= 0.5

@@ -56,7 +56,7 @@ def test_a_file_of_settings_is_for_the_camera_opened_last(tmp_path, monkeypatch,
     ]
 
 
-def test_without_a_display_the_window_says_so():
+def test_without_a_display_the_window_reports_it():
     environment = {
         name: value
         for name, value in os.environ.items()

@@ -16,7 +16,7 @@ regions = st.builds(
 
 
 @pytest.mark.parametrize("pixel_format", CONVERTIBLE, ids=str)
-def test_unreduced_it_is_the_frames_own_picture(pixel_format):
+def test_unreduced_it_is_the_frames_own_image(pixel_format):
     frame = frame_of(random_values(pixel_format, 24, 18), pixel_format)
     whole = frame.mono() if pixel_format.family in GREY else frame.rgb()
     assert np.array_equal(pixels.for_display(frame).pixels, whole)
@@ -49,7 +49,7 @@ def test_any_region_at_any_size(pixel_format, width, height, region, size):
 
 @pytest.mark.parametrize("name", ["Mono8", "Mono12p", "BayerRG8", "BayerGB12p", "BGR8", "YUV422_8"])
 @pytest.mark.parametrize("size", [(200, 200), (63, 100), (31, 31), (16, 5)])
-def test_a_reduced_picture_looks_like_the_picture(name, size):
+def test_a_reduced_image_looks_like_the_image(name, size):
     """A brightness ramp, so smooth that every honest reduction gives nearly the same."""
     pixel_format = pfnc.by_name(name)
     ramp = np.linspace(20, 230, 128)[None, :] * np.linspace(0.5, 1, 96)[:, None]

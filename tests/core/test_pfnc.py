@@ -93,7 +93,7 @@ def test_an_unknown_name_is_a_key_error():
     ("name", "line", "picture"),
     [("Mono8", 7, 21), ("Mono10", 14, 42), ("Mono10p", 9, 27), ("Mono12Packed", 11, 32), ("RGB8", 21, 63)],
 )
-def test_sizes_of_an_odd_picture(name, line, picture):
+def test_sizes_of_an_odd_image(name, line, picture):
     assert pfnc.by_name(name).line_bytes(7) == line
     assert pfnc.by_name(name).image_bytes(7, 3) == picture
 

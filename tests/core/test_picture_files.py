@@ -48,7 +48,7 @@ def test_headers_announce_the_size(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_pictures_are_decoded(kind):
+def test_images_are_decoded(kind):
     picture = picture_files.decode(encoded(kind))
     assert picture.shape == PICTURE.shape
     assert kind == ".jpg" or np.array_equal(picture, PICTURE)

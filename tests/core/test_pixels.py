@@ -71,7 +71,7 @@ def test_any_lines_of_any_picture(pixel_format, width, height, padding, big_endi
 
 @pytest.mark.parametrize("padding", [1, 2, 5])
 @each_format(CONVERTIBLE)
-def test_padding_at_the_end_of_lines_is_no_picture(pixel_format, padding):
+def test_padding_at_the_end_of_lines_is_no_image(pixel_format, padding):
     width = 12 if "411_" in pixel_format.name else 13
     values = random_values(pixel_format, width, 6)
     frame = frame_of(values, pixel_format, padding_x=padding)
@@ -80,7 +80,7 @@ def test_padding_at_the_end_of_lines_is_no_picture(pixel_format, padding):
 
 
 @each_format(PACKED)
-def test_pictures_larger_than_a_block_of_words(pixel_format, monkeypatch):
+def test_images_larger_than_a_block_of_words(pixel_format, monkeypatch):
     monkeypatch.setattr(packed_samples, "_BLOCK", 3)
     values = random_values(pixel_format, 13, 7)
     assert np.array_equal(frame_of(values, pixel_format).raw(), values)
@@ -96,7 +96,7 @@ def test_big_endian_pixels(pixel_format):
 
 
 @each_format(EXACT)
-def test_rgb_is_the_reference_picture(pixel_format):
+def test_rgb_is_the_reference_image(pixel_format):
     values = random_values(pixel_format, 16, 10)
     rgb = frame_of(values, pixel_format).rgb()
     expected = expected_rgb(values, pixel_format)
@@ -138,7 +138,7 @@ def test_a_red_scene_seen_through_the_mosaic_is_red(pixel_format, colour):
 
 
 @pytest.mark.parametrize(("width", "height"), [(1, 1), (2, 1), (1, 4), (2, 2), (5, 2)])
-def test_a_bayer_picture_too_small_to_interpolate_is_not_black(width, height):
+def test_a_bayer_image_too_small_to_interpolate_is_not_black(width, height):
     values = np.full((height, width), 200)
     rgb = frame_of(values, pfnc.by_name("BayerRG8")).rgb()
     assert rgb.shape == (height, width, 3)
@@ -164,7 +164,7 @@ def test_the_payload_passes_through_without_a_copy(pixel_format):
     assert np.shares_memory(frame.raw(), frame.payload)
 
 
-def test_eight_bit_pictures_pass_through_without_a_copy():
+def test_eight_bit_images_pass_through_without_a_copy():
     mono = frame_of(random_values(pfnc.by_name("Mono8"), 8, 6), pfnc.by_name("Mono8"))
     assert np.shares_memory(mono.mono(), mono.payload)
     assert np.shares_memory(pixels.for_display(mono).pixels, mono.payload)
@@ -201,7 +201,7 @@ def test_every_deep_value_keeps_its_eight_highest_bits(depth_name):
 
 
 @each_format(CONVERTIBLE)
-def test_chunks_behind_the_picture_do_no_harm(pixel_format):
+def test_chunks_behind_the_image_do_no_harm(pixel_format):
     values = random_values(pixel_format, 8, 5)
     payload = np.frombuffer(encoded(values, pixel_format) + b"\xff" * 40, np.uint8)
     assert np.array_equal(Frame(payload, 8, 5, pixel_format).raw(), values)
@@ -219,7 +219,7 @@ def test_one_byte_too_few_is_an_error_that_counts(pixel_format, padding):
 
 
 @pytest.mark.parametrize("code", [0x81090001, 0x820C0001, pfnc.by_name("RGB10V1Packed").code])
-def test_a_format_without_a_picture_names_itself(code):
+def test_a_format_without_an_image_names_itself(code):
     frame = Frame(np.zeros(1000, np.uint8), 4, 4, pfnc.by_code(code))
     for use in (frame.raw, frame.rgb, frame.mono, lambda: pixels.value_at(frame, 0, 0)):
         with pytest.raises(PixelFormatError, match=f"0x{code:08X}.*raw bytes can still be saved"):
@@ -254,7 +254,7 @@ def test_the_value_under_the_cursor(pixel_format):
 
 
 @pytest.mark.parametrize(("x", "y"), [(-1, 0), (0, -1), (7, 0), (0, 5)])
-def test_no_value_outside_the_picture(x, y):
+def test_no_value_outside_the_image(x, y):
     with pytest.raises(IndexError, match="7×5"):
         pixels.value_at(frame_of(np.zeros((5, 7), int), pfnc.by_name("Mono8")), x, y)
 
@@ -293,7 +293,7 @@ def test_any_frame_gives_a_picture_or_a_pixel_format_error(
     assert pixels.for_display(frame, None, (5, 5)).pixels.shape[0] <= 5
 
 
-def test_a_huge_picture_with_a_tiny_payload_takes_no_memory():
+def test_a_huge_image_with_a_tiny_payload_takes_no_memory():
     frame = Frame(np.zeros(10, np.uint8), 2**31, 2**31, pfnc.by_name("Mono12p"))
     with pytest.raises(PixelFormatError):
         frame.rgb()

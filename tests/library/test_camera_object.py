@@ -258,7 +258,7 @@ def test_a_failing_callback_hinders_no_other(camera: grabbergui.Camera) -> None:
     until(lambda: seen)
 
 
-def test_a_lost_camera_says_so_and_comes_back() -> None:
+def test_a_lost_camera_reports_it_and_comes_back() -> None:
     simulated = GigeCamera(ADDRESS)
     try:
         with grabbergui.open(f"gige:{ADDRESS}") as camera:

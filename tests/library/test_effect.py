@@ -157,7 +157,7 @@ def test_the_latency_is_measured_once_and_kept(
 
 
 @pytest.mark.parametrize("camera", [1], indirect=True)
-def test_a_picture_that_does_not_change_with_exposure_is_not_measurable(camera: grabbergui.Camera) -> None:
+def test_an_image_that_does_not_change_with_exposure_is_not_measurable(camera: grabbergui.Camera) -> None:
     camera["TestPattern"] = "Black"
     camera.start()
     assert latency.measure_latency(camera.grabber, timeout=30) is None

@@ -126,7 +126,7 @@ def test_yarp(run: Run) -> None:
         serving.communicate(timeout=PROGRAM)
 
 
-def test_a_browser_gets_pictures(tmp_path: Path) -> None:
+def test_a_browser_gets_images(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     serving = subprocess.Popen(

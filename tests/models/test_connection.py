@@ -483,7 +483,7 @@ def test_another_source_replaces_only_the_current_one(bench, pair):
     assert third.streaming and pair.other.streaming
 
 
-def test_what_is_open_already_is_not_opened_beside(bench, pair):
+def test_an_open_source_is_not_opened_in_the_background(bench, pair):
     for uri in ("sim:", "sim:colour"):
         bench.link.open_additional(uri)
     assert bench.failures == ["sim: is open already", "sim:colour is open already"]

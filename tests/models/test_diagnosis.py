@@ -68,7 +68,7 @@ def test_a_format_that_cannot_be_converted():
     assert "0x81080001" in found.summary
 
 
-def test_a_black_picture_is_blamed_on_the_exposure_with_its_value():
+def test_a_black_image_is_blamed_on_the_exposure_with_its_value():
     found = diagnose(replace(RUNNING, mean=0.4, facts=CameraFacts(exposure="10 us")))
     assert found.stage is Stage.DISPLAY
     assert "exposure (10 us) may be too short" in found.summary

@@ -41,7 +41,7 @@ def test_one_source_has_no_tile(open_sources):
     assert gallery.tiles == () and not displays()
 
 
-def test_each_of_several_sources_has_a_picture_of_its_own(open_sources):
+def test_each_of_several_sources_has_an_image_of_its_own(open_sources):
     connection, gallery = open_sources("sim:" + SMALL, "sim:colour" + SMALL)
     assert [tile.source for tile in gallery.tiles] == list(connection.sources)
     shown = {}

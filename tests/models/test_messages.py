@@ -62,7 +62,7 @@ def test_repeated_losses_are_one_line_with_a_count_that_ends_with_the_return(sta
     assert stage.texts(stage.one) == []
 
 
-def test_what_is_done_goes_by_itself_and_says_so(stage):
+def test_what_is_done_goes_by_itself_and_reports_it(stage):
     stage.model.notice("saved")
     stage.model.error("no such file")
     stage.now += NOTICE_SECONDS
@@ -83,7 +83,7 @@ def test_the_same_failure_again_counts_and_stays_as_long_as_a_new_one(stage):
     assert stage.model.shown(None)[0].count == 1, "the first two are over"
 
 
-def test_a_cause_that_was_dismissed_stays_silent_until_it_has_gone(stage):
+def test_a_dismissed_cause_stays_silent_until_it_ends(stage):
     waiting = Message("waits for a trigger", source=stage.one, cause=Cause.TRIGGER)
     stage.model.post(waiting)
     stage.model.dismiss(waiting)

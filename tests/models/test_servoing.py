@@ -77,7 +77,7 @@ def test_states_are_noted_when_they_change(model, runner):
     assert entered == model.entries
 
 
-def test_a_moment_without_a_picture_still_shows_the_robot(model, runner):
+def test_a_moment_without_an_image_still_shows_the_robot(model, runner):
     ready = threading.Event()
     model.ready.connect(ready.set)
     turned(runner, 1.0)

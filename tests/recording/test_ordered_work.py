@@ -77,7 +77,7 @@ def frames(count, width=320, height=240):
 
 
 @pytest.mark.parametrize("kind", [RecordingKind.PNG, RecordingKind.H264])
-def test_pictures_compressed_side_by_side_are_noted_in_order(tmp_path, kind):
+def test_images_compressed_side_by_side_are_noted_in_order(tmp_path, kind):
     path = tmp_path / ("x.mp4" if kind is RecordingKind.H264 else "x")
     writer = create_writer(kind, path, INFO)
     made = list(frames(20))
@@ -96,7 +96,7 @@ def test_pictures_compressed_side_by_side_are_noted_in_order(tmp_path, kind):
     recording.close()
 
 
-def test_a_picture_that_does_not_fit_is_not_noted_and_those_around_it_are(tmp_path, monkeypatch):
+def test_an_image_that_does_not_fit_is_not_noted_and_those_around_it_are(tmp_path, monkeypatch):
     writer = create_writer(RecordingKind.PNG, tmp_path / "x", INFO)
     really = type(tmp_path).write_bytes
     overtaken = threading.Event()

@@ -190,7 +190,7 @@ def test_started_while_it_is_being_stopped_it_has_one_player(player, monkeypatch
     assert sum(thread.name.startswith("playback ") for thread in threading.enumerate()) == 1
 
 
-def test_pictures_without_notes_are_played_by_name(tmp_path):
+def test_images_without_notes_are_played_by_name(tmp_path):
     for name, pixels in {"a.png": (8, 16), "b.png": (8, 16, 3), "c.tiff": (8, 16)}.items():
         dtype = np.uint16 if name.startswith("c") else np.uint8
         cv2.imwrite(str(tmp_path / name), np.full(pixels, 77, dtype))
@@ -230,7 +230,7 @@ def test_a_line_cut_short_by_a_crash_is_left_out(folder):
     assert len(open_recording(folder)) == 6
 
 
-def test_a_picture_that_breaks_is_left_out_and_play_goes_on(folder):
+def test_an_image_that_breaks_is_left_out_and_play_goes_on(folder):
     (folder / "1.png").write_bytes((folder / "1.png").read_bytes()[:30])
     grabber = playback.create(SourceUri.parse(f"file:{folder}?speed=10"))
     grabber.open()
@@ -277,7 +277,7 @@ def test_a_folder_that_cannot_be_listed_is_reported(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["RGBa8", "BGRa8"])
-def test_a_picture_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
+def test_an_image_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
     cv2.imwrite(str(tmp_path / "0.png"), np.zeros((8, 16, 3), np.uint8))
     (tmp_path / "frames.jsonl").write_text(note(0, pixel_format=kind))
     with pytest.raises(RecordingError, match="no alpha"):
@@ -285,7 +285,7 @@ def test_a_picture_without_the_alpha_that_is_noted_is_refused(tmp_path, kind):
 
 
 @pytest.mark.parametrize("values", [np.int16, np.float32])
-def test_pictures_of_no_sensors_values_are_refused(tmp_path, values):
+def test_images_of_no_sensors_values_are_refused(tmp_path, values):
     cv2.imwrite(str(tmp_path / "0.tiff"), np.full((8, 16), -7, values))
     with pytest.raises(RecordingError, match=f"pictures of {values.__name__} with 1 components"):
         playback.create(SourceUri("file", str(tmp_path))).open()

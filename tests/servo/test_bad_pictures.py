@@ -182,7 +182,7 @@ def grey():
     return run._sensor.render(run._settings, 1, 0, np.empty(run._settings.image_bytes, np.uint8)).copy()
 
 
-def test_a_mirrored_picture_shows_no_marker(grey):
+def test_a_mirrored_image_shows_no_marker(grey):
     finder = markers.ArucoDetector(calibration=closed_loop.calibration())
     assert len(finder.detect(grey)) == 1
     assert finder.detect(np.ascontiguousarray(grey[:, ::-1])) == []

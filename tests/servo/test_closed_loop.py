@@ -51,7 +51,7 @@ def test_the_same_run_again_is_the_same_to_the_bit():
     assert np.array_equal(runs[0].robot.state().head, runs[1].robot.state().head)
 
 
-def test_the_robot_rests_200_ms_after_the_last_picture():
+def test_the_robot_rests_200_ms_after_the_last_image():
     run = closed_loop.ClosedLoop()
     run.run(10, State.APPROACHING)
     run.run(0.5)
@@ -170,7 +170,7 @@ def test_a_session_that_is_held_sees_but_moves_nothing_until_it_is_let(live):
     until(lambda: robot.speed > 0.01)
 
 
-def test_a_session_without_pictures_comes_to_rest(live):
+def test_a_session_without_images_comes_to_rest(live):
     runner, camera, robot = live
     runner.start()
     until(lambda: runner.loop.machine.state is State.APPROACHING and robot.speed > 0.02)
@@ -182,7 +182,7 @@ def test_a_session_without_pictures_comes_to_rest(live):
     until(lambda: runner.loop.machine.state is State.LOST)
 
 
-def test_a_session_whose_source_closes_says_so_and_leaves_the_robot_at_rest(live):
+def test_a_session_whose_source_closes_reports_it_and_leaves_the_robot_at_rest(live):
     runner, camera, robot = live
     reasons = []
     runner.failed.connect(reasons.append)

@@ -175,7 +175,7 @@ def track(count=3):
     return marker
 
 
-def test_a_marker_is_usable_after_some_pictures_in_a_row():
+def test_a_marker_is_usable_after_some_images_in_a_row():
     assert not track(2).usable
     assert track(3).pose == pytest.approx(AHEAD @ seen_at())
 
@@ -191,7 +191,7 @@ def test_a_marker_is_usable_after_some_pictures_in_a_row():
         (sighting(9.0, seen_at(), marker_id=7), "no marker 20"),
     ],
 )
-def test_one_picture_that_does_not_show_it_surely_interrupts(bad, problem):
+def test_one_image_that_does_not_show_it_surely_interrupts(bad, problem):
     marker = track(10)
     marker.update(bad, AHEAD)
     assert marker.pose is None

@@ -116,7 +116,7 @@ def test_a_marker_that_cannot_be_is_refused(keywords, complaint):
         ArucoDetector(**keywords)
 
 
-def test_no_picture_upsets_the_finders():
+def test_no_image_upsets_the_finders():
     of = servo_scene.settings(4)
     finder, heads = (
         ArucoDetector(calibration=servo_scene.calibration(of)),
@@ -146,7 +146,7 @@ def test_a_head_is_where_it_is(binning, y):
     assert seen[2] == pytest.approx(true[2], rel=0.25)
 
 
-def test_too_dark_a_picture_shows_nothing_and_a_longer_exposure_helps():
+def test_too_dark_an_image_shows_nothing_and_a_longer_exposure_helps():
     camera, board = servo_scene.camera(), at(0.7, 0, 0.5, yaw=20)
     seen = {}
     for exposure in (20.0, 10_000.0):

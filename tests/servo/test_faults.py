@@ -108,7 +108,7 @@ class TestBadSightings:
         assert bench.loop.machine.state in (State.LOST, State.SEARCHING)
 
 
-def test_commands_cease_within_200_ms_of_the_last_picture():
+def test_commands_cease_within_200_ms_of_the_last_image():
     bench = Bench().approaching()
     last = bench.now
     bench.see = lambda now: None
@@ -120,7 +120,7 @@ def test_commands_cease_within_200_ms_of_the_last_picture():
     assert bench.robot.moves == []
 
 
-def test_a_picture_that_comes_again_and_again_is_not_fresh():
+def test_an_image_that_comes_again_and_again_is_not_fresh():
     bench = Bench().approaching()
     same = seeing(bench.robot, bench.now, BOARD)
     bench.see = lambda now: same
@@ -128,14 +128,14 @@ def test_a_picture_that_comes_again_and_again_is_not_fresh():
     assert not bench.robot.moving
 
 
-def test_a_picture_from_the_future_is_not_fresh():
+def test_an_image_from_the_future_is_not_fresh():
     bench = Bench()
     bench.see = lambda now: seeing(bench.robot, now + 5, BOARD)
     bench.run(1.5)
     assert bench.robot.moves == []
 
 
-def test_not_even_a_picture_from_the_near_future_is_fresh():
+def test_not_even_an_image_from_the_near_future_is_fresh():
     """As near as the head's place is still believed: it is the age alone that refuses it."""
     bench = Bench().approaching()
     bench.see = lambda now: seeing(bench.robot, now + 0.04, BOARD)
@@ -143,7 +143,7 @@ def test_not_even_a_picture_from_the_near_future_is_fresh():
     assert not bench.robot.moving
 
 
-def test_it_goes_on_when_pictures_come_again():
+def test_it_goes_on_when_images_come_again():
     bench = Bench().approaching()
     see, bench.see = bench.see, lambda now: None
     bench.run(1.0)
@@ -414,7 +414,7 @@ def test_a_command_that_a_stop_overtook_is_no_error(caplog):
     assert robot.stops
 
 
-def test_what_a_picture_led_to_is_over_in_time_though_the_command_came_late():
+def test_what_an_image_led_to_is_over_in_time_though_the_command_came_late():
     """Should a detection hang just when the last picture is about to be too old."""
     bench = Bench().approaching()
     command = bench.loop.cycle(bench.now, bench.robot.state()).command

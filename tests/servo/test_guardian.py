@@ -166,7 +166,7 @@ class Dark:
         pass
 
 
-def test_a_loop_that_waits_for_pictures_beats_all_the_same(guard):
+def test_a_loop_that_waits_for_images_beats_all_the_same(guard):
     runner = Runner(Dark(), RecordingRobot(), lambda frame: None, guard=guard)
     runner.start()
     try:

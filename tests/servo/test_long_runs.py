@@ -157,7 +157,7 @@ def test_the_end_of_a_run_stops_the_robot_at_once_though_a_detection_hangs(camer
 
 
 @pytest.mark.parametrize("shape", [(8, 4096), (1, 640), (700, 3)])
-def test_heads_are_looked_for_in_pictures_of_any_shape(shape):
+def test_heads_are_looked_for_in_images_of_any_shape(shape):
     height, width = shape
     finder = faces.CascadeFaceDetector(Calibration.from_field_of_view(width, height))
     assert finder.detect(np.zeros(shape, np.uint8)) == []

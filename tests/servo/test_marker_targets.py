@@ -92,7 +92,7 @@ def test_other_markers_of_the_dictionary_are_not_the_board():
 
 
 @pytest.mark.parametrize("points", ["marker", "board"])
-def test_the_covariance_is_that_of_many_noisy_pictures(points):
+def test_the_covariance_is_that_of_many_noisy_images(points):
     of, random = servo_scene.calibration(servo_scene.settings(4)), np.random.default_rng(3)
     half = 0.05
     corners = np.array([(-half, half, 0), (half, half, 0), (half, -half, 0), (-half, -half, 0)])

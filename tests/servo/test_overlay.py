@@ -56,7 +56,7 @@ def test_a_head_has_its_box_and_distance():
     assert drawing.labels[0].text == "1.5 m"
 
 
-def test_the_deadband_lies_about_where_the_camera_looks_not_about_the_picture_s_middle():
+def test_the_deadband_lies_about_where_the_camera_looks_not_about_the_image_s_middle():
     config = HeadConfig(deadband=0.03, start=0.06)
     drawing = overlay.drawing(cycle(), None, CAMERA, config)
     frames = [stroke for stroke in drawing.strokes if stroke.closed]

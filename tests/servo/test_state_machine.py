@@ -115,7 +115,7 @@ def test_a_marker_that_is_gone_is_lost_though_the_person_is_there(start):
 
 @pytest.mark.parametrize("start", [*PATHS])
 @pytest.mark.parametrize("silence", [BLIND, SILENT])
-def test_everything_is_lost_at_once_without_pictures_or_robot(start, silence):
+def test_everything_is_lost_at_once_without_images_or_robot(start, silence):
     run = in_state(start)
     assert run.feed(silence) is State.LOST
     assert run.feed(silence, 60) is State.LOST

@@ -162,7 +162,7 @@ def test_it_looks_waits_approaches_and_arrives(model):
     assert run.gate.refused == 0
 
 
-def test_a_face_is_seen_in_every_picture_from_below_too(model):
+def test_a_face_is_seen_in_every_image_from_below_too(model):
     """TIAGo is shorter than who stands before it; what they wear must not hide their chin."""
     run = closed_loop.ClosedLoop(model, things=Things(board=lambda seconds: None))
     run.run(3)

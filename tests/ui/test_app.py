@@ -35,7 +35,7 @@ def colours_in_the_middle(picture):
     return len({image.pixel(x, 450) for x in range(300, 900, 3)})
 
 
-def test_offscreen_it_runs_a_while_and_leaves_its_picture(tmp_path):
+def test_offscreen_it_runs_a_while_and_leaves_its_image(tmp_path):
     target = tmp_path / "window.png"
     for seconds in (2, 8, 40):  # on a busy machine the first frame comes late
         begun = time.monotonic()
@@ -209,7 +209,7 @@ def test_the_window_starts_without_what_is_opened_later(tmp_path):
     assert not early
 
 
-def test_others_are_looked_for_once_the_named_source_shows_a_picture(window_desk, monkeypatch):
+def test_others_are_looked_for_once_the_named_source_shows_an_image(window_desk, monkeypatch):
     order = []
     monkeypatch.setattr(program, "SEARCH_AFTER_MS", 1000 * 3600)
     monkeypatch.setattr(window_desk.program.source_list, "start", lambda: order.append("search"))

@@ -222,7 +222,7 @@ def test_too_few_views_are_no_calibration(stand, views):
     stand.until(lambda: "no calibration to save" in stand.dialog.messages.messages[0])
 
 
-def test_pictures_of_another_size_begin_again(stand, views):
+def test_images_of_another_size_begin_again(stand, views):
     stand.click(stand.dialog.nextButton)
     stand.put(views[0], times=3)
     stand.until(lambda: stand.dialog.progress.value() == 1)
@@ -254,7 +254,7 @@ def test_there_is_a_text_for_every_hint():
     assert len({calibrating.verdict_text(verdict) for verdict in Verdict}) == len(Verdict)
 
 
-def test_a_damaged_picture_is_no_reason_to_end(stand, views):
+def test_a_damaged_image_is_no_reason_to_end(stand, views):
     stand.click(stand.dialog.nextButton)
     stand.grabber._fanout.put(frame(views[0], status=FrameStatus.INCOMPLETE))
     short = frame(views[0])

@@ -92,7 +92,7 @@ class Undrawn:
         self.purposes.append(purpose)
 
 
-def test_a_region_cannot_be_drawn_where_there_is_no_picture(program):
+def test_a_region_cannot_be_drawn_where_there_is_no_image(program):
     buttons, view = actions(program.owner, "actionRegion", "actionFullSensor"), Undrawn()
     RegionController(buttons, view, program.connection, PictureModel(), program.said, program.owner)
     buttons.actionRegion.setEnabled(True)

@@ -25,7 +25,7 @@ def give_focus(desk, widget):
     desk.until(widget.hasFocus)
 
 
-def test_letters_work_while_the_picture_has_the_focus(desk):
+def test_letters_work_while_the_image_has_the_focus(desk):
     window = desk.window
     give_focus(desk, window.picture.canvas)
     for key, action in (("p", window.actionPause), ("x", window.actionClipping), ("g", window.actionGrid)):
@@ -49,7 +49,7 @@ def test_letters_typed_beside_the_filter_do_nothing(desk):
 
 
 @pytest.mark.parametrize("key", [Qt.Key_Return, Qt.Key_Enter, Qt.Key_Escape])
-def test_enter_and_escape_in_a_field_give_the_focus_to_the_picture(desk, key):
+def test_enter_and_escape_in_a_field_give_the_focus_to_the_image(desk, key):
     field = desk.window.favourites.rows.rows("Gain")[0].editor.field
     give_focus(desk, field)
     desk.qtbot.keyClicks(field, "3")
@@ -60,7 +60,7 @@ def test_enter_and_escape_in_a_field_give_the_focus_to_the_picture(desk, key):
     assert QApplication.focusWidget() is desk.window.picture.canvas
 
 
-def test_the_picture_has_the_focus_at_first(window_desk):
+def test_the_image_has_the_focus_at_first(window_desk):
     window_desk.window.activateWindow()
     window_desk.until(window_desk.window.picture.canvas.hasFocus)
 

@@ -166,7 +166,7 @@ def test_work_in_progress_with_a_long_name_fits_the_space(qtbot):
     assert row.textLabel.toolTip() == row.textLabel.text()
 
 
-def test_the_picture_stays_where_it_is_under_a_message(window_desk):
+def test_the_image_stays_where_it_is_under_a_message(window_desk):
     window = window_desk.window
     window_desk.connect()
     window_desk.watch()
@@ -179,7 +179,7 @@ def test_the_picture_stays_where_it_is_under_a_message(window_desk):
     assert corner > window.recordingBar.mapTo(window, QPoint(0, 0)).y(), "it lies over nothing"
 
 
-def test_the_picture_stays_where_it_is_under_work_in_progress(window_desk):
+def test_the_image_stays_where_it_is_under_work_in_progress(window_desk):
     window, picture = window_desk.window, window_desk.window.picture
     window_desk.connect()
     window_desk.watch()
@@ -231,7 +231,7 @@ def test_the_keyboard_never_lands_on_a_cross_but_reaches_what_a_message_offers(w
     assert not isinstance(QApplication.focusWidget(), QToolButton)
 
 
-def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_picture_stays_the_largest(window_desk):
+def test_with_tools_and_tiles_the_window_becomes_as_narrow_and_the_image_stays_the_largest(window_desk):
     window = window_desk.window
     window_desk.connect()
     window_desk.program.connection.open_additional("sim:colour")

@@ -23,7 +23,7 @@ from grabbergui.ui.widgets.source_delegate import SOURCE_ROLE
 from patience import PATIENCE, attempts
 
 
-def test_the_picture_arrives_and_the_state_says_so(window_desk):
+def test_the_image_arrives_and_the_state_reports_it(window_desk):
     window_desk.connect()
     window_desk.watch()
     status = window_desk.window.status
@@ -349,7 +349,7 @@ def test_a_connection_that_takes_too_long_can_be_given_up(window_desk):
     assert not window_desk.errors
 
 
-def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_picture(window_desk):
+def test_two_cameras_one_after_the_other_each_with_its_own_controls_and_image(window_desk):
     status, rows = window_desk.window.status, window_desk.window.favourites.rows
     for uri, pixel_format in (("sim:", "Mono8"), ("sim:?pixel_format=BayerRG8", "BayerRG8")):
         window_desk.connect(uri)

@@ -135,7 +135,7 @@ def test_the_simulated_camera_is_there_and_is_found_again(newcomer):
     newcomer.desk.watch()
 
 
-def test_the_picture_is_made_brighter(newcomer):
+def test_the_image_is_made_brighter(newcomer):
     before = newcomer.brightness()
     assert newcomer.reads("Exposure") and newcomer.reads("Gain")
     newcomer.drag_slider("ExposureTime", 0.75)

@@ -52,7 +52,7 @@ def test_a_region_is_drawn_and_exposed_and_undone_in_one_press(desk):
     desk.until(lambda: value(desk, "ExposureTime") == 400)
 
 
-def test_white_balance_by_the_whole_picture_is_the_cameras_own(desk):
+def test_white_balance_by_the_whole_image_is_the_cameras_own(desk):
     desk.grabber.write_feature("ExposureTime", 8000.0)
     desk.qtbot.keyClick(desk.window.picture.canvas, Qt.Key_W)
     desk.until(lambda: said(desk, "White balance set by the camera"))
@@ -90,7 +90,7 @@ def test_a_region_that_is_too_dark_is_reported(desk):
     assert not desk.window.actionUndo.isEnabled()
 
 
-def test_only_where_there_is_a_picture(desk):
+def test_only_where_there_is_an_image(desk):
     window = desk.window
     window.actionStop.trigger()
     desk.until(lambda: not window.actionExpose.isEnabled())

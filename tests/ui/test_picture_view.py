@@ -35,7 +35,7 @@ def shown(view):
     return first.x(), first.y(), last.x(), last.y()
 
 
-def test_a_picture_is_fitted_whole_and_its_proportions_are_kept(view):
+def test_an_image_is_fitted_whole_and_its_proportions_are_kept(view):
     view.setPicture(whole(), WIDTH, HEIGHT)
     left, top, right, bottom = shown(view)
     assert left >= -1 and top >= -1

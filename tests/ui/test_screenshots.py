@@ -34,7 +34,7 @@ def dressed(qapp):
     [(Theme.LIGHT, "", LIGHT.window), (Theme.DARK, "-dark", DARK.window)],
     ids=["light", "dark"],
 )
-def test_every_panel_has_its_picture(request, dressed, tmp_path, monkeypatch, theme, suffix, ground):
+def test_every_panel_has_its_image(request, dressed, tmp_path, monkeypatch, theme, suffix, ground):
     folder = Path(os.environ.get("GRABBERGUI_ARTEFACTS", tmp_path)) / "screenshots"
     monkeypatch.setenv("SCREENSHOTS", str(folder))
     monkeypatch.setattr("grabbergui.ui.run.scripting.PATIENCE", PATIENCE)
@@ -57,7 +57,7 @@ def pixels(picture: QImage) -> np.ndarray:
 
 
 @pytest.mark.parametrize("page", MANUAL, ids=lambda page: page.stem)
-def test_the_manuals_pictures_are_there(page):
+def test_the_manuals_images_are_there(page):
     used = re.findall(r'(?:\]\(|src=")(images/[^)"]+\.png)', page.read_text())
     used += re.findall(r'srcset="(images/[^"]+\.png)"', page.read_text())
     assert not [name for name in used if not (page.parent / name).is_file()]

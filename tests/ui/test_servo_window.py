@@ -104,7 +104,7 @@ def test_a_state_that_was_entered_goes_into_the_history(window):
     assert texts[1] == ["1.25 s", "centring", "a target is seen"]
 
 
-def test_a_picture_keeps_its_colours_and_what_lies_over_it(window, qtbot):
+def test_an_image_keeps_its_colours_and_what_lies_over_it(window, qtbot):
     pixels = np.full((300, 400, 3), (250, 20, 40), np.uint8)
     drawing = Drawing([Stroke(np.array([(100.0, 150.0), (300.0, 150.0)]), (10, 240, 30), weight=3)])
     with qtbot.waitSignal(window.canvas.painted):

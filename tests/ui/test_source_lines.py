@@ -30,7 +30,7 @@ def test_names_that_differ_in_the_middle_are_whole(view):
         assert all(QFontMetrics(view.font()).horizontalAdvance(line) <= 160 for line in lines)
 
 
-def test_a_card_is_as_high_as_its_name_needs_and_the_pictures_of_two_differ(view, qtbot):
+def test_a_card_is_as_high_as_its_name_needs_and_the_images_of_two_differ(view, qtbot):
     infos = [DeviceInfo(f"gige:{n}", user_name=name) for n, name in enumerate((*ALIKE, "short"))]
     view.setSources([ListedSource(info) for info in infos])
     items = [view.sourceList.item(row) for row in range(3)]

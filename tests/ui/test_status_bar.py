@@ -90,7 +90,7 @@ def test_a_loss_is_shown_while_its_camera_is_the_current_one(desk):
     assert desk.window.picture.canvas._item.opacity() < 0.5
 
 
-def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_a_picture(desk):
+def test_a_lost_camera_of_which_nothing_was_seen_is_brought_forward_without_an_image(desk):
     """The other camera's last picture is not this one's, nor are its figures."""
     desk.program.connection.open_additional("sim:colour?width=320&height=240")
     desk.until(lambda: len(desk.program.gallery.tiles) == 2)
@@ -123,7 +123,7 @@ def test_waiting_for_a_trigger_is_a_state_with_two_ways_out(desk):
 
 
 @pytest.mark.parametrize("by_key", [False, True])
-def test_a_button_that_goes_leaves_the_focus_to_the_picture(desk, by_key):
+def test_a_button_that_goes_leaves_the_focus_to_the_image(desk, by_key):
     desk.window.activateWindow()
     desk.grabber.write_feature("TriggerMode", "On")
     desk.until(lambda: "Trigger off" in offers(desk))

@@ -101,7 +101,7 @@ def test_dragged_levels_change_what_is_shown_and_not_what_is_measured(desk):
     assert window.histogram.levels.getRegion() == (0, 256)
 
 
-def test_levels_are_fitted_to_a_dark_picture_of_twelve_bits(window_desk):
+def test_levels_are_fitted_to_a_dark_image_of_twelve_bits(window_desk):
     window_desk.connect("sim:?pixel_format=Mono12&width=320&height=240")
     window = window_desk.window
     window_desk.grabber.write_feature("ExposureTime", 1000)
@@ -297,7 +297,7 @@ def test_grey_is_shown_in_colours_where_somebody_wants_it(desk):
     assert not desk.program.picture.settings.colour_map
 
 
-def test_crosshair_and_grid_lie_over_the_picture(desk):
+def test_crosshair_and_grid_lie_over_the_image(desk):
     desk.window.actionStop.trigger()
     desk.until(lambda: desk.program.connection.state is LinkState.OPEN)
     before = screen(desk)
@@ -329,7 +329,7 @@ def test_the_overview_has_every_shortcut(window_desk):
     dialog.accept()
 
 
-def test_what_is_drawn_is_clipped_to_the_picture(desk):
+def test_what_is_drawn_is_clipped_to_the_image(desk):
     drawn = []
     drawing = desk.window.picture.drawing
     drawing.regionDrawn.connect(lambda purpose, region: drawn.append(region))

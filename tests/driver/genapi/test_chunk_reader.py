@@ -24,7 +24,7 @@ def payload_of(*chunks):
     return np.frombuffer(b"".join(laid_out), np.uint8)
 
 
-def test_a_picture_is_cut_down_to_its_tag():
+def test_an_image_is_cut_down_to_its_tag():
     whole = payload_of((1, bytes(LARGEST_CHUNK + 1)), (2, b"eight by"))
     assert without_pictures(whole, GEV) == payload_of((1, b""), (2, b"eight by")).tobytes()
 

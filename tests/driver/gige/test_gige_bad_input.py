@@ -90,7 +90,7 @@ def test_a_payload_beyond_reason_takes_no_memory(
 
 
 # -- strangers ---------------------------------------------------------------------------------------
-def test_a_stranger_cannot_put_pictures_into_the_stream(simulated: GigeCamera, grabber: FrameGrabber) -> None:
+def test_a_stranger_cannot_put_images_into_the_stream(simulated: GigeCamera, grabber: FrameGrabber) -> None:
     grabber.open()
     assert isinstance(grabber, Camera) and isinstance(grabber.device, GigeDevice)
     frames = grabber.open_queue(60)

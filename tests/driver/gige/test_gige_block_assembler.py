@@ -216,7 +216,7 @@ def test_what_the_device_no_longer_has_is_not_asked_for_again() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_any_order_and_any_copies_give_the_same_pictures(seed: int) -> None:
+def test_any_order_and_any_copies_give_the_same_images(seed: int) -> None:
     shuffle = random.Random(seed)
     datagrams = [datagram for block_id in (1, 2, 3) for datagram in block(block_id) * 2]
     keyed = sorted(enumerate(datagrams), key=lambda pair: pair[0] + shuffle.uniform(0, 12))
@@ -228,7 +228,7 @@ def test_any_order_and_any_copies_give_the_same_pictures(seed: int) -> None:
     assert bench.statistics.incomplete == bench.statistics.lost == 0
 
 
-def test_incomplete_blocks_are_delivered_by_choice_without_an_older_picture_in_the_holes() -> None:
+def test_incomplete_blocks_are_delivered_by_choice_without_an_older_image_in_the_holes() -> None:
     bench = Bench(enabled=False, deliver_incomplete=True, buffers=1)
     assert len(bench.feed(block(1))) == 1
     done = bench.feed([datagram for index, datagram in enumerate(block(2)) if index not in (3, LAST - 1)])
@@ -388,7 +388,7 @@ def test_a_lost_trailer_after_chunks_costs_nothing() -> None:
     assert [each.payload.tobytes() for each in done] == [data] and done[0].complete
 
 
-def test_a_shorter_picture_has_fewer_lines() -> None:
+def test_a_shorter_image_has_fewer_lines() -> None:
     bench = Bench()
     (done,) = bench.feed(block(1, data=picture(1)[: WIDTH * 10], height=10))
     assert done.complete and done.height == 10 and len(done.payload) == WIDTH * 10

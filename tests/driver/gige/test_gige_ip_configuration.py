@@ -76,7 +76,7 @@ def test_a_camera_that_keeps_its_address_has_it_after_a_restart() -> None:
         assert search.ask(f"{NET}.2", 0.1) is None
 
 
-def test_a_camera_that_cannot_keep_one_says_so(camera: GigeCamera) -> None:
+def test_a_camera_that_cannot_keep_one_reports_it(camera: GigeCamera) -> None:
     (supported,) = (r for r in gev._REGISTERS if r.name == "supported IP configuration")
     camera.control.memory.set(supported, 6)
     with closing(GigeDevice(f"{NET}.1")) as device:

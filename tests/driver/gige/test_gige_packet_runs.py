@@ -73,7 +73,7 @@ def test_short_extended_headers_belong_to_nothing() -> None:
 
 @pytest.mark.parametrize("extended", [False, True])
 @pytest.mark.parametrize("seed", range(10))
-def test_rows_mend_what_was_lost_doubled_and_swapped(seed: int, extended: bool) -> None:
+def test_rows_repair_lost_duplicate_and_swapped_packets(seed: int, extended: bool) -> None:
     dice = random.Random(seed)
     bench = Bench(buffers=20, initial_wait=60.0)
     sent = [datagram for block_id in range(1, 6) for datagram in block(block_id, extended=extended)]

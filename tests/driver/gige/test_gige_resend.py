@@ -130,7 +130,7 @@ def test_what_was_only_overtaken_is_hardly_ever_asked_for(marks: bool) -> None:
     assert line.answers < 3 * 0.01 * 600 * (LAST + 1)
 
 
-def test_so_many_packets_are_awaited_and_no_more() -> None:
+def test_the_number_of_awaited_packets_is_limited() -> None:
     bench = Bench(max_unanswered=4, max_ratio=1.0, first_answer_wait=0.02)
     bench.feed(datagram for index, datagram in enumerate(block(1)) if index % 2 == 0)
     bench.wait(0.015)

@@ -118,7 +118,7 @@ def test_a_bandwidth_bounds_the_rate_at_which_a_frame_comes(simulate: Callable[.
 
 
 # -- multicast ---------------------------------------------------------------------------------------
-def test_others_listen_in_beside_the_controller(simulate: Callable[..., GigeCamera]) -> None:
+def test_others_listen_in_addition_to_the_controller(simulate: Callable[..., GigeCamera]) -> None:
     camera = simulate()
     group = f"239.192.{os.getpid() % 250}.7"
     with ExitStack() as stack:

@@ -107,7 +107,7 @@ def test_more_is_held_than_one_socket_can(port: Port, extended: bool) -> None:
     assert bench.statistics.incomplete == 0 and bench.requests == []
 
 
-def test_pictures_arrive_in_order(port: Port) -> None:
+def test_images_arrive_in_order(port: Port) -> None:
     bench = Bench(buffers=30)
     source = BatchSource(port.receiver, DEVICE, widen(port.receiver, WANTED, 100))
     done = []

@@ -317,7 +317,7 @@ def test_actions_are_for_those_whose_keys_fit(armed, action, acts):
     assert (frame is not None) == acts
 
 
-def test_a_scheduled_action_waits_and_a_late_one_says_so(armed):
+def test_a_scheduled_action_waits_and_a_late_one_reports_it(armed):
     at = armed.model.timestamp() + 1_000_000_000
     (out,) = armed.channel.receive(Action(0x11, 0x22, 1, at).encode(9), OTHER, armed.now)
     assert Ack.decode(out.datagram).status == 0

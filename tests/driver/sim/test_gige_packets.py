@@ -62,7 +62,7 @@ def test_leader_and_trailer_describe_the_frame():
 
 
 @pytest.mark.parametrize("extended", [False, True])
-def test_a_packet_sent_again_says_so(extended):
+def test_a_resent_packet_is_flagged(extended):
     block = make_block(extended=extended)
     again = block.packet(2)
     header = PacketHeader.decode(again)
@@ -72,7 +72,7 @@ def test_a_packet_sent_again_says_so(extended):
     assert PacketHeader.decode(block.packet(block.trailer_id)).format == PacketFormat.TRAILER
 
 
-def test_a_packet_that_is_gone_is_a_header_with_its_status():
+def test_an_unavailable_packet_is_a_header_with_its_status():
     assert unavailable(0x270F, 1, False, Status.PACKET_UNAVAILABLE).hex() == "800c270f03000001"
     assert unavailable(0x270F, 1, False, Status.PACKET_NOT_YET_AVAILABLE).hex() == "8010270f03000001"
 

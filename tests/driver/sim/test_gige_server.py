@@ -200,7 +200,7 @@ def test_the_callback_reports_sent_frames(stage):
     assert sent[:3] == blocks, "before its trailer leaves"
 
 
-def test_packets_of_a_frame_long_gone_are_not_available(stage):
+def test_packets_of_an_old_frame_are_unavailable(stage):
     _, host = stage()
     host.start()
     list(host.packets())

@@ -63,7 +63,7 @@ def test_after_power_on_the_middle_of_the_sensor_is_seen(bench):
     assert 2 * bench.get(reg.OFFSET_Y) + 1024 == 2160
 
 
-def test_offsets_give_way_to_a_larger_picture(bench):
+def test_offsets_shrink_for_a_larger_image(bench):
     bench.set(reg.WIDTH, 4096)
     assert bench.get(reg.OFFSET_X) == 0
     bench.set(reg.WIDTH, 640)
@@ -337,7 +337,7 @@ def test_streaming_warms_the_camera(bench):
 # -- chunks and events ---------------------------------------------------------------------------
 
 
-def test_chunks_follow_the_picture(make_bench):
+def test_chunks_follow_the_image(make_bench):
     bench = make_bench({**SMALL, reg.CHUNK_MODE_ACTIVE: 1, reg.CHUNK_ENABLE[4]: 0})
     bench.start()
     bench.plan()

@@ -52,7 +52,7 @@ def test_it_rests_and_then_goes_on():
     assert scene.hold_at(len(board.holds()) * PERIOD + 0.2) == first
 
 
-def test_a_round_covers_the_picture_and_every_tilt():
+def test_a_round_covers_the_image_and_every_tilt():
     cells = np.zeros((6, 8), bool)
     scene, holds = board.BoardScene(), board.holds()
     for number in range(len(holds)):

@@ -54,13 +54,13 @@ def test_a_board_has_the_size_and_place_that_perspective_gives():
         assert place == pytest.approx(centre[axis] + focal * middle / 0.8, abs=0.3)
 
 
-def test_a_region_is_cut_out_of_the_whole_picture():
+def test_a_region_is_cut_out_of_the_whole_image():
     whole = render(settings())
     part = render(settings(x=200, y=100, width=240, height=200))
     assert np.abs(whole[100:300, 200:440] - part).mean() < 1.5
 
 
-def test_mirrored_pictures_are_mirrored():
+def test_mirrored_images_are_mirrored():
     whole, mirrored = render(settings()), render(settings(reverse_x=True, reverse_y=True))
     assert np.abs(whole[::-1, ::-1] - mirrored).mean() < 1.5
 

@@ -218,7 +218,7 @@ def test_a_strict_camera_of_any_alignment_streams(plug_in, alignment: int) -> No
     assert [len(frame.payload) for frame in frames] == [3600] * 3
 
 
-def test_chunks_lie_behind_the_picture(plug_in) -> None:
+def test_chunks_lie_behind_the_image(plug_in) -> None:
     _, device = plug_in()
     camera = Camera(device)
     camera.open()

@@ -78,7 +78,7 @@ def test_too_many_in_a_row_are_a_dead_camera(watch: Watch) -> None:
     assert lost == ["camera: USB error: Overflow"]
 
 
-def test_one_is_enough_where_the_camera_is_gone(watch: Watch) -> None:
+def test_one_is_enough_if_the_camera_is_lost(watch: Watch) -> None:
     handle = Handle(None)
     handle.present = False
     _, lost = watch(handle)

@@ -52,7 +52,7 @@ def test_commands_are_noted_cannot_be_undone_and_break_nothing(sim):
     assert [text for text, _ in sim.log].count("TimestampLatch run") == 1
 
 
-def test_an_undo_that_is_refused_says_so_and_leaves_the_steps_before_it(bench):
+def test_an_undo_that_is_refused_reports_it_and_leaves_the_steps_before_it(bench):
     bench.write("Gain", 2)
     bench.write("Gamma", 3)
     bench.grabber.refusals["Gamma"] = FeatureError("Gamma=1: the camera answered: busy", "Gamma")
@@ -61,7 +61,7 @@ def test_an_undo_that_is_refused_says_so_and_leaves_the_steps_before_it(bench):
     assert bench.value("Gain") == 1
 
 
-def test_an_undo_on_a_camera_that_is_gone_can_be_tried_again(bench):
+def test_an_undo_on_a_lost_camera_can_be_tried_again(bench):
     bench.write("Gain", 2)
     bench.grabber.failures["Gain"] = DeviceLostError("gone")
     with pytest.raises(DeviceLostError):
@@ -79,7 +79,7 @@ def test_undoing_brings_back_the_automatic_mode_that_a_write_took_away(sim):
     assert sim.value("ExposureAuto") == "Continuous"
 
 
-def test_undoing_an_automatic_mode_brings_back_what_stood_before(sim):
+def test_undoing_an_automatic_mode_restores_the_previous_value(sim):
     sim.write("ExposureTime", 5000.0)
     sim.write("ExposureAuto", "Continuous")
     sim.grabber.start()

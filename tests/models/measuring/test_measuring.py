@@ -49,7 +49,7 @@ def test_the_histogram_of_colour_knows_the_order_in_memory():
     assert int(luma.channels["Y"].argmax()) == 77
 
 
-def test_a_blurred_picture_is_less_sharp_and_a_brighter_one_is_not_sharper():
+def test_a_blurred_image_is_less_sharp_and_a_brighter_one_is_not_sharper():
     picture = RANDOM.integers(20, 120, (200, 200), np.uint8)
     blurred = [cv2.GaussianBlur(picture, (0, 0), sigma) for sigma in (0.5, 1, 2, 4)]
     scores = [sharpness(frame_of(p)) for p in (picture, *blurred)]
@@ -119,7 +119,7 @@ def test_the_raw_profile_of_components_is_as_they_came():
     assert np.array_equal(profile["V"][1::2], pairs[1, 1::2, 0])
 
 
-def test_levels_fitted_to_a_picture_leave_out_the_rarest_values():
+def test_levels_fitted_to_an_image_leave_out_the_rarest_values():
     picture = np.full((100, 100), 1000, np.uint16)
     picture[:40] = 300
     picture[0, :40], picture[1, :40] = 0, 4095  # four in a thousand at each end

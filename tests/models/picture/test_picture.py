@@ -71,7 +71,7 @@ def test_only_what_is_looked_at_is_converted_at_the_screens_resolution(stream, p
     assert image.pixels.shape == (12, 16)
 
 
-def test_a_standing_picture_follows_the_view(stream, picture):
+def test_a_standing_image_follows_the_view(stream, picture):
     stream.send(frame(5))
     until(picture.take)
     picture.set_viewport(Region(0, 0, 10, 10), (10, 10))
@@ -96,7 +96,7 @@ def test_an_unsupported_format_is_reported_once_and_the_frame_is_kept(stream, pi
     assert picture.problem == ""
 
 
-def test_a_payload_that_is_too_short_does_not_end_the_picture(stream, picture):
+def test_a_payload_that_is_too_short_does_not_end_the_image(stream, picture):
     short = Frame(np.zeros(10, np.uint8), 64, 48, MONO8, 1)
     stream.send(short)
     until(lambda: picture.problem)
@@ -104,7 +104,7 @@ def test_a_payload_that_is_too_short_does_not_end_the_picture(stream, picture):
     assert until(picture.take).frame.frame_id == 2
 
 
-def test_the_last_frame_stays_when_the_source_is_gone(stream, picture):
+def test_the_last_frame_stays_after_the_source_is_closed(stream, picture):
     stream.send(frame(9))
     until(picture.take)
     assert picture.detach(2)

@@ -66,7 +66,7 @@ def test_reducing_leaves_distances_out_and_invents_none_between_two():
     assert len(np.unique(pixels.reshape(-1, 3), axis=0)) == 2
 
 
-def test_a_region_is_coloured_as_in_the_whole_picture():
+def test_a_region_is_coloured_as_in_the_whole_image():
     settings = DisplaySettings(scan=TENTHS)
     whole = render(depth(), None, None, settings).pixels
     part = render(depth(), Region(10, 20, 30, 5), None, settings)

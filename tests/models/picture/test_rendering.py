@@ -70,7 +70,7 @@ def test_a_map_is_in_the_order_of_the_screen():
     assert pixels[0, 0, 0] > pixels[0, 0, 2]
 
 
-def test_one_clipped_pixel_of_a_large_picture_is_seen_when_it_is_reduced():
+def test_one_clipped_pixel_of_a_large_image_is_seen_when_it_is_reduced():
     picture = np.full((1000, 1000), 90, np.uint8)
     picture[333, 444], picture[700, 100] = 255, 0
     image = render(frame_of(picture), None, (100, 100), DisplaySettings(show_clipping=True))

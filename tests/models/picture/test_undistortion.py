@@ -43,7 +43,7 @@ def test_a_part_of_the_view_is_the_same_part_of_all_of_it():
     assert difference.max() <= 1
 
 
-def test_a_picture_is_shown_undistorted_only_where_it_is_of_the_calibrations_size():
+def test_an_image_is_shown_undistorted_only_where_it_is_of_the_calibrations_size():
     frame = frame_of(spot_at(60, 40))
     plain = render(frame, None, None, DisplaySettings())
     shown = render(frame, None, None, DisplaySettings(calibration=BARREL))

@@ -80,7 +80,7 @@ def test_which_set_it_starts_with(grabber):
     assert [s.name for s in user_sets.user_sets(grabber) if s.starts] == ["Default"]
 
 
-def test_a_camera_without_sets_says_so():
+def test_a_camera_without_sets_reports_it():
     grabber = ChangeTrackingGrabber(ScriptedGrabber([]), ChangeJournal())
     assert not user_sets.has_user_sets(grabber)
     for call in (user_sets.user_sets, lambda h: user_sets.load(h, "A"), lambda h: user_sets.save(h, "A")):

@@ -20,7 +20,7 @@ from grabbergui.core.grabber import ConnectionState  # noqa: E402
 from patience import PATIENCE, attempts  # noqa: E402
 
 
-def test_our_client_has_the_whole_tree_and_the_pictures(remote, camera):
+def test_our_client_has_the_whole_tree_and_the_images(remote, camera):
     assert remote.feature_tree() == camera.feature_tree()
     assert remote.info.model == "Simulated camera"
     assert remote.info.interface == "/cam (reliable, volatile)"
@@ -84,7 +84,7 @@ def test_a_server_that_vanishes_and_comes_back(serve, opened):
     assert remote.write_feature("Gain", 2).value == 2
 
 
-def test_a_server_that_is_back_with_other_values_says_so(serve, camera, opened, caplog):
+def test_a_server_that_is_back_with_other_values_reports_it(serve, camera, opened, caplog):
     server = serve("/cam")
     remote = opened("ros2:/cam")
     states = queue.Queue()

@@ -157,7 +157,7 @@ def test_changes_by_the_driver_are_reported_with_their_new_range(driver, opened)
     assert (gain.value, gain.maximum) == (15, 20)
 
 
-def test_a_node_without_parameters_is_a_picture_only(opened, drive, monkeypatch):
+def test_a_node_without_parameters_is_an_image_only(opened, drive, monkeypatch):
     drive("bare", start_parameter_services=False)
     monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
     remote = opened("ros2:/bare")
@@ -170,7 +170,7 @@ def test_a_node_without_parameters_is_a_picture_only(opened, drive, monkeypatch)
         remote.feature("exposure")
 
 
-def test_a_node_that_answers_no_service_is_a_picture_only(opened, notices, drive, monkeypatch):
+def test_a_node_that_answers_no_service_is_an_image_only(opened, notices, drive, monkeypatch):
     """As a program that publishes from its own loop and never spins."""
     drive("mute", callbacks=False)
     monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
@@ -182,7 +182,7 @@ def test_a_node_that_answers_no_service_is_a_picture_only(opened, notices, drive
     assert said(notices, "/mute/image_raw is shown without controls")()
 
 
-def test_sixteen_that_answer_no_service_are_sixteen_pictures(opened, domain, monkeypatch):
+def test_sixteen_that_answer_no_service_are_sixteen_images(opened, domain, monkeypatch):
     monkeypatch.setattr("grabbergui.net.ros2.client_link.SERVICE_TIMEOUT", 0.5)
     mute = Ros2Node("mute_drivers")  # never started: nothing of it answers
     publishers = [mute.node.create_publisher(Image, f"/mute{number}/image_raw", 5) for number in range(16)]
@@ -271,9 +271,7 @@ def test_reliable_where_it_can_be_had(driver, opened, notices):
         sources.create("ros2:/other?qos=best")
 
 
-def test_an_encoding_that_cannot_be_shown_is_named_and_the_next_good_picture_is_shown(
-    driver, opened, notices
-):
+def test_an_encoding_that_cannot_be_shown_is_named_and_the_next_good_image_is_shown(driver, opened, notices):
     driver.message = image(encoding="64FC1")
     remote = opened("ros2:/other")
     frames = remote.open_queue()

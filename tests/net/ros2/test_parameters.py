@@ -42,7 +42,7 @@ def parameters(server):
     probe.close()
 
 
-def test_every_feature_with_a_value_is_listed_and_what_rclpy_has_besides(parameters, camera):
+def test_every_feature_with_a_value_is_listed_with_rclpys_own_parameters(parameters, camera):
     names = parameters.names()
 
     features = [
@@ -197,7 +197,7 @@ def test_together_means_all_or_none(parameters, camera):
     assert (camera.feature("Gain").value, camera.feature("ExposureTime").value) == (2.0, 5000.0)
 
 
-def test_a_camera_that_is_gone_has_no_features(domain):
+def test_a_lost_camera_has_no_features(domain):
     grabber = sources.create("sim:?width=64&height=48")
     grabber.open()
     with Ros2GrabberServer(grabber, "/gone"), closing(ParameterProbe("/gone")) as parameters:
@@ -259,7 +259,7 @@ def test_a_file_is_applied_at_the_start_with_its_qualities_of_service(camera, pr
     assert len(warnings) == 2 and "did you mean Gain" in warnings[0] and "step" in warnings[1]
 
 
-def test_simulated_time_stamps_the_pictures(server, parameters):
+def test_simulated_time_stamps_the_images(server, parameters):
     from rosgraph_msgs.msg import Clock
 
     clock = parameters.node.create_publisher(Clock, "/clock", 10)

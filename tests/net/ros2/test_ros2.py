@@ -57,7 +57,7 @@ def test_an_incompatible_qos_request_is_logged(serve, probe, caplog):
     until(lambda: [record for record in caplog.records if "with --qos reliable" in record.message])
 
 
-def test_compressed_pictures_can_be_read(server, probe):
+def test_compressed_images_can_be_read(server, probe):
     import cv2
 
     message = probe.subscribe(CompressedImage, "/cam/image_raw/compressed").get(timeout=PATIENCE)
@@ -158,7 +158,7 @@ def test_diagnostics_go_on_when_the_camera_is_closed_first(camera, serve, probe,
     assert not [record for record in caplog.records if "callback failed" in record.message]
 
 
-def test_a_region_leaves_pictures_and_calibration_right(server, probe, camera):
+def test_a_region_leaves_images_and_calibration_right(server, probe, camera):
     assert probe.call(SetCameraInfo, "/cam/set_camera_info", camera_info=whole_sensor()).success
     images, infos = probe.subscribe(Image, "/cam/image_raw"), probe.subscribe(CameraInfo, "/cam/camera_info")
     before = camera.feature("OffsetX").value
@@ -190,7 +190,7 @@ def test_a_bad_name_is_refused(camera):
         Ros2GrabberServer(camera, "/left camera")
 
 
-def test_components_are_topics_the_range_in_metres_and_as_points_for_who_asks(server, camera, probe):
+def test_components_are_topics_with_ranges_in_metres_and_points_on_request(server, camera, probe):
     for name in ("Range", "Confidence"):
         camera.write_feature("ComponentSelector", name)
         camera.write_feature("ComponentEnable", True)

@@ -69,7 +69,7 @@ def test_modes(call, camera, which):
 
 
 @pytest.mark.parametrize("which", [{"feature": FRAME_RATE}, {"name": "AcquisitionFrameRate"}])
-def test_a_switch_beside_the_feature(call, camera, which):
+def test_a_switch_in_addition_to_the_feature(call, camera, which):
     assert call(srv.HasFeature, **which).has_on_off
     assert call(srv.SetMode, mode=OFF, **which).success
     assert camera.feature("AcquisitionFrameRateEnable").value is False

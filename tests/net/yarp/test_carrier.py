@@ -199,7 +199,7 @@ def test_messages_that_come_together_are_taken_one_by_one():
         assert receiver.idle
 
 
-def test_a_picture_goes_into_the_memory_made_for_it_but_for_its_beginning():
+def test_an_image_goes_into_the_memory_made_for_it_but_for_its_beginning():
     """Two reads a message: what came with the head is copied, the rest is read in its place."""
     made = []
     receiver = Receiver(allocate=lambda size: made.append(fresh(size)) or made[-1])

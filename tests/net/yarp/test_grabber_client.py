@@ -101,7 +101,7 @@ def test_features_are_read_and_written(scene: Stage, remote: FrameGrabber) -> No
     assert remote.info.model.endswith("Simulated camera")
 
 
-def test_pictures_and_their_counters(scene: Stage, remote: FrameGrabber) -> None:
+def test_images_and_their_counters(scene: Stage, remote: FrameGrabber) -> None:
     queue = remote.open_queue(4)
     remote.start()
     remote.start()
@@ -167,7 +167,7 @@ def test_the_server_goes_and_comes_back(scene: Stage) -> None:
     ]
 
 
-def test_a_server_that_is_back_with_other_values_says_so(
+def test_a_server_that_is_back_with_other_values_reports_it(
     coloured: Stage, caplog: pytest.LogCaptureFixture
 ) -> None:
     told: list[tuple[ConnectionState, str]] = []
@@ -297,7 +297,7 @@ def test_commands(scene: Stage) -> None:
         remote.close()
 
 
-def test_a_port_that_only_sends_pictures(scene: Stage) -> None:
+def test_a_port_that_only_sends_images(scene: Stage) -> None:
     pixels = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
     with OutputPort("/pictures", scene.names) as port:
         remote = connect(scene, "yarp:/pictures")

@@ -85,7 +85,7 @@ def test_our_ports_are_listed_and_answer(scene: Stage, yarp: Run) -> None:
 
 
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
-def test_yarp_reads_our_pictures(
+def test_yarp_reads_our_images(
     scene: Stage, yarp: Run, environment: dict[str, str], carrier: str, tmp_path: Path
 ) -> None:
     output = tmp_path / "pictures"

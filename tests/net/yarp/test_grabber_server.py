@@ -48,7 +48,7 @@ def test_its_ports_are_known_while_it_runs(scene: Stage, server: YarpGrabberServ
 
 
 @pytest.mark.parametrize("chosen", ["tcp", "fast_tcp", "udp", "mjpeg"])
-def test_pictures_over_each_carrier(scene: Stage, server: YarpGrabberServer, chosen: str) -> None:
+def test_images_over_each_carrier(scene: Stage, server: YarpGrabberServer, chosen: str) -> None:
     with InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber", chosen)
         message, envelope = reader.read(PATIENCE)
@@ -60,7 +60,7 @@ def test_pictures_over_each_carrier(scene: Stage, server: YarpGrabberServer, cho
         assert abs(second.time - time.time()) < 5
 
 
-def test_raw_beside_colour(scene: Stage, server: YarpGrabberServer) -> None:
+def test_raw_and_colour(scene: Stage, server: YarpGrabberServer) -> None:
     with InputPort("/reader", scene.names) as reader:
         reader.connect("/grabber/raw")
         header, pixels = image.decode(reader.read(PATIENCE)[0])
@@ -73,7 +73,7 @@ def test_raw_alone(scene: Stage) -> None:
         assert image.decode(reader.read(PATIENCE)[0])[0].code == "mono"
 
 
-def test_a_period_spaces_pictures(scene: Stage) -> None:
+def test_a_period_spaces_images(scene: Stage) -> None:
     with scene.share(period=0.2), InputPort("/reader", scene.names, depth=10) as reader:
         reader.connect("/grabber")
         times = [Stamp.decode(reader.read(PATIENCE)[1]) for _ in range(4)]
@@ -188,7 +188,7 @@ def test_the_terminal_by_requests(scene: Stage, server: YarpGrabberServer) -> No
         assert listed and len(listed) > 1
 
 
-def test_a_server_that_was_given_no_terminal_says_so(scene: Stage) -> None:
+def test_a_server_that_was_given_no_terminal_reports_it(scene: Stage) -> None:
     with (
         YarpGrabberServer(scene.grabber, "/mute", names=scene.names),
         RpcClient("/mute/terminal", scene.names) as terminal,

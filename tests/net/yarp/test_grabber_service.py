@@ -118,7 +118,7 @@ def test_a_calibration_gives_intrinsics_and_field_of_view(grabber: FrameGrabber,
     service.close()
 
 
-def test_pictures(wire: Wire) -> None:
+def test_images(wire: Wire) -> None:
     (picture,) = wire.ask(Operation.IMAGE).values
     header, pixels = image.decode(bytes_of(picture))
     assert (header.code, header.row_bytes, pixels.shape) == ("rgb", 504, (100, 168, 3))

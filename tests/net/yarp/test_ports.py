@@ -42,7 +42,7 @@ PICTURE = np.random.default_rng(1).integers(0, 255, (48, 66, 3), np.uint8)
 
 
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
-def test_pictures_over_every_carrier(names, carrier):
+def test_images_over_every_carrier(names, carrier):
     with OutputPort("/out", names) as output, InputPort("/in", names) as reader:
         reader.connect("/out", carrier)
         until(lambda: output.connections, "the reader")
@@ -207,7 +207,7 @@ def browse(address, path="/"):
         return response.status, response.read().decode()
 
 
-def test_a_browser_finds_its_way_from_the_name_server_to_the_pictures(names):
+def test_a_browser_finds_its_way_from_the_name_server_to_the_images(names):
     with OutputPort("/out", names) as output, RpcServer("/rpc<b>", echo, names) as server:
         status, page = browse(names.server.address)
         assert status == 200 and f'/out at <a href="http://127.0.0.1:{output.port_number}/">' in page

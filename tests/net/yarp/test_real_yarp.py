@@ -79,7 +79,7 @@ def test_list_ping_and_rpc(names):
 
 
 @pytest.mark.parametrize("carrier", ["tcp", "fast_tcp", "udp", "mjpeg"])
-def test_yarp_read_gets_our_pictures(names, carrier):
+def test_yarp_read_gets_our_images(names, carrier):
     with OutputPort("/ours", names) as output, Tool("read", "/theirs", "envelope") as reader:
         until(lambda: listens(names, "/theirs"))
         yarp("connect", "/ours", "/theirs", carrier)

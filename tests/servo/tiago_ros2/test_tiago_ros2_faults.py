@@ -62,7 +62,7 @@ def test_joint_states_that_stand_still_stop_it_for_good(runner, simulated, liste
     assert (last.linear.x, last.linear.y, last.linear.z, last.angular.x) == (0, 0, 0, 0)
 
 
-def test_pictures_over_ros_that_cease_end_all_motion(robot, simulated, config):
+def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config):
     others = ("robot_timeout", "command_timeout", "freeze", "stuck")  # may not be the first to stop it
     limits = replace(config.safety, **dict.fromkeys(others, PATIENCE))
     object.__setattr__(config, "safety", limits)

@@ -17,7 +17,7 @@ from grabbergui.ui.widgets.section import Section
 from patience import PATIENCE, allowance, attempts, little_garbage
 
 
-def test_without_a_camera_the_panel_says_so(qtbot):
+def test_without_a_camera_the_panel_reports_it(qtbot):
     panel = FeaturePanel()
     qtbot.addWidget(panel)
     assert "connected" in panel.messageLabel.text()
