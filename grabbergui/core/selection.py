@@ -138,16 +138,16 @@ class Selectors:
 
 
 def instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
-    """Return every combination of the selectors' entries, and why some are left out where that is so.
+    """Return every combination of the selectors' entries, and the reason if some are omitted.
 
-    Reads the selectors, writes nothing. Where they cannot be moved, only what they select is returned.
+    Reads the selectors, writes nothing. If they cannot be changed, only their present entries are returned.
     """
     features = [grabber.feature(name) for name in path]
     standing = tuple((f.name, format_value(f.value)) for f in features if f.value is not None)
     if len(standing) < len(features):
         return [], ""  # the camera hides its selector at the moment, and the feature with it
     if not all(f.access.writable for f in features if len(selector_entries(f)) > 1):
-        return [standing], "only what its selector stands at, which cannot be moved"
+        return [standing], "only the present entry of its selector, which cannot be changed"
     choices = [selector_entries(feature) for feature in features]
     if math.prod(len(entries) for entries in choices) > MAX_INSTANCES:
         return [standing], f"more than {MAX_INSTANCES} instances; only the selected one is kept"

@@ -3463,8 +3463,8 @@ It {1}.</source>
     </message>
     <message>
         <location filename="../../grabbergui/models/settings/loading.py" line="193"/>
-        <source>the camera stands at {0}</source>
-        <translation>la cámara está en {0}</translation>
+        <source>the camera reports {0}</source>
+        <translation>la cámara indica {0}</translation>
     </message>
     <message>
         <location filename="../../grabbergui/models/settings/loading.py" line="136"/>

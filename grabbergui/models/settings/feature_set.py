@@ -139,12 +139,12 @@ def _grouped(names: Sequence[str], selectors: Selectors) -> list[tuple[tuple[str
 
 
 def _instances(grabber: FrameGrabber, path: Sequence[str]) -> tuple[list[Selected], str]:
-    """Return what can be selected, and why only some of it is taken where that is so."""
+    """Return the combinations of selectors' entries to read, and the reason if some are omitted."""
     found, problem = instances(grabber, path)
     if path and found and grabber.access is not Access.CONTROL:
         standing = grabber.setting(path[-1])
         selected = (*standing.selected, (path[-1], format_value(grabber.feature(path[-1]).value)))
-        return [selected], "only what its selector stands at, which cannot be moved"
+        return [selected], "only the present entry of its selector, which cannot be changed"
     return found, problem
 
 

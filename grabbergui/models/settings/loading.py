@@ -190,8 +190,8 @@ class _Loading:
             if error is not None:
                 self._note(key, Outcome.REFUSED, error_text(error, feature=feature))
             elif settled is Settled.DIFFERENT:
-                stands = translate("Settings", "the camera stands at {0}").format(format_value(value))
-                self._note(key, Outcome.DIFFERENT, stands, value)
+                reported = translate("Settings", "the camera reports {0}").format(format_value(value))
+                self._note(key, Outcome.DIFFERENT, reported, value)
             elif self._reports[key].outcome is not Outcome.EQUAL:
                 self._note(key, Outcome.WRITTEN, "", value)
                 done.add(key)
