@@ -14,7 +14,7 @@ from dataclasses import replace
 from benchmarks._faults import DOCUMENT, FAULTS, document, keep, kept
 from benchmarks._results import machine
 
-MODULES = ("_faults_strangers", "_faults_outages", "_faults_servo", "_faults_ros2")
+MODULES = ("_faults_strangers", "_faults_outages", "_faults_servo", "_faults_stops", "_faults_ros2")
 """In the order of the page's tables."""
 
 

@@ -64,9 +64,13 @@ class TeoPorts:
 
     def _stream(self) -> None:
         while self._running.is_set():
-            self._head.step()
-            self._arm.step()
-            state = self._robot.state()
-            if state.arm is not None:
-                self._arm_encoders.write(board_messages.encoders(state.arm).encode(self._dialect))
+            self._step()
             time.sleep(PERIOD)
+
+    def _step(self) -> None:
+        """Let the drives go on, and stream where they are."""
+        self._head.step()
+        self._arm.step()
+        state = self._robot.state()
+        if state.arm is not None:
+            self._arm_encoders.write(board_messages.encoders(state.arm).encode(self._dialect))
