@@ -70,7 +70,7 @@ class CropType(IntEnum):
     """The meaning of the vertices of a crop request."""
 
     RECTANGLE = 0
-    "Two opposite corners, both within the picture cut out."
+    "Two opposite corners, both within the image cut out."
     LIST = 1
 
 

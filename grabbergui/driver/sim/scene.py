@@ -1,7 +1,7 @@
 """The scene in front of the simulated camera.
 
 A scene gives linear radiance: `UNIT` is the light that fills a pixel to white in `UNIT_EXPOSURE_US` at 0 dB.
-Any picture can be a scene; the default one is drawn here: a grey gradient that wanders, with things in it
+Any image can be a scene; the default one is drawn here: a grey gradient that wanders, with things in it
 that show focus, motion and colour.
 """
 
@@ -33,7 +33,7 @@ class SceneView:
     picture: NDArray[np.uint16]
     "(rows, columns, 3) radiance in red, green, blue. The same object as long as it did not change."
     x: int = 0
-    "Column of the picture on which the sensor's first pixel lies; even, and so is `y`."
+    "Column of the image on which the sensor's first pixel lies; even, and so is `y`."
     y: int = 0
 
 
@@ -54,7 +54,7 @@ class Scene(ABC):
 
 
 class StillScene(Scene):
-    """One picture that does not move, for tests."""
+    """One image that does not move, for tests."""
 
     def __init__(self, picture: NDArray[np.uint16]) -> None:
         self._view = SceneView(picture)
@@ -104,7 +104,7 @@ def studio_picture() -> NDArray[np.uint16]:
         cv2.LINE_AA,
     )
     grey *= UNIT
-    # From here on whole numbers: a picture of floats in three colours would be a quarter of a second's work.
+    # From here on whole numbers: an image of floats in three colours would be a quarter of a second's work.
     colours = cv2.transform(grey.astype(np.uint16), np.array(ILLUMINANT)[:, None])
     picture = np.asarray(colours, np.uint16)
     _colour_patches(picture, (centre[0] - 480, centre[1] + 370), 96)

@@ -46,7 +46,7 @@ class Sensor:
     def render(
         self, settings: FrameSettings, frame_id: int, time_ns: int, out: NDArray[np.uint8]
     ) -> NDArray[Any]:
-        """Fill `out` (at least the image's bytes) and return the picture's values before packing.
+        """Fill `out` (at least the image's bytes) and return the image's values before packing.
 
         The values are (height, width) for mono and Bayer, (height, width, 3) R G B for colour formats, uint8
         or uint16; valid until the next call.
@@ -83,7 +83,7 @@ class Sensor:
         pixel_format, optics = settings.pixel_format, settings.optics
         window = self._window(settings, time_ns)
         light = settings.exposure_us / UNIT_EXPOSURE_US * settings.amplification
-        # The prepared picture holds (radiance / UNIT) ** gamma * UNIT.
+        # The prepared image holds (radiance / UNIT) ** gamma * UNIT.
         factor = light**optics.gamma / UNIT
         deep = pixel_format.depth > 8
         values = direct
@@ -134,7 +134,7 @@ def _pack(values: NDArray[Any], pixel_format: PixelFormat, out: NDArray[np.uint8
 
 @dataclass(frozen=True, eq=False)
 class _Preparation:
-    """A scene's picture with everything applied that does not change from frame to frame."""
+    """A scene's image with everything applied that does not change from frame to frame."""
 
     scene_picture: NDArray[np.uint16]
     optics: Optics
@@ -146,7 +146,7 @@ class _Preparation:
 
 
 class _Prepared:
-    """Prepares the scene's picture when the optics change. Cameras that see the same share the latest."""
+    """Prepares the scene's image when the optics change. Cameras that see the same share the latest."""
 
     _latest: ClassVar[_Preparation | None] = None
     "Replaced as a whole, so that any thread may read it."

@@ -55,7 +55,7 @@ class FrameSettings:
 
     @property
     def image_bytes(self) -> int:
-        """Bytes of the picture without chunks."""
+        """Bytes of the image without chunks."""
         return self.pixel_format.image_bytes(self.width, self.height)
 
     @property

@@ -90,7 +90,7 @@ class BulkInterface:
     number: int
     endpoint_in: int
     endpoint_out: int
-    "0 where there is none."
+    "0 if there is none."
     packet_size: int
     "Bytes of the largest packet: 1024 at SuperSpeed, 512 at High-Speed."
 

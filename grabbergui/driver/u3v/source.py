@@ -27,7 +27,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Return every camera on the USB buses; none where there is no libusb. Asks each for its names."""
+    """Return every camera on the USB buses; none if there is no libusb. Asks each for its names."""
     try:
         return [camera.info for camera in find_cameras()]
     except SourceUnavailableError:

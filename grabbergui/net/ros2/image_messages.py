@@ -116,7 +116,7 @@ def format_of(encoding: str) -> PixelFormat:
 
 
 SAME_CLOCK = 5.0
-"""Seconds by which a stamp may differ from our clock and still count as of it: pictures may come late."""
+"""Seconds by which a stamp may differ from our clock and still count as of it: images may come late."""
 
 
 def frame_of(message: Any, frame_id: int) -> Frame:

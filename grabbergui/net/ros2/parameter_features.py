@@ -59,7 +59,7 @@ Call = Callable[[str, Any], Any]
 
 
 class NoFeatures:
-    """Of a node that has no parameters to offer: a picture only."""
+    """The empty feature set of a node without parameters."""
 
     tree = Category("Root")
 

@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 
 _OR_SOURCE = "or source the system's setup.bash first"
 QUEUE_DEPTH = 5
-"""Pictures that a publisher or subscription keeps, as in ROS's own profile for sensors."""
+"""Images that a publisher or subscription keeps, as in ROS's own profile for sensors."""
 _PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE"
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 

@@ -1,4 +1,4 @@
-"""A grabber on ROS 2: pictures, services, parameters and diagnostics below one name."""
+"""A grabber on ROS 2: images, services, parameters and diagnostics below one name."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Ros2GrabberServer:
 
     @property
     def published(self) -> int:
-        """Pictures published."""
+        """Images published."""
         return self._pictures.published
 
     def _counters(self) -> dict[str, int]:

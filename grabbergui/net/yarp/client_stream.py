@@ -1,4 +1,4 @@
-"""The picture side of a remote frame grabber: YARP images to frames."""
+"""Stream of a remote frame grabber: YARP images to frames."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def to_frame(message: Buffer, envelope: str, received_ns: int) -> Frame:
 
 
 class PictureStream:
-    """Receives one port's pictures on a thread of its own. `connect` may be called again after a loss."""
+    """Receives one port's images on a thread of its own. `connect` may be called again after a loss."""
 
     def __init__(
         self,

@@ -32,12 +32,12 @@ _POLL = 0.5
 
 
 class YarpGrabberServer:
-    """Ports NAME (pictures, and requests as well), NAME/rpc, and NAME/raw where asked.
+    """Ports NAME (images, and requests as well), NAME/rpc, and NAME/raw where asked.
 
     Frames with several components open a port for each further one: see `ComponentPorts`.
 
     Any thread may call. A reader that is slow or stuck holds up neither the camera nor another reader; while
-    nobody reads, no picture is converted.
+    nobody reads, no image is converted.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class YarpGrabberServer:
     ) -> None:
         """Get ready to share an open grabber.
 
-        `period` is the least time between two pictures in seconds, 0 for all. With `normalised` the values
+        `period` is the least time between two images in seconds, 0 for all. With `normalised` the values
         of features go from 0 to 1. Without `names` the ports are reached as ``tcp://HOST:PORT/`` only.
         `terminal` runs the lines that arrive at NAME/terminal. Peers that are not `allowed` are not answered.
         Intrinsics and field of view are those of `calibration`, without it those that the source itself

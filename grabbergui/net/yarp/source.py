@@ -46,7 +46,7 @@ def create(uri: SourceUri) -> FrameGrabber:
 
 
 def discover(timeout: float) -> list[DeviceInfo]:
-    """Return the frame grabbers that the configured name server knows; none where there is no name server."""
+    """Return the frame grabbers that the configured name server knows; none if there is no name server."""
     deadline = time.monotonic() + timeout
     try:
         names = NameClient.find()

@@ -171,7 +171,7 @@ class GrabberService:
             raise FeatureAccessError(f"{role.names[0]} cannot be read at the moment", role.names[0])
         return value
 
-    # -- pictures ------------------------------------------------------------------------------------
+    # -- images --------------------------------------------------------------------------------------
     def _frame(self) -> Frame:
         """Return the next frame; a camera that does not stream has none."""
         with self._image_lock:

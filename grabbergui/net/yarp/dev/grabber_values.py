@@ -25,7 +25,7 @@ EMPTY_IMAGE: Final = Bottle(
 
 
 class Configuration(NamedTuple):
-    """A picture size and rate that a camera offers."""
+    """An image size and rate that a camera offers."""
 
     width: int
     height: int

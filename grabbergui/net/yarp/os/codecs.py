@@ -90,7 +90,7 @@ class Codec:
         return None
 
     def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
-        """Read a reply, or the acknowledgement where there is none."""
+        """Read a reply, or the acknowledgement if there is none."""
         return None
 
     def read_acknowledgement(self, data: ReceiveBuffer) -> Ack | None:
@@ -285,7 +285,7 @@ class TextCodec(Codec):
         return None if line is None else Reply(text=line)
 
     def read_answer(self, data: ReceiveBuffer) -> Reply | Ack | None:
-        """Read the lines before `<ACK>`, or that line where there is no reply."""
+        """Read the lines before `<ACK>`, or that line if there is no reply."""
         while (line := self._reply_lines.take(data.data)) is not None:
             if line != _ACK_LINE:
                 self._reply.append(line)

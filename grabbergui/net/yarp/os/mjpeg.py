@@ -1,4 +1,4 @@
-"""The mjpeg carrier: the reader asks the source by HTTP and gets JPEG pictures without end. No I/O here."""
+"""The mjpeg carrier: the reader asks the source by HTTP and gets JPEG images without end. No I/O here."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def decode_jpeg(jpeg: Buffer) -> tuple[bytes, memoryview, str]:
 
 
 def find_comment(jpeg: bytes) -> str:
-    """Return the text of the comment marker, which carries the envelope; empty where there is none."""
+    """Return the text of the comment marker, which carries the envelope; empty if there is none."""
     at = 2
     while at + 4 <= len(jpeg) and jpeg[at] == 0xFF and jpeg[at + 1] != 0xDA:
         length = int.from_bytes(jpeg[at + 2 : at + 4], "big")
@@ -85,7 +85,7 @@ class StreamReader:
         self._length: int | None = None
 
     def feed(self, data: Buffer) -> list[bytes]:
-        """Take what arrived; gives the pictures that it completes. Raises RemoteProtocolError."""
+        """Take received bytes; return the images that they complete. Raises RemoteProtocolError."""
         self._data += data
         pictures: list[bytes] = []
         while True:

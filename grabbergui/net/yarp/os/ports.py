@@ -99,7 +99,7 @@ class InputPort(Port):
         self._depth = depth
         # Not a Condition: one lock that C waits for costs the reading thread far less than Python's.
         self._arrived: SimpleQueue[tuple[memoryview | bytes, str] | None] = SimpleQueue()
-        "Messages and envelopes; a JPEG picture as bytes; None once the port is closed."
+        "Messages and envelopes; a JPEG image as bytes; None once the port is closed."
         self._putting = threading.Lock()
         self._pulling = threading.Lock()
         self._pulled: dict[str, _Puller] = {}
@@ -119,7 +119,7 @@ class InputPort(Port):
             if isinstance(message, memoryview):
                 return message, envelope
             try:
-                # On the owner's thread: a picture that is never looked at costs no decoding.
+                # On the owner's thread: an image that is never looked at costs no decoding.
                 header, pixels, envelope = mjpeg.decode_jpeg(message)
             except RemoteProtocolError as error:
                 log.info("%s: %s", self.name, error)
@@ -211,7 +211,7 @@ class InputPort(Port):
 
 
 class _Puller:
-    """Fetches pictures from one source over mjpeg."""
+    """Fetches images from one source over mjpeg."""
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
 """Blocking sockets as ports use them: gathered writes, exact reads, deadlines kept by the kernel.
 
-Deadlines are SO_RCVTIMEO and SO_SNDTIMEO rather than Python's, which would turn one read of a picture
+Deadlines are SO_RCVTIMEO and SO_SNDTIMEO rather than Python's, which would turn one read of an image
 into many small ones.
 """
 
