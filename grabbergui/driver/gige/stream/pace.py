@@ -13,14 +13,14 @@ SHORTEST_PAUSE = 0.0002
 LAST_PAUSE = 0.001
 "Seconds before a block's end at which queued packets are read, so that little work is left at the end."
 MOST_USUALLY_LATE = 0.0003
-"Largest reduction of the last pause in seconds: later packets are read one by one."
+"Largest reduction of the last pause in seconds: packets that arrive in this time are read one by one."
 FASTEST = 600e6
 """Bytes per second by the kernel's count. Packets that always arrive faster accumulate without a pause while
 others are read. We still wait for a burst if the camera rests after it."""
 BUFFER_SHARE = 0.25
 "Share of the socket's buffer that may fill during a pause, including a late end of the pause."
 PAUSE_SHARE = 1 / 16
-"Share that may fill in the pause alone: if every pause ends late, reading packets singly would not help."
+"Least share for the pause alone: if every pause ends late, reading packets one by one would not help."
 BURST_SPAN = 0.0002
 "Seconds; over a shorter span no burst is measured."
 LEAST_SPAN = 0.0005
