@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
@@ -138,7 +140,8 @@ class MovieFile:
             context.color_range = ColorRange.JPEG if full else ColorRange.MPEG
             if not full:
                 context.colorspace = Colorspace.ITU709
-            context.open()
+            with _scheduled_as_before():
+                context.open()
         except (FFmpegError, ValueError) as error:
             self._file.close()
             path.unlink(missing_ok=True)
@@ -297,6 +300,23 @@ class MovieWriter(RecordingWriter):
             pixels, pixel_format = unpacked(frame)
             return pixels, pixel_format.name
         return frame.mono(), "Mono8"
+
+
+@contextlib.contextmanager
+def _scheduled_as_before() -> Iterator[None]:
+    """Take back the real-time priority that SVT-AV1 gives itself and the calling thread if root runs it.
+
+    Threads that start later would inherit it, and one that computes would stop the whole machine.
+    """
+    before = os.sched_getscheduler(0) if sys.platform == "linux" else 0
+    try:
+        yield
+    finally:
+        if sys.platform == "linux" and os.sched_getscheduler(0) != before:
+            for thread in Path("/proc/self/task").iterdir():
+                with contextlib.suppress(OSError):
+                    if os.sched_getscheduler(int(thread.name)) == os.SCHED_FIFO:
+                        os.sched_setscheduler(int(thread.name), os.SCHED_OTHER, os.sched_param(0))
 
 
 def _encode(movie: MovieFile, pixels: NDArray[Any], time: int, line: str) -> str:

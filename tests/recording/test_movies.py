@@ -1,6 +1,7 @@
 """Movies: exact times and seeking, other readers, crashes, full disks, bad files."""
 
 import contextlib
+import os
 import resource
 import signal
 import subprocess
@@ -21,7 +22,7 @@ from patience import PATIENCE
 
 av = pytest.importorskip("av", reason="needs the package av")
 
-from grabbergui.recording.movie_writer import FRAGMENT, notes_beside  # noqa: E402
+from grabbergui.recording.movie_writer import FRAGMENT, MovieFile, notes_beside  # noqa: E402
 
 INFO = DeviceInfo("sim:", model="M")
 START = 1_700_000_000_000_000_000
@@ -256,3 +257,16 @@ def test_movies_of_others_are_played_in_the_order_of_their_times(tmp_path):
         for index in (39, 13, 0, 26):
             assert abs(float(recording.frame(index, 0).mono().mean()) - level(index)) < 6
         recording.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have other schedulers")
+def test_an_av1_encoder_takes_no_real_time_priority(tmp_path):
+    """SVT-AV1 takes it where root runs it, also for the thread that opens it and all that this one starts."""
+    movie = MovieFile(tmp_path / "x.mkv", RecordingKind.AV1, (64, 64, 3), np.uint8, 30.0)
+    try:
+        for index in range(3):
+            movie.add(np.zeros((64, 64, 3), np.uint8), index * 33_000_000)
+        threads = [int(thread.name) for thread in Path("/proc/self/task").iterdir()]
+        assert {os.sched_getscheduler(thread) for thread in threads} <= {os.SCHED_OTHER, os.SCHED_IDLE}
+    finally:
+        movie.abandon()
