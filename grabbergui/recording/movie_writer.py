@@ -308,11 +308,14 @@ def _scheduled_as_before() -> Iterator[None]:
 
     Threads that start later would inherit it, and one that computes would stop the whole machine.
     """
-    before = os.sched_getscheduler(0) if sys.platform == "linux" else 0
+    if sys.platform != "linux":
+        yield
+        return
+    before = os.sched_getscheduler(0)
     try:
         yield
     finally:
-        if sys.platform == "linux" and os.sched_getscheduler(0) != before:
+        if os.sched_getscheduler(0) != before:
             for thread in Path("/proc/self/task").iterdir():
                 with contextlib.suppress(OSError):
                     if os.sched_getscheduler(int(thread.name)) == os.SCHED_FIFO:
