@@ -8,7 +8,8 @@ import pytest
 from grabbergui.net.yarp.os.name_client import NameClient
 from grabbergui.net.yarp.os.name_server import NameServer
 from grabbergui.servo.config import Config
-from patience import allowance
+from grabbergui.servo.robots.teo_yarp import TeoOverYarp
+from patience import allowance, until
 from ros2_domain import own_domain
 
 
@@ -25,6 +26,16 @@ def names():
     server.open()
     yield NameClient(server.contact)
     server.close()
+
+
+@pytest.fixture
+def robot(names, simulated):
+    """The client of the TEO that a module serves as `simulated`, with its first readings."""
+    client = TeoOverYarp(names)
+    client.open()
+    until(lambda: client.state() is not None)
+    yield client
+    client.close()
 
 
 @pytest.fixture

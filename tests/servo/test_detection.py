@@ -48,7 +48,7 @@ def test_a_marker_seen_edge_on_has_no_pose():
 
 
 def test_a_far_marker_seen_head_on_may_be_tilted_either_way():
-    """Twenty pixels wide, the two tilts cannot be told apart: no pose, or one that is not far off."""
+    """Twenty pixels wide, the two tilts look alike: no pose, or one that is not far off."""
     of, camera = servo_scene.settings(4), servo_scene.camera()
     finder = ArucoDetector(calibration=servo_scene.calibration(of))
     problems = []

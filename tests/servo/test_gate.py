@@ -18,7 +18,7 @@ STEP = math.radians(10)
 
 
 class Guardian(Guard):
-    """Answers as it is told, and remembers what it was asked."""
+    """Gives prepared answers and remembers the questions."""
 
     def __init__(self):
         self.verdict = ALLOWED

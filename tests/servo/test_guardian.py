@@ -321,7 +321,7 @@ def test_a_program_whose_guardian_is_stops_the_robot_first(simulated, server, nu
 
 @pytest.mark.parametrize("dialect", Dialect)
 def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
-    """Channels are declared as text; the bytes must be those that the robot is told otherwise."""
+    """Channels are declared as text; the bytes must be those that the robot receives otherwise."""
     ports = TeoPorts(SimRobot(teo.MODEL), names, dialect=dialect)
     ports.open()
     robot = TeoOverYarp(names)
@@ -331,8 +331,8 @@ def test_teos_stop_commands_keep_their_bytes_as_text(names, dialect):
         robot.close()
         ports.close()
     assert {channel["dialect"] for channel in channels} == {dialect.value}
-    told = [Bottle.from_text(channel["stop"]).encode(dialect) for channel in channels]
-    assert told == [
+    reported = [Bottle.from_text(channel["stop"]).encode(dialect) for channel in channels]
+    assert reported == [
         cartesian_messages.twist(np.zeros(6)).encode(dialect),
         board_messages.velocity_moves(np.zeros(2), dialect).encode(dialect),
         board_messages.stop_all(dialect).encode(dialect),

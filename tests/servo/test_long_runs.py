@@ -130,7 +130,7 @@ def test_a_listener_that_fails_ends_the_run_with_its_reason(camera):
 
 
 def test_the_end_of_a_run_stops_the_robot_at_once_though_a_detection_hangs(camera):
-    """No watchdog is left to do it by then, and some robots' drives go on until they are told."""
+    """No watchdog is left to do it by then, and some robots' drives go on until they get a command."""
     hangs, let_go = threading.Event(), threading.Event()
 
     class Hanging:

@@ -110,15 +110,6 @@ def simulated(names, request):
     ports.close()
 
 
-@pytest.fixture
-def robot(names, simulated):
-    client = TeoOverYarp(names)
-    client.open()
-    until(lambda: client.state() is not None)
-    yield client
-    client.close()
-
-
 KINDS = pytest.mark.parametrize(
     "simulated",
     [(Dialect.YARP3, "movi"), (Dialect.YARP4, "pose")],

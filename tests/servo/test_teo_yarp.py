@@ -1,6 +1,5 @@
 """TEO over YARP: messages, and both ends on a name server of our own."""
 
-import math
 import threading
 import time
 from contextlib import suppress
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from whole_chain import detecting_runner, reach_marker
 
 from grabbergui.calibration import camera_info, geometry
 from grabbergui.calibration.marker_pose import MarkerDetection
@@ -33,9 +33,7 @@ from grabbergui.servo.robots.teo_board import SimulatedBoard
 from grabbergui.servo.robots.teo_cartesian import SimulatedCartesian
 from grabbergui.servo.robots.teo_ports import TeoPorts
 from grabbergui.servo.robots.teo_yarp import TeoOverYarp
-from grabbergui.servo.runner import Runner
-from grabbergui.servo.state_machine import State
-from patience import PATIENCE, PROGRAM, attempts, until
+from patience import PATIENCE, attempts, until
 
 
 # -- messages ------------------------------------------------------------------------------------
@@ -111,15 +109,6 @@ def simulated(names):
     ports.open()
     yield robot
     ports.close()
-
-
-@pytest.fixture
-def robot(names, simulated):
-    client = TeoOverYarp(names)
-    client.open()
-    until(lambda: client.state() is not None)
-    yield client
-    client.close()
 
 
 def test_whoever_only_listens_has_readings_and_no_connection_to_send_by(names, simulated):
@@ -290,28 +279,17 @@ def test_the_ports_answer_whatever_is_asked(names, simulated, text):
 def test_the_whole_chain_reaches_the_marker_over_yarp(robot, simulated, config):
     camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     camera.open()
-    runner = Runner(
-        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
     try:
-        runner.start()
-        until(lambda: runner.loop.machine.state is State.REACHED, seconds=PROGRAM)
+        reach_marker(detecting_runner(camera, robot, config), simulated)
     finally:
-        runner.stop()
         camera.close()
-    goal = runner.loop.arm.goal(closed_loop.rendered_scene.board_pose())
-    hand = simulated.state().hand
-    assert geometry.distance(hand, goal) < 0.010
-    assert math.degrees(geometry.angle_between(hand, goal)) < 2
 
 
 # -- what others see -----------------------------------------------------------------------------
 def test_what_happens_is_published_and_anybody_can_stop_it(names, robot, simulated, config):
     camera = closed_loop.mounted_camera(simulated, closed_loop.things_for(Config().marker))
     camera.open()
-    runner = Runner(
-        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
+    runner = detecting_runner(camera, robot, config)
     publisher = YarpPublisher(runner, names, "/servo")
     reader, caller = InputPort("/reader", names, depth=50), RpcClient("/servo/rpc:s", names)
     try:

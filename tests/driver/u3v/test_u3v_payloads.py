@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from u3v_frames import grab
 
 from grabbergui.core.component import ComponentKind, PayloadType
 from grabbergui.core.errors import PixelFormatError
-from grabbergui.core.frame import Frame
 from grabbergui.driver.camera import Camera
 from grabbergui.driver.sim.contents import range_image
 from grabbergui.driver.sim.settings import settings_of
-from patience import PATIENCE
-
-
-def grab(camera: Camera, count: int = 3) -> list[Frame]:
-    queue = camera.open_queue(count)
-    camera.start()
-    try:
-        return [queue.get(PATIENCE) for _ in range(count)]
-    finally:
-        camera.stop()
-        queue.close()
 
 
 @pytest.mark.parametrize("chunks", [False, True], ids=["", "chunks"])
@@ -33,7 +22,7 @@ def test_the_components_of_a_gendc_container(plug_in, chunks) -> None:
     camera.write_feature("ComponentEnable", True)
     camera.write_feature("GenDCStreamingMode", "On")
     camera.write_feature("ChunkModeActive", chunks)
-    frames = grab(camera)
+    frames = grab(camera, 3)
     settings = settings_of(simulated.model.memory)
     for frame in frames:
         assert frame.complete and frame.payload_type is PayloadType.GENDC
@@ -53,7 +42,7 @@ def test_chunks_alone(plug_in) -> None:
     camera.open()
     camera.write_feature("ChunkModeActive", True)
     camera.write_feature("PayloadType", "ChunkOnly")
-    for frame in grab(camera):
+    for frame in grab(camera, 3):
         assert frame.complete and frame.payload_type is PayloadType.CHUNK
         assert frame.chunks["ChunkFrameID"] == frame.frame_id + 1
         assert not frame.components

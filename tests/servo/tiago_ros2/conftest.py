@@ -3,12 +3,12 @@
 import threading
 
 import pytest
+from whole_chain import detecting_runner
 
 from grabbergui.driver.sim.rendered.scene import Things, board_pose
 from grabbergui.servo import closed_loop
 from grabbergui.servo.config import Config
 from grabbergui.servo.robots.simulated import SimRobot
-from grabbergui.servo.runner import Runner
 
 
 @pytest.fixture(scope="module")
@@ -61,9 +61,7 @@ def runner(robot, simulated, config, board_shown):
     things = Things(board=lambda seconds: board_pose() if seconds > 1 and board_shown.is_set() else None)
     camera = closed_loop.mounted_camera(simulated.robot, closed_loop.things_for(Config().marker, things))
     camera.open()
-    runner = Runner(
-        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
+    runner = detecting_runner(camera, robot, config)
     yield runner
     runner.stop()
     camera.close()

@@ -1,6 +1,5 @@
 """The servo and a TIAGo as PAL configures it, over real rclpy: trajectories, a servo node, faults."""
 
-import math
 import time
 
 import numpy as np
@@ -16,8 +15,8 @@ pytestmark = pytest.mark.ros2
 
 from fake_tiago import FakeTiago  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from whole_chain import detecting_runner, reach_marker  # noqa: E402
 
-from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, SourceUnavailableError, TransportError  # noqa: E402
 from grabbergui.driver.sim.rendered.scene import Things, board_pose  # noqa: E402
 from grabbergui.net.ros2.runtime import Ros2Node  # noqa: E402
@@ -28,9 +27,7 @@ from grabbergui.servo.robots.robot import ARM, HEAD  # noqa: E402
 from grabbergui.servo.robots.simulated import SimRobot  # noqa: E402
 from grabbergui.servo.robots.tiago_manager import receive_description  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
-from grabbergui.servo.runner import Runner  # noqa: E402
-from grabbergui.servo.state_machine import State  # noqa: E402
-from patience import PROGRAM, until  # noqa: E402
+from patience import until  # noqa: E402
 
 
 @pytest.fixture
@@ -57,19 +54,10 @@ def test_the_head_follows_and_the_hand_reaches_the_marker(fake, robot, config):
     things = closed_loop.things_for(Config().marker, Things(board=lambda seconds: board_pose()))
     camera = closed_loop.mounted_camera(fake.robot, things)
     camera.open()
-    runner = Runner(
-        camera, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
     try:
-        runner.start()
-        until(lambda: runner.loop.machine.state is State.REACHED, seconds=PROGRAM)
+        reach_marker(detecting_runner(camera, robot, config), fake.robot)
     finally:
-        runner.stop()
         camera.close()
-    goal = runner.loop.arm.goal(closed_loop.in_base(fake.robot, board_pose()))
-    hand = fake.robot.state().hand
-    assert geometry.distance(hand, goal) < 0.010
-    assert math.degrees(geometry.angle_between(hand, goal)) < 2
     assert fake.robot.limit_violations == 0
     # A busy machine may deliver a trajectory late, which the robot refuses as it should.
     refused = [each for controller in fake.controllers.values() for each in controller.refused]

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import math
 import signal
 import subprocess
 import sys
@@ -21,6 +20,7 @@ pytestmark = pytest.mark.ros2
 from geometry_msgs.msg import PoseStamped  # noqa: E402
 from test_closed_loop import options  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
+from whole_chain import reach_marker  # noqa: E402
 
 from grabbergui.calibration import geometry  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, UsageError  # noqa: E402
@@ -29,7 +29,6 @@ from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.publisher_ros2 import Ros2Publisher  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
-from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, PROGRAM, attempts, until  # noqa: E402
 
 
@@ -100,13 +99,7 @@ def test_a_target_beyond_the_neck_s_limits_is_cut_off(robot, listener, model):
 
 
 def test_the_whole_chain_reaches_the_marker(runner, simulated):
-    runner.start()
-    until(lambda: runner.loop.machine.state is State.REACHED, seconds=PROGRAM)
-    runner.stop()
-    goal = runner.loop.arm.goal(closed_loop.in_base(simulated.robot, closed_loop.rendered_scene.board_pose()))
-    hand = simulated.robot.state().hand
-    assert geometry.distance(hand, goal) < 0.010
-    assert math.degrees(geometry.angle_between(hand, goal)) < 2
+    reach_marker(runner, simulated.robot)
     assert simulated.robot.limit_violations == 0
 
 

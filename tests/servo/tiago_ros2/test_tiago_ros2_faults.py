@@ -17,6 +17,7 @@ pytestmark = pytest.mark.ros2
 from geometry_msgs.msg import TwistStamped  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from trajectory_msgs.msg import JointTrajectory  # noqa: E402
+from whole_chain import detecting_runner  # noqa: E402
 
 from grabbergui import sources  # noqa: E402
 from grabbergui.core.errors import SourceNotFoundError, TransportError  # noqa: E402
@@ -25,7 +26,6 @@ from grabbergui.servo import closed_loop  # noqa: E402
 from grabbergui.servo.config import Config  # noqa: E402
 from grabbergui.servo.robots import tiago  # noqa: E402
 from grabbergui.servo.robots.tiago_ros2 import TiagoOverRos2  # noqa: E402
-from grabbergui.servo.runner import Runner  # noqa: E402
 from grabbergui.servo.state_machine import State  # noqa: E402
 from patience import PATIENCE, attempts, until  # noqa: E402
 
@@ -71,9 +71,7 @@ def test_images_over_ros_that_cease_end_all_motion(robot, simulated, config):
     server = Ros2GrabberServer(camera, "/camera")
     server.start()
     pictures = sources.create("ros2:/camera")
-    runner = Runner(
-        pictures, robot, lambda frame: closed_loop.detector(config, closed_loop.calibration()), config
-    )
+    runner = detecting_runner(pictures, robot, config)
     cycles = []
     runner.cycle_done.connect(lambda cycle, frame: cycles.append(cycle))
     try:
@@ -104,7 +102,7 @@ def test_a_stop_goes_out_though_the_robot_says_nothing(robot, simulated, listene
 
 
 def test_a_head_of_which_old_news_is_known_is_not_turned_back(robot, simulated):
-    """Told to hold, it holds where it was last sent, not where it was when it fell silent."""
+    """A command to hold keeps the last commanded place, not the one at which readings ended."""
     robot.move_head(np.array([0.0, 0.0]))
     simulated.silent = True
     robot.step_head(np.radians([8.0, 0.0]))

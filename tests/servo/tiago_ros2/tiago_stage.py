@@ -8,7 +8,7 @@ from patience import PATIENCE, until
 
 
 class Faulty(TiagoTopics):
-    """Controllers whose joint states cease, or stand still, when told to."""
+    """Controllers whose joint states cease or stand still on demand."""
 
     def __init__(self, robot):
         super().__init__(robot)
