@@ -56,6 +56,16 @@ PASSING = (BACK, SAVED)
 "Messages that go by themselves after some seconds, while nothing else is the matter."
 
 
+DAY = [
+    "open", "tuned by mouse", "tuned by wheel", "stepped by Right", "stepped by shift+Right",
+    "stepped by ctrl+Right", "typed", "taken back", "waiting for a trigger", "triggered", "trigger off",
+    "lost", "back", "cable pulled", "second camera", "first recorded", "switched", "both recorded",
+    "lost behind the other", "lost at the front", "back at the front", "recorded", "settings saved",
+    "settings loaded", "settings taken back", "little room", "stopped",
+]  # fmt: skip
+"The steps after which the window is compared with what is so."
+
+
 @dataclass
 class Day:
     """A window, the cameras that it has open, and which of them is in front."""
@@ -65,6 +75,8 @@ class Day:
     cameras: list[Camera] = field(default_factory=list)
     "In the order in which they were opened."
     front: Camera | None = None
+    agreed: list[str] = field(default_factory=list)
+    "The steps after which everything shown was true."
 
     def agrees(self, step: str, messages: tuple[str, ...] = ()) -> dict:
         """Wait until all that is said is so, these messages and no others included; keep a picture of it."""
@@ -82,6 +94,7 @@ class Day:
             raise AssertionError(f"{step}: {'; '.join(last)}") from None
         assert not self.operator.complaints(), f"after {step}"
         self.operator.shot(step)
+        self.agreed.append(step)
         return said
 
     def untruths(self, said: dict, messages: tuple[str, ...]) -> list[str]:
@@ -377,6 +390,7 @@ def test_an_operators_day(sit_down, cameras, tmp_path):
     save_and_load(day, first, tmp_path)
     make_little_room(day)
     go_home(day, first, second)
+    assert day.agreed == DAY
 
 
 def test_in_spanish_on_a_small_screen_of_twice_as_many_pixels(sit_down, cameras):
