@@ -171,8 +171,8 @@ def unpack(stored: bytes) -> bytes:
             with archive.open(names[0]) as member:
                 # The sizes in the archive may be false, so count the bytes that come out.
                 xml = member.read(MAX_XML_BYTES + 1)
-    # The last three are zipfile's words for versions, encryption and offsets that it cannot follow.
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError) as error:
+    # By RuntimeError zipfile refuses encryption and unknown versions, by ValueError impossible offsets.
+    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError) as error:
         raise RemoteProtocolError(f"the zipped description is damaged: {error}") from error
     if len(xml) > MAX_XML_BYTES:
         raise RemoteProtocolError(f"the zipped description grows beyond {MAX_XML_BYTES} bytes")

@@ -21,7 +21,7 @@ from grabbergui.core.grabber import DeviceInfo
 from grabbergui.core.identity import differs, require_one, require_same
 from grabbergui.driver.u3v import descriptors
 from grabbergui.driver.u3v.descriptors import DeviceInfoDescriptor
-from grabbergui.driver.u3v.usb import permission_denied
+from grabbergui.driver.u3v.usb import BINDING_ERRORS, permission_denied
 
 log = logging.getLogger(__name__)
 
@@ -133,7 +133,7 @@ def find_cameras(backend: Any | None = None) -> list[UsbCamera]:
     found = []
     for device_id in device_ids:
         # Another device's broken descriptors must not hide this one's; nor one that libusb cannot open here.
-        with contextlib.suppress(usb.core.USBError, NotImplementedError, IndexError, ValueError):
+        with contextlib.suppress(*BINDING_ERRORS, IndexError, ValueError):
             camera = _examine(backend, device_id)
             if camera is not None:
                 found.append(camera)

@@ -22,6 +22,8 @@ from grabbergui.core.invocation import sudo_command
 
 log = logging.getLogger(__name__)
 
+BINDING_ERRORS = (usb.core.USBError, NotImplementedError)
+"Raised by libusb's binding; the second where a system lacks a call, as those about kernel drivers."
 _ENDPOINT_RECIPIENT = 0x02
 _DEVICE_TO_HOST = 0x80
 _GET_STATUS = 0
@@ -178,19 +180,18 @@ class UsbHandle:
             return True
         return True
 
-    # Where a system has no kernel drivers to detach, libusb's binding raises NotImplementedError.
     def _detach(self, interface: int) -> bool:
         try:
             if self._backend.is_kernel_driver_active(self._handle, interface):
                 self._backend.detach_kernel_driver(self._handle, interface)
                 return True
-        except (usb.core.USBError, NotImplementedError) as error:
+        except BINDING_ERRORS as error:
             log.debug("%s: kernel driver of interface %d: %s", self.name, interface, error)
         return False
 
     def _attach(self, interface: int, detached: bool) -> None:
         if detached:
-            with contextlib.suppress(usb.core.USBError, NotImplementedError):
+            with contextlib.suppress(*BINDING_ERRORS):
                 self._backend.attach_kernel_driver(self._handle, interface)
 
 
